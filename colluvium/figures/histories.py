@@ -1,0 +1,67 @@
+"""How the run went: unbalanced force ratio of both sides, gravity factor, broken bonds, over the steps."""
+
+from typing import Any
+
+from colluvium.figures import style
+from colluvium.results import Run
+
+ROWS = (  # histories drawn in a row of their own, where any rank has them; logarithmic or not
+    ("unbalanced_ratio", "unbalanced force ratio", True),
+    ("gravity_factor", "gravity factor", False),
+    ("bonds_broken", "bonds broken", False),
+    ("max_displacement", "largest displacement", False),
+)
+COLOURS = ("#123a5e", "#d0472f", "#5c8a3a", "#8a5c9e")
+
+
+def applies(run: Run) -> bool:
+    """Any of these histories was recorded."""
+    return bool(_rows(run))
+
+
+@style.styled
+def draw(run: Run) -> Any:
+    """One row a history, one line a rank, the stages marked."""
+    import matplotlib.pyplot as plt
+
+    rows = _rows(run)
+    figure, axes = plt.subplots(
+        len(rows), 1, figsize=(9.0, 0.8 + 2.0 * len(rows)), sharex=True, squeeze=False, layout="constrained"
+    )
+    for place, (name, words, logarithmic) in zip(axes[:, 0], rows, strict=True):
+        for rank, file in run.files.items():
+            if run.has_history(name, rank):
+                label = f"{file.kind}, rank {rank}"
+                colour = COLOURS[rank % len(COLOURS)]
+                place.plot(*run.history(name, rank), color=colour, label=label, linewidth=1.0)
+        place.set_ylabel(f"{words} [{run.units(name)}]")
+        if logarithmic:
+            place.set_yscale("log")
+        place.grid(color=style.PALE, linewidth=0.3)
+        _mark_stages(run, place)
+    _name_stages(run, axes[0, 0])
+    axes[0, 0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.1), ncols=len(run.files), borderaxespad=0.0)
+    axes[-1, 0].set_xlabel("step [-]")
+    return figure
+
+
+def _rows(run: Run) -> list[tuple[str, str, bool]]:
+    return [row for row in ROWS if any(run.has_history(row[0], rank) for rank in run.files)]
+
+
+def _stage_starts(run: Run) -> list[tuple[int, str]]:
+    starts = []
+    for stage in run.stages:
+        starts.append((min(info.step for info in run.frames if info.stage == stage), stage))
+    return starts
+
+
+def _mark_stages(run: Run, axes: Any) -> None:
+    for step, _ in _stage_starts(run):
+        axes.axvline(step, color=style.PALE, linewidth=0.8, zorder=0)
+
+
+def _name_stages(run: Run, axes: Any) -> None:
+    for step, stage in _stage_starts(run):
+        axes.annotate(f" {stage}", (step, 1.0), xycoords=("data", "axes fraction"), va="bottom", fontsize=8.0)
+    axes.set_title("the run, step by step", pad=16.0)

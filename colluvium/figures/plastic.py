@@ -1,0 +1,61 @@
+"""Which zones yield, now or in the past, and which contact bonds have broken."""
+
+from typing import Any
+
+import numpy as np
+
+from colluvium.figures import domain, style
+from colluvium.results import Run
+from colluvium.window_fields import starting_places
+
+STATES = (  # the strongest statement about a zone that is true: bits of plastic_state, words, colour
+    (2, "tension now", "#d55e00"),
+    (1, "shear now", "#7a0403"),
+    (8, "tension past", "#f3c188"),
+    (4, "shear past", "#d9a3a3"),
+)
+ELASTIC = "#eef1f4"
+
+
+def applies(run: Run) -> bool:
+    """Zones can yield or bonds can break."""
+    return 0 in run.files and "plastic_state" in run.zones(_last(run))
+
+
+@style.styled
+def draw(run: Run) -> Any:
+    """Zones coloured by state, broken bonds as dots, in the last frame."""
+    import matplotlib.pyplot as plt
+    from matplotlib.patches import Patch
+
+    frame = _last(run)
+    figure, axes = plt.subplots(figsize=(8.0, 4.8), layout="compressed")
+    zones, xy = run.zones(frame), run.gridpoints(frame).xy
+    colours = np.full(len(zones.corners), ELASTIC, dtype=object)
+    for bit, _, colour in reversed(STATES):
+        colours[(zones.plastic_state & bit) > 0] = colour
+    shown = [Patch(color=colour, label=words) for _, words, colour in STATES]
+    shown.append(Patch(color=ELASTIC, label="never yielded"))
+    filled = domain.fill_polygons(axes, xy[zones.corners], ELASTIC)
+    filled.set_color(list(colours))
+    for rank in run.windows:
+        if run.has(frame, rank):
+            shown += _broken_bonds(run, frame, rank, axes)
+    domain.outline(axes, xy, zones.corners)
+    domain.finish(axes, f"plastic zones: {style.moment(run.frames[frame])}")
+    axes.legend(handles=shown, loc="upper left", ncols=1)
+    return figure
+
+
+def _broken_bonds(run: Run, frame: int, rank: int, axes: Any) -> list[Any]:
+    contacts = run.contacts(frame, rank)
+    if "bond_state" not in contacts:
+        return []
+    broken = contacts.bond_state >= 2
+    middle = starting_places(run.discs(frame, rank))[contacts.ends[broken]].mean(axis=1)
+    label = f"broken bonds still in contact: {broken.sum():,}"
+    return axes.plot(*middle.T, ".", markersize=1.5, color=style.INK, label=label)
+
+
+def _last(run: Run) -> int:
+    return max(i for i in range(len(run.frames)) if run.has(i, 0))

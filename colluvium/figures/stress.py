@@ -1,0 +1,88 @@
+"""Stress before and after the discs take the place of zones, and the change between the two."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from colluvium.figures import domain, style
+from colluvium.results import Run
+from colluvium.window_fields import bins, mean_stress
+
+COMPONENTS = (("syy", "vertical stress", 1), ("sxx", "horizontal stress", 0))
+
+
+class Cells(NamedTuple):
+    """Zones and bins alike: corners (n, 4, 2) [m] and one stress component (n,) [Pa]."""
+
+    corners: np.ndarray
+    stress: np.ndarray
+
+
+def applies(run: Run) -> bool:
+    """A continuum was recorded."""
+    return 0 in run.files
+
+
+def moments(run: Run) -> tuple[int, int]:
+    """The last frame without discs, and the last frame of the stage that brings the discs in."""
+    own = [i for i in range(len(run.frames)) if run.has(i, 0)]
+    both = [i for i in own if any(run.has(i, rank) for rank in run.windows)]
+    if not both:
+        return own[0], own[-1]
+    stage = run.frames[both[0]].stage
+    return max((i for i in own if i < both[0]), default=both[0]), max(
+        i for i in both if run.frames[i].stage == stage
+    )
+
+
+@style.styled
+def draw(run: Run) -> Any:
+    """Rows: vertical, horizontal. Columns: before, after (in one colour scale), change."""
+    import matplotlib.pyplot as plt
+
+    frames = moments(run)
+    figure, axes = plt.subplots(2, 3, figsize=(14.0, 5.8), sharex=True, sharey=True, layout="compressed")
+    for row, (symbol, name, component) in zip(axes, COMPONENTS, strict=True):
+        before, after = (_cells(run, frame, component) for frame in frames)
+        change = Cells(after.corners, after.stress - _at_same_places(before, after))
+        factor, unit = style.readable("Pa", before.stress, after.stress)
+        scale = style.limits(factor * before.stress, factor * after.stress)
+        extreme = max(map(abs, style.limits(factor * change.stress)))
+        for place, cells, colours, clim in (
+            (row[0], before, "stress", scale),
+            (row[1], after, "stress", scale),
+            (row[2], change, "change", (-extreme, extreme)),
+        ):
+            filled = domain.fill_polygons(
+                place, cells.corners, factor * cells.stress, cmap=style.colour_map(colours)
+            )
+            filled.set_clim(clim)
+            if place is not row[0]:
+                bar = row[:2] if place is row[1] else place
+                words = "change of " if place is row[2] else ""
+                domain.colour_bar(figure, filled, bar, f"{words}{symbol}, tension + [{unit}]", extend="both")
+        for place, frame in zip(row, (*frames, frames[1]), strict=True):
+            domain.outline(place, run.gridpoints(frame).xy, run.zones(frame).corners)
+            domain.finish(place, f"{name}: {style.moment(run.frames[frame])}")
+        row[2].set_title(f"{name}: change between the two")
+    return figure
+
+
+def _cells(run: Run, frame: int, component: int) -> Cells:
+    """The zones and the windows' bins at a frame."""
+    zones = run.zones(frame)
+    parts = [Cells(run.gridpoints(frame).xy[zones.corners], zones.stress[:, component])]
+    for rank in run.windows:
+        if run.has(frame, rank):
+            grid = bins(run, frame, rank)
+            stress = mean_stress(run, frame, grid, rank)[:, component]
+            parts.append(Cells(grid.rectangles[grid.used], stress[grid.used]))
+    return Cells(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def _at_same_places(there: Cells, here: Cells) -> np.ndarray:
+    """Stress of the nearest cell of `there` at each cell of `here`."""
+    from scipy.spatial import cKDTree
+
+    _, nearest = cKDTree(there.corners.mean(axis=1)).query(here.corners.mean(axis=1))
+    return there.stress[nearest]

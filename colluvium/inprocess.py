@@ -1,0 +1,50 @@
+"""The whole coupled run in one process: the same two sides in threads, joined by queues instead of TCP.
+
+Results are bit-identical to those of separate processes; a debugger sees both sides at once.
+"""
+
+import threading
+
+from coupler_protocol.exits import PeerLost, RunEnded
+from coupler_protocol.interrupt import StopRequest
+from coupler_protocol.link_inproc import transports
+from coupler_protocol.progress import Progress
+
+
+def run(scene, out, stop=None, report="none"):
+    """Compute `scene` into the folder `out` (which exists). `report`: form of the progress.
+
+    Raises what ended the run, a RunEnded of coupler_protocol.exits as a rule.
+    """
+    from dem_server.__main__ import compute as compute_discs
+    from fdm_server.__main__ import compute as compute_grid
+
+    stop = stop or StopRequest()
+    hub, ends = transports(len(scene.window))
+    failures = {}
+
+    def discs(rank, transport):
+        try:
+            compute_discs(scene, rank, transport, out, Progress(rank, report), stop)
+        except BaseException as error:
+            failures[rank] = error
+
+    threads = [
+        threading.Thread(target=discs, args=(rank, end), name=f"rank {rank}") for rank, end in enumerate(ends, start=1)
+    ]
+    for thread in threads:
+        thread.start()
+    try:
+        compute_grid(scene, hub, out, Progress(0, report), stop)
+    except BaseException as error:
+        failures[0] = error
+    for thread in threads:
+        thread.join()
+    if failures:
+        raise _first_cause(failures)
+
+
+def _first_cause(failures):
+    """The failure that is not merely the echo of another side's."""
+    causes = [error for error in failures.values() if not isinstance(error, PeerLost)] or list(failures.values())
+    return next((error for error in causes if not isinstance(error, RunEnded)), causes[0])

@@ -1,0 +1,144 @@
+"""Reads the VTKHDF file of one rank: which frames it holds and the arrays of a frame by name.
+
+Only rows that a counted frame points to are ever read, so a file whose writer was killed, or is still
+writing, reads well.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from coupler_protocol.vtkhdf import FrameInfo
+
+
+class NotRecordedError(LookupError):
+    """Asked for what the files of a run do not hold; the message says what they hold."""
+
+
+class Fields:
+    """Arrays of one kind of body in one frame, read when asked for: `zones.stress` or `zones["stress"]`."""
+
+    def __init__(self, file: "RankFile", place: str, frame: int, rows: slice, **arrays: np.ndarray) -> None:
+        self._file, self._place, self._frame, self._rows = file, place, frame, rows
+        self._arrays = arrays
+
+    @property
+    def names(self) -> list[str]:
+        """What can be asked for."""
+        return sorted({*self._arrays, *self._file.field_names(self._place)})
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._arrays or name in self._file.field_names(self._place)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self._arrays:
+            if name not in self:
+                raise NotRecordedError(
+                    f"{self._file.path.name} has no field {name!r} here; it has {', '.join(self.names)}"
+                )
+            self._arrays[name] = self._file.read_field(self._place, name, self._frame, self._rows)
+        return self._arrays[name]
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        try:
+            return self[name]
+        except NotRecordedError as error:
+            raise AttributeError(str(error)) from None
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.names]
+
+
+class RankFile:
+    """One rank's file. `kind` is "continuum" or "discrete"."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._file = h5py.File(self.path, "r", locking=False)
+        self._vtk = self._file["VTKHDF"]
+        self._steps = self._vtk["Steps"]
+        self.kind = str(self._file.attrs["kind"])
+        self.frames = self._read_frames()
+
+    def points(self, frame: int) -> Fields:
+        """Gridpoints or discs of a frame: their fields and `xy` (N, 2) [m]."""
+        xy = self._vtk["Points"][self._point_rows(frame)][:, :2]
+        return Fields(self, "PointData", frame, slice(0, len(xy)), xy=xy)
+
+    def zones(self, frame: int) -> Fields:
+        """Zones of a frame: fields, `corners` (Z, 4) gridpoints, `xy` (Z, 2) middles at the start [m]."""
+        ids, ends = self._cells(frame, "", 0)
+        counts = np.diff(ends, prepend=0)
+        last = np.minimum(np.arange(4), counts[:, None] - 1)  # a triangle repeats its third gridpoint
+        corners = ids[(ends - counts)[:, None] + last]
+        weight = np.where(np.arange(4) < counts[:, None], 1.0 / counts[:, None], 0.0)
+        middles = np.einsum("zc,zcd->zd", weight, self.points(frame).xy[corners])
+        return Fields(self, "CellData", frame, slice(0, len(corners)), corners=corners, xy=middles)
+
+    def contacts(self, frame: int) -> Fields:
+        """Contacts of a frame: fields and `ends` (C, 2), the rows of the two discs in `points(frame)`."""
+        ends = self._cells(frame, "Lines/", 1)[0].reshape(-1, 2)
+        vertices = self._part(frame, "NumberOfPoints")  # VTK's cell rows start with the discs themselves
+        return Fields(self, "CellData", frame, slice(vertices, vertices + len(ends)), ends=ends)
+
+    def field_names(self, place: str) -> list[str]:
+        """Names of the recorded fields of points ("PointData") or cells ("CellData")."""
+        return list(self._vtk.get(place, ()))
+
+    def read_field(self, place: str, name: str, frame: int, rows: slice) -> np.ndarray:
+        """The rows of one field in one frame; plane vectors come back as (n, 2)."""
+        start = int(self._steps[f"{place}Offsets/{name}"][frame])
+        values = self._vtk[f"{place}/{name}"][start + rows.start : start + rows.stop]
+        return values[:, :2] if values.shape[1:] == (3,) else values
+
+    def units(self) -> dict[str, str]:
+        """Unit of every field and history of the file."""
+        found = {}
+        for place in (self._vtk.get("PointData"), self._vtk.get("CellData"), self._file.get("Histories")):
+            found.update({name: str(data.attrs["unit"]) for name, data in (place or {}).items()})
+        return found
+
+    def history_names(self) -> list[str]:
+        """Names of the histories of the file."""
+        return list(self._file.get("Histories", ()))
+
+    def history(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Steps and values of a history."""
+        rows = self._file[f"Histories/{name}"][:]
+        return rows["step"], rows["value"]
+
+    def close(self) -> None:
+        """Close the file; arrays already read stay."""
+        self._file.close()
+
+    def _read_frames(self) -> Sequence[FrameInfo]:
+        count = int(self._steps.attrs["NSteps"])
+        if not count:
+            return []
+        columns = [self._file[f"Frames/{name}"][:count].tolist() for name in FrameInfo._fields]
+        return [
+            FrameInfo(step, time, stage.decode(), factor)
+            for step, time, stage, factor in zip(*columns, strict=True)
+        ]
+
+    def _part(self, frame: int, name: str) -> int:
+        return int(self._vtk[name][int(self._steps["PartOffsets"][frame])])
+
+    def _point_rows(self, frame: int) -> slice:
+        start = int(self._steps["PointOffsets"][frame])
+        return slice(start, start + self._part(frame, "NumberOfPoints"))
+
+    def _cells(self, frame: int, group: str, column: int) -> tuple[np.ndarray, np.ndarray]:
+        """Points of all cells of a group, one behind the other, and where each cell ends among them."""
+        part = int(self._steps["PartOffsets"][frame])
+        first_id = int(self._steps["ConnectivityIdOffsets"][frame, column])
+        first_offset = int(self._steps["CellOffsets"][frame, column]) + part
+        ids = self._vtk[group + "Connectivity"][
+            first_id : first_id + self._part(frame, group + "NumberOfConnectivityIds")
+        ]
+        count = self._part(frame, group + "NumberOfCells")
+        return ids, self._vtk[group + "Offsets"][first_offset + 1 : first_offset + 1 + count]

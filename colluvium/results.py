@@ -1,0 +1,156 @@
+"""What a run left behind, by rank, frame and name: `run = open_run("runs/slope"); run.zones(-1).stress`.
+
+A run directory holds one VTKHDF file a rank, `run.json` and the resolved scene `scene.json`; any of them may
+be missing. Frames are counted over all ranks: frame i is one moment (a step of a stage), at which one side
+may have recorded nothing.
+"""
+
+import json
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from colluvium.fabric import Fabric, contact_fabric
+from colluvium.rank_file import Fields, NotRecordedError, RankFile
+from coupler_protocol.vtkhdf import FrameInfo
+
+_RANK_FILE = re.compile(r".+\.rank(\d+)\.vtkhdf")
+_ROOM = {"continuum": "zones, gridpoints", "discrete": "discs, contacts"}
+
+
+def open_run(path: str | Path, other_path: str | Path | None = None) -> "Run":
+    """Open a run directory, or the two directories of a run whose servers wrote to different ones."""
+    return Run([Path(folder) for folder in (path, other_path) if folder is not None])
+
+
+class Run:
+    """The results of one run. Negative frames count from the end; rank 0 is the continuum."""
+
+    def __init__(self, folders: list[Path]) -> None:
+        self.folders = folders
+        self.files = {rank: RankFile(path) for rank, path in sorted(_rank_files(folders))}
+        if not self.files:
+            raise FileNotFoundError(f"no file NAME.rankN.vtkhdf in {' or '.join(map(str, folders))}")
+        self.info = _first_json(folders, "run.json")
+        self.scene = _first_json(folders, "scene.json")
+        self.stages = _in_order(frame.stage for file in self.files.values() for frame in file.frames)
+        self.frames, self._rows = self._join_frames()
+
+    def gridpoints(self, frame: int, rank: int = 0) -> Fields:
+        """displacement, velocity (N, 2) and `xy`, the coordinates before any displacement [m]."""
+        return self._file(rank, "continuum").points(self._row(frame, rank))
+
+    def zones(self, frame: int, rank: int = 0) -> Fields:
+        """stress (Z, 4) as xx, yy, zz, xy, ...; `corners` (Z, 4) gridpoints, `xy` middles [m]."""
+        return self._file(rank, "continuum").zones(self._row(frame, rank))
+
+    def discs(self, frame: int, rank: int = 1) -> Fields:
+        """radius, displacement, ... and `xy`, where the centres are in this frame [m]."""
+        return self._file(rank, "discrete").points(self._row(frame, rank))
+
+    def contacts(self, frame: int, rank: int = 1) -> Fields:
+        """normal_force, shear_force, ... and `ends` (C, 2): rows of the two discs in `discs(frame)`."""
+        return self._file(rank, "discrete").contacts(self._row(frame, rank))
+
+    def fabric(self, frame: int, rank: int = 1) -> Fabric:
+        """Statistics of contact normals and forces, contacts of the ring's control discs left out."""
+        return contact_fabric(self.discs(frame, rank), self.contacts(frame, rank))
+
+    def history(self, name: str, rank: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """Steps and values of a history of one rank."""
+        file = self._file(rank)
+        if name not in file.history_names():
+            elsewhere = [str(r) for r, other in self.files.items() if name in other.history_names()]
+            hint = f" (rank {', '.join(elsewhere)} has it)" if elsewhere else ""
+            raise NotRecordedError(
+                f"rank {rank} has no history {name!r}{hint}; it has {', '.join(file.history_names())}"
+            )
+        return file.history(name)
+
+    def has_history(self, name: str, rank: int = 0) -> bool:
+        """Whether a rank has recorded a history."""
+        return rank in self.files and name in self.files[rank].history_names()
+
+    def units(self, name: str) -> str:
+        """Unit of a field or history."""
+        known = {key: unit for file in self.files.values() for key, unit in file.units().items()}
+        if name not in known:
+            raise NotRecordedError(
+                f"nothing named {name!r} was recorded; there are {', '.join(sorted(known))}"
+            )
+        return known[name]
+
+    def last_frame(self, stage: str) -> int:
+        """Number of the last frame of a stage."""
+        found = [i for i, frame in enumerate(self.frames) if frame.stage == stage]
+        if not found:
+            raise NotRecordedError(
+                f"no frame of a stage {stage!r}; stages with frames: {', '.join(self.stages)}"
+            )
+        return found[-1]
+
+    def has(self, frame: int, rank: int) -> bool:
+        """Whether a rank recorded anything at a frame."""
+        return rank in self._rows[frame]
+
+    @property
+    def windows(self) -> list[int]:
+        """Ranks of the discrete side."""
+        return [rank for rank, file in self.files.items() if file.kind == "discrete"]
+
+    def close(self) -> None:
+        """Close the files; arrays already read stay."""
+        for file in self.files.values():
+            file.close()
+
+    def __enter__(self) -> "Run":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _join_frames(self) -> tuple[list[FrameInfo], list[dict[int, int]]]:
+        """All moments in order, and for each the row in the file of every rank that recorded it."""
+        rows: dict[tuple[int, int], dict[int, int]] = {}
+        for rank, file in self.files.items():
+            for row, frame in enumerate(file.frames):
+                rows.setdefault((frame.step, self.stages.index(frame.stage)), {})[rank] = row
+        moments = [rows[key] for key in sorted(rows)]
+        return [self.files[min(moment)].frames[moment[min(moment)]] for moment in moments], moments
+
+    def _file(self, rank: int, kind: str | None = None) -> RankFile:
+        if rank not in self.files or (kind and self.files[rank].kind != kind):
+            there = "; ".join(f"rank {r} has {_ROOM[file.kind]}" for r, file in self.files.items())
+            raise NotRecordedError(f"rank {rank} has no {_ROOM[kind] if kind else 'file'} here: {there}")
+        return self.files[rank]
+
+    def _row(self, frame: int, rank: int) -> int:
+        if not -len(self.frames) <= frame < len(self.frames):
+            raise IndexError(f"frame {frame} of {len(self.frames)}")
+        if not self.has(frame, rank):
+            info = self.frames[frame]
+            own = [i for i in range(len(self.frames)) if self.has(i, rank)]
+            span = f"its frames lie between {own[0]} and {own[-1]}" if own else "it has no frame"
+            raise NotRecordedError(
+                f"rank {rank} recorded nothing at frame {frame} (step {info.step}, {info.stage}); {span}"
+            )
+        return self._rows[frame][rank]
+
+
+def _rank_files(folders: list[Path]) -> Iterable[tuple[int, Path]]:
+    for folder in reversed(folders):  # where both hold a rank, the first folder counts
+        for path in folder.glob("*.vtkhdf"):
+            if match := _RANK_FILE.fullmatch(path.name):
+                yield int(match[1]), path
+
+
+def _first_json(folders: list[Path], name: str) -> dict[str, Any]:
+    found = [folder / name for folder in folders if (folder / name).is_file()]
+    return json.loads(found[0].read_text(encoding="utf-8")) if found else {}
+
+
+def _in_order(names: Iterable[str]) -> list[str]:
+    return list(dict.fromkeys(names))

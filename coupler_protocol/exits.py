@@ -1,0 +1,44 @@
+"""Why a program ends: exit codes by whose fault it is, and the exceptions that carry them."""
+
+DONE, COMMAND_LINE, SCENE, ENVIRONMENT, PEER, PHYSICS, OURSELVES, INTERRUPTED = 0, 2, 3, 4, 5, 6, 7, 130
+
+MEANING = {
+    DONE: "done",
+    COMMAND_LINE: "command line",
+    SCENE: "scene",
+    ENVIRONMENT: "environment (port, disk, permission)",
+    PEER: "the other side",
+    PHYSICS: "physics (the computation blew up)",
+    OURSELVES: "a fault of this program",
+    INTERRUPTED: "interrupted",
+}
+
+
+class RunEnded(Exception):
+    """A run ends before its last stage; `code` says whose fault it is."""
+
+    code = OURSELVES
+
+
+class EnvironmentFailed(RunEnded):
+    """A port, a file or a folder cannot be used."""
+
+    code = ENVIRONMENT
+
+
+class PeerLost(RunEnded):
+    """The other side was not heard for too long, failed, or speaks another language."""
+
+    code = PEER
+
+
+class PhysicsFailed(RunEnded):
+    """Numbers grew without bounds, a zone turned inside out, or the like."""
+
+    code = PHYSICS
+
+
+class Interrupted(RunEnded):
+    """Somebody asked the run to stop."""
+
+    code = INTERRUPTED

@@ -1,0 +1,48 @@
+"""What is said. The discrete side speaks first, the continuum answers; docs/protocol.md shows the conversation and the bytes.
+
+    discrete                          continuum
+    HELLO     scene, versions, rank   WELCOME   interface, clocks       or REJECT with a reason
+    PACKED    what the packing is     FIELD     stress of the zones that become a hole
+    READY     half masses at nodes    GO        gravity of the first step
+    FORCE     forces at rim nodes     VELOCITY  velocities of rim nodes      once a step
+    FORCE                             STOP      why the run ends
+    FAREWELL  timings
+"""
+
+from typing import NamedTuple
+
+PROTOCOL_VERSION = 1
+
+HELLO, WELCOME, REJECT, PACKED, FIELD, READY, GO, FORCE, VELOCITY, STOP, FAREWELL, FAILURE = range(1, 13)
+
+NAMES = (
+    "?", "HELLO", "WELCOME", "REJECT", "PACKED", "FIELD", "READY", "GO", "FORCE", "VELOCITY", "STOP", "FAREWELL",
+    "FAILURE",
+)  # fmt: skip
+ONE_WAY = (FAILURE, REJECT)
+
+RECORD, END_OF_STAGE, CHECKPOINT = 1, 2, 4
+
+
+class Order(NamedTuple):
+    """Scalars of VELOCITY: which step this is and what to do after it."""
+
+    stage: float  # index of the stage
+    step: float  # steps since the run began, this one included
+    gravity: float  # [m/s2] for the NEXT step (the discrete side moves its free discs before it hears again)
+    gravity_factor: float  # of this step
+    dt: float  # [s], 1 in static mode
+    interval: float  # steps to the next exchange
+    flags: float  # RECORD | END_OF_STAGE | CHECKPOINT
+
+
+class Answer(NamedTuple):
+    """Scalars of FORCE: how the discs fare."""
+
+    ratio: float  # unbalanced force ratio of the free discs (that of the last look)
+    dt_limit: float  # largest stable step in units of dt
+    kinetic: float  # [J] (in scaled masses in static mode)
+    stored: float  # [J] in contact springs
+    power: float  # [W] sum of P.v over the rim, as the discs see it
+    broken: float  # bonds broken since the window was filled
+    warnings: float  # count of capped velocities and the like

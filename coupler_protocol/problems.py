@@ -1,0 +1,29 @@
+"""What is wrong with a scene: every problem at once, each with its place, its reason and a remedy."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong with a scene."""
+
+    file: str
+    line: int | None
+    key: str
+    reason: str
+    remedy: str = ""
+
+    def __str__(self):
+        place = f"{self.file}:{self.line}" if self.line else self.file
+        text = f"{place}: {self.key}: {self.reason}" if self.key else f"{place}: {self.reason}"
+        return f"{text}\n    {self.remedy}" if self.remedy else text
+
+
+class SceneError(ValueError):
+    """A scene that cannot be computed; `problems` lists everything found, in the order of the file."""
+
+    def __init__(self, problems):
+        self.problems = sorted(problems, key=lambda p: (p.line or 0, p.key))
+        count = len(self.problems)
+        head = f"{count} problem{'s' if count > 1 else ''} in the scene"
+        super().__init__("\n".join([head, *map(str, self.problems)]))

@@ -1,0 +1,86 @@
+"""What both servers' command lines share: options, log file, and one exit code for each kind of end."""
+
+import argparse
+import logging
+import os
+import sys
+import traceback
+from importlib.metadata import version
+from pathlib import Path
+
+from coupler_protocol import exits
+from coupler_protocol.problems import SceneError
+
+
+def common_options(parser):
+    """Options that every command that computes a scene takes."""
+    parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
+    parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+    parser.add_argument("--threads", metavar="N", type=int, default=1, help="threads of each process (default 1)")
+    parser.add_argument("--force", action="store_true", help="write into OUT even if results are there")
+
+
+def server_parser(name, description):
+    """Parser of a server's command line."""
+    parser = argparse.ArgumentParser(prog=name, description=description)
+    common_options(parser)
+    parser.add_argument("--out", metavar="DIR", required=True, help="run directory")
+    parser.add_argument("--progress", choices=("plain", "json", "none"), default="plain", help="form of the progress")
+    parser.add_argument("--tether", action="store_true", help="stop when standard input closes (used by the launcher)")
+    parser.add_argument("--version", action="version", version=f"%(prog)s {version('colluvium')}")
+    return parser
+
+
+def prepare_folder(path, own_files, force):
+    """Make the run directory; raises EnvironmentFailed if it holds results of this process and `force` is not given."""
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        there = [name for name in own_files if (path / name).exists()]
+        if there and not force:
+            raise exits.EnvironmentFailed(f"{path} holds results already ({there[0]}): choose another --out or use --force")
+        for name in there:
+            (path / name).unlink()
+    except OSError as error:
+        raise exits.EnvironmentFailed(f"cannot write to {path}: {error}") from None
+    return path
+
+
+def log_to(path):
+    """Write the log of this process to a file."""
+    handler = logging.FileHandler(path, mode="w", encoding="utf-8")
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    root = logging.getLogger()
+    root.addHandler(handler)
+    root.setLevel(logging.INFO)
+
+
+def set_threads(count):
+    """Threads of the kernels; must come before numba is loaded."""
+    os.environ.setdefault("NUMBA_NUM_THREADS", str(max(1, count)))
+
+
+def ended(name, work):
+    """Run `work()` and turn its end into an exit code; says on standard error what happened and whose fault it is."""
+    try:
+        work()
+    except SceneError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return exits.SCENE
+    except exits.RunEnded as error:
+        logging.getLogger(name).error("%s", error)
+        print(f"{name}: {error}", file=sys.stderr)
+        return error.code
+    except KeyboardInterrupt:
+        print(f"{name}: interrupted twice, ended at once", file=sys.stderr)
+        return exits.INTERRUPTED
+    except OSError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return exits.ENVIRONMENT
+    except Exception:
+        text = traceback.format_exc()
+        logging.getLogger(name).error("%s", text)
+        print(f"{name}: a fault of this program, please report it\n{text}", file=sys.stderr)
+        return exits.OURSELVES
+    return exits.DONE

@@ -1,0 +1,42 @@
+"""How far a server is, told at most a few times a second: lines for a person, or JSON lines for the launcher's picture."""
+
+import json
+import sys
+import time
+
+
+class Progress:
+    """Reports of one process. `form`: "plain" (to standard error), "json" (to standard output), "none", or a function of a dict."""
+
+    def __init__(self, rank, form="plain", interval=None):
+        self.rank, self.form = rank, form
+        self.interval = interval if interval is not None else (2.0 if form == "plain" else 0.2)
+        self._next, self._begin = 0.0, time.monotonic()
+
+    def __call__(self, stage, text="", step=0, of=None, ratio=None, factor=None, now=False):
+        """Report, unless the last report is too recent (`now` reports always)."""
+        time_now = time.monotonic()
+        if time_now < self._next and not now:
+            return
+        self._next = time_now + self.interval
+        row = {"rank": self.rank, "stage": stage, "text": text, "step": step, "of": of, "ratio": ratio, "factor": factor}
+        if callable(self.form):
+            self.form(row)
+        elif self.form == "json":
+            print(json.dumps(row), flush=True)
+        elif self.form == "plain":
+            print(f"{time_now - self._begin:7.1f} s  {as_line(row)}", file=sys.stderr, flush=True)
+
+
+def as_line(row):
+    """One report as a line of text."""
+    parts = [f"rank {row['rank']}", f"{row['stage']:<12}"]
+    if row["step"]:
+        parts.append(f"step {row['step']}" + (f"/{row['of']}" if row["of"] else ""))
+    if row["factor"] is not None:
+        parts.append(f"{row['factor']:.2f} g")
+    if row["ratio"] is not None:
+        parts.append(f"ratio {row['ratio']:.2e}")
+    if row["text"]:
+        parts.append(row["text"])
+    return "  ".join(parts)

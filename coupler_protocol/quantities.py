@@ -1,0 +1,78 @@
+"""Every quantity a run leaves in its files: what it is called, its unit and its long name.
+
+Names are stable: other programs read them. An array whose name is not in a table here cannot be recorded, so
+no number reaches a file without a unit. Static stages advance with a step of 1, so there "s" counts steps.
+"""
+
+from typing import NamedTuple
+
+
+class Quantity(NamedTuple):
+    """What the attributes of a dataset say about its numbers."""
+
+    unit: str
+    long_name: str
+    components: tuple[str, ...] = ()
+
+
+_PLANE = ("x", "y")
+
+FIELDS = {
+    # gridpoints and discs
+    "displacement": Quantity("m", "displacement since the start", _PLANE),
+    "velocity": Quantity("m/s", "velocity", _PLANE),
+    # zones
+    "stress": Quantity("Pa", "stress, tension positive", ("xx", "yy", "zz", "xy")),
+    "shear_strain_rate": Quantity("1/s", "maximum engineering shear strain rate"),
+    "shear_strain": Quantity("-", "maximum engineering shear strain"),
+    "plastic_state": Quantity(
+        "-", "yielding: 1 shear now, 2 tension now, 4 shear past, 8 tension past (sum)"
+    ),
+    "group": Quantity("-", "index of the zone's material in the scene"),
+    # discs
+    "id": Quantity("-", "number of the disc, the same in every frame"),
+    "radius": Quantity("m", "radius"),
+    "spin": Quantity("rad/s", "angular velocity, counter-clockwise positive"),
+    "material": Quantity("-", "material of the disc: 0 soil, 1 stone"),
+    "stone": Quantity("-", "number of the stone the disc belongs to, -1 for soil"),
+    "control": Quantity("-", "1 for a control disc of the ring, 0 for a free disc"),
+    # contacts
+    "disc_a": Quantity("-", "id of the first disc of the contact"),
+    "disc_b": Quantity("-", "id of the second disc of the contact"),
+    "normal_force": Quantity("N", "normal contact force per unit thickness, compression positive"),
+    "shear_force": Quantity(
+        "N", "shear contact force per unit thickness on the second disc, along (-n_y, n_x)"
+    ),
+    "bond_state": Quantity("-", "0 never bonded, 1 bonded, 2 broken in tension, 3 broken in shear"),
+}
+
+FRAME = {
+    "step": Quantity("-", "number of the step"),
+    "time": Quantity("s", "time; static stages advance it by 1 a step"),
+    "stage": Quantity("-", "name of the stage"),
+    "gravity_factor": Quantity("-", "gravity over the gravity of the scene"),
+}
+
+HISTORIES = {
+    "unbalanced_ratio": Quantity("-", "unbalanced force ratio"),
+    "gravity_factor": Quantity("-", "gravity over the gravity of the scene"),
+    "kinetic_energy": Quantity("J", "kinetic energy per unit thickness"),
+    "interface_force_x": Quantity("N", "sum of the discs' forces on the rim, x"),
+    "interface_force_y": Quantity("N", "sum of the discs' forces on the rim, y"),
+    "max_displacement": Quantity("m", "largest displacement"),
+    "max_velocity": Quantity("m/s", "largest velocity"),
+    "bonds_broken": Quantity("-", "contact bonds broken since the start"),
+    "contacts": Quantity("-", "contacts that carry a force or a bond"),
+    "velocity_caps": Quantity("-", "times the velocity of a disc was capped since the start"),
+}
+
+
+def quantity(table: dict[str, Quantity], name: str) -> Quantity:
+    """The entry of `name`, or an error that says which names there are and where a new one goes."""
+    try:
+        return table[name]
+    except KeyError:
+        raise ValueError(
+            f"no unit is known for {name!r}. Known: {', '.join(sorted(table))}. "
+            f"A new quantity is declared in coupler_protocol/quantities.py."
+        ) from None

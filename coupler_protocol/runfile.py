@@ -1,0 +1,62 @@
+"""run.json: what was run, where, with which versions, how it ended and where the time went."""
+
+import json
+import os
+import platform
+import time
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+LIBRARIES = ("colluvium", "numpy", "numba", "scipy", "pyzmq", "msgpack", "h5py", "pydantic")
+
+
+def describe(scene):
+    """The part of run.json that is known at the start."""
+    return {
+        "title": scene.title,
+        "scene_hash": scene.digest(),
+        "seed": scene.seed,
+        "versions": {"python": platform.python_version()} | {name: _version(name) for name in LIBRARIES},
+        "cpu": _cpu(),
+        "host": platform.node(),
+        "start": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
+    }
+
+
+def _version(name):
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "?"
+
+
+def _cpu():
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        return next(line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.processor() or platform.machine()
+
+
+def write_json(path, content):
+    """Write JSON to a new file and rename it, so that a reader never sees half of it."""
+    path = Path(path)
+    new = path.with_suffix(path.suffix + ".new")
+    new.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    os.replace(new, path)
+
+
+def stage_rows(results, continuum, discrete):
+    """Rows of run.json's `stages`: outcome and seconds of each. discrete: one list of stage times for each rank.
+
+    The grid's waiting inside `fill` is the discs' building; in coupled stages it is the wait for their forces.
+    """
+    rows = []
+    for result, times in zip(results, continuum, strict=True):
+        seconds = {"continuum": times["computing"], "waiting": times["waiting"], "recording": times["recording"]}
+        same = [t for rank in discrete for t in rank if t["name"] == times["name"]]
+        seconds["discrete"] = max((t["computing"] for t in same), default=0.0)
+        seconds["waiting_discrete"] = max((t["waiting"] for t in same), default=0.0)
+        seconds["recording_discrete"] = max((t["recording"] for t in same), default=0.0)
+        rows.append(result | {"seconds": {key: round(value, 4) for key, value in seconds.items()}})
+    return rows

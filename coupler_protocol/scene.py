@@ -1,0 +1,221 @@
+"""A scene: what is computed, read from a TOML file into an immutable object.
+
+Tables of effects are not listed here. Each stands with its equation in a server's effect file and is found through the
+entry-point group `colluvium.effects`; the name of the entry point says where the table belongs.
+"""
+
+import hashlib
+import json
+from functools import cache
+from importlib.metadata import entry_points
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field, create_model, model_validator
+
+from coupler_protocol.declare import Table, quantity
+
+FORMAT = 1
+GRID_ONLY = ("equilibrium", "locate")
+STAGE_KINDS = (*GRID_ONLY, "fill", "couple", "overload")
+
+
+@cache
+def declared_effects():
+    """All effects that are installed: {place in the scene: class that declares the table's keys}."""
+    found = entry_points(group="colluvium.effects")
+    return {point.name: point.load() for point in sorted(found, key=lambda p: p.name)}
+
+
+def _effect_fields(place):
+    """Optional fields for the effects below `place` ("material" gives elastic, mohr_coulomb, ...)."""
+    inside = {name.partition(".")[2]: cls for name, cls in declared_effects().items() if name.startswith(place + ".")}
+    return {
+        name: (cls | None, Field(default=None, description=(cls.__doc__ or "").strip().splitlines()[0]))
+        for name, cls in inside.items()
+    }
+
+
+def _both_ways(value):
+    return (value, value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+def _constant(value):
+    return {"to": value} if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+Positive = Annotated[float, Field(gt=0)]
+Point = tuple[float, float]
+Span = tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]
+
+
+class Grid(Table):
+    """The continuum's mesh."""
+
+    kind: Literal["slope", "box"] = quantity("slope", meaning="a slope under `profile`, or a box")
+    length: float = quantity(unit="m", meaning="extent in x, from 0", gt=0)
+    height: float = quantity(unit="m", meaning="extent in y, from 0", gt=0)
+    zone_size: Annotated[tuple[Positive, Positive], BeforeValidator(_both_ways)] = quantity(
+        unit="m", meaning="size of a zone, one number or [in x, in y]"
+    )
+    profile: list[Point] | None = quantity(
+        None, unit="m", meaning="ground surface from left to right (kind = slope); snaps to gridpoints", min_length=2
+    )
+
+    @model_validator(mode="after")
+    def _profile_for_slopes(self):
+        if (self.kind == "slope") != (self.profile is not None):
+            raise ValueError(f'kind = "{self.kind}" {"needs" if self.kind == "slope" else "takes no"} profile')
+        return self
+
+
+class Boundary(Table):
+    """Gridpoints of one side held in place."""
+
+    on: Literal["left", "right", "bottom", "top"] = quantity(meaning="side of the grid")
+    fix: Literal["x", "y", "xy"] = quantity(meaning="components of velocity that stay zero")
+
+
+class Window(Table):
+    """A rectangle of zones that becomes a hole and is computed by one discrete process."""
+
+    name: str = quantity(meaning="name of the window", min_length=1)
+    columns: Span = quantity(meaning="first and last zone in x, from 0")
+    rows: Span = quantity(meaning="first and last zone in y, from 0")
+
+    @model_validator(mode="after")
+    def _in_order(self):
+        if self.columns[0] > self.columns[1] or self.rows[0] > self.rows[1]:
+            raise ValueError("columns and rows are [first, last] with first <= last")
+        return self
+
+
+class Coupling(Table):
+    """How motion and force cross the interface."""
+
+    mapping: Literal["work-consistent", "paper"] = quantity("work-consistent", meaning="docs/theory.md says what each keeps")
+    exchange_every: int = quantity(1, unit="steps", meaning="steps between exchanges", ge=1, le=1)
+
+
+class Link(Table):
+    """Clocks of the connection."""
+
+    timeout: float = quantity(5.0, unit="s", meaning="silence after which the last message is sent again", gt=0)
+    give_up: float = quantity(120.0, unit="s", meaning="silence after which the peer counts as lost", gt=0)
+
+
+class Record(Table):
+    """What is written how often."""
+
+    every: int = quantity(200, unit="steps", meaning="steps between frames", ge=1)
+    history: int = quantity(10, unit="steps", meaning="steps between points of the histories", ge=1)
+
+
+class Ramp(Table):
+    """A value that changes linearly over some steps."""
+
+    to: float = quantity(meaning="value at the end", ge=0)
+    over: int = quantity(0, unit="steps", meaning="steps it takes to get there", ge=0)
+
+
+class Until(Table):
+    """When a stage ends: at whichever comes first."""
+
+    ratio: float | None = quantity(None, meaning="unbalanced force ratio on every code, sustained", gt=0, lt=1)
+    steps: int | None = quantity(None, unit="steps", meaning="steps of the stage", ge=1)
+    displacement: float | None = quantity(None, unit="m", meaning="largest displacement of a gridpoint", gt=0)
+
+
+class Stage(Table):
+    """One step of the procedure."""
+
+    name: str = quantity(meaning="name of the stage; also its kind where no kind is given", min_length=1)
+    kind: Literal[STAGE_KINDS] = quantity(meaning="what is done")
+    gravity: float | None = quantity(None, unit="m/s2", meaning="gravity, downwards; stays for later stages", ge=0)
+    gravity_factor: Annotated[Ramp, BeforeValidator(_constant)] | None = quantity(
+        None, meaning="gravity is multiplied by this, a number or { to, over }; stays for later stages"
+    )
+    until: Until | None = quantity(None, meaning="when the stage ends")
+    handover: int | None = quantity(
+        None, unit="steps", meaning="kind couple: steps over which discs take over from zones (500)", ge=1
+    )
+    insitu: bool | None = quantity(None, meaning="kind fill: bring the discs to the zones' stress (true)")
+    discard: bool = quantity(False, meaning="forget the outcome: the next stage starts where this one did")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _kind_from_name(cls, data):
+        if isinstance(data, dict) and "kind" not in data and "name" in data:
+            return {**data, "kind": data["name"]}
+        return data
+
+
+@cache
+def scene_class():
+    """The class of scenes, with all installed effects in their places."""
+    grain = _effect_fields("grain")
+    material = create_model(
+        "Material",
+        __base__=Table,
+        __doc__="A soil of the continuum; the last material whose region holds a zone's centre is its material.",
+        name=(str, quantity(meaning="name of the material", min_length=1)),
+        density=(float, quantity(unit="kg/m3", meaning="density", gt=0)),
+        region=(list[Point] | None, quantity(None, unit="m", meaning="polygon it fills; none: everywhere", min_length=3)),
+        **_effect_fields("material"),
+    )
+    discs_material = create_model(
+        "Grain",
+        __base__=Table,
+        __doc__="Material of discs.",
+        density=(float, quantity(unit="kg/m3", meaning="density of the discs", gt=0)),
+        **grain,
+    )
+    ring = create_model("Ring", __base__=Table, __doc__="Properties of contacts with control discs.", **grain)
+    discs = create_model(
+        "Discs",
+        __base__=Table,
+        __doc__="What fills a window.",
+        radius=(float, quantity(unit="m", meaning="mean radius", gt=0)),
+        spread=(float, quantity(0.25, meaning="radii are uniform in radius (1 -+ spread)", ge=0, lt=0.8)),
+        packing=(Literal["relaxed"], quantity("relaxed", meaning="how discs are placed")),
+        porosity=(float, quantity(0.16, meaning="porosity aimed at", gt=0.1, lt=0.4)),
+        confinement=(float, quantity(100e3, unit="Pa", meaning="mean pressure of the fresh packing", gt=0)),
+        density_matching=(bool, quantity(True, meaning="discs weigh what the zones they replace weighed")),
+        stiffness=(Literal["disc", "contact"], quantity("disc", meaning="springs belong to discs (in series) or to contacts")),
+        soil=(discs_material, quantity(meaning="material of the discs")),
+        **_effect_fields("discs"),
+    )
+    return create_model(
+        "Scene",
+        __base__=SceneBase,
+        material=(list[material], Field(default_factory=list, description="soils of the continuum")),
+        discs=(discs | None, Field(default=None, description="what fills the windows")),
+        ring=(ring | None, Field(default=None, description="contacts of the ring; none: bonded, the discs' own properties")),
+        damping=(declared_effects()["damping"] | None, Field(default=None, description="damping of the grid")),
+    )
+
+
+class SceneBase(Table):
+    """What is computed: grid, materials, windows, discs, stages."""
+
+    format: Literal[1] = quantity(meaning="version of the scene format")
+    title: str = quantity("", meaning="shown in pictures and logs")
+    seed: int = quantity(meaning="every random choice derives from it, by name", ge=0)
+    grid: Grid = Field(description="the continuum's mesh")
+    boundary: list[Boundary] = Field(default_factory=list, description="what is held in place")
+    window: list[Window] = Field(default_factory=list, description="windows of discs, rank 1 onwards")
+    coupling: Coupling = Field(default=Coupling(), description="how motion and force cross the interface")
+    link: Link = Field(default=Link(), description="clocks of the connection")
+    record: Record = Field(default=Record(), description="what is written how often")
+    stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
+
+    def resolved(self):
+        """The scene as plain data, every default filled in."""
+        return self.model_dump(mode="json")
+
+    def digest(self):
+        """Hash of the resolved scene: equal where both sides would compute the same."""
+        return hashlib.sha256(json.dumps(self.resolved(), sort_keys=True).encode()).hexdigest()
+
+    def name_of_stage(self, index):
+        """Name of the stage with this number."""
+        return self.stage[index].name

@@ -1,0 +1,35 @@
+"""Gravity over the stages: what each inherits, and its value at any step."""
+
+from typing import NamedTuple
+
+
+class Leg(NamedTuple):
+    """Gravity during one stage: factor goes linearly from `start` to `end` over `over` steps, then stays."""
+
+    gravity: float  # [m/s2] at factor 1
+    start: float
+    end: float
+    over: int
+
+    def factor(self, step):
+        """Gravity factor of the step with this number (from 0) in the stage."""
+        if step + 1 >= self.over:
+            return self.end
+        return self.start + (self.end - self.start) * ((step + 1) / self.over)
+
+    def at(self, step):
+        """Gravity [m/s2] of that step."""
+        return self.gravity * self.factor(step)
+
+
+def plan(scene):
+    """A Leg for every stage. Gravity and its factor stay for later stages, except those of discarded stages."""
+    gravity, factor, legs = 0.0, 1.0, []
+    for stage in scene.stage:
+        own_gravity = gravity if stage.gravity is None else stage.gravity
+        ramp = stage.gravity_factor
+        leg = Leg(own_gravity, factor, factor if ramp is None else ramp.to, 0 if ramp is None else ramp.over)
+        legs.append(leg)
+        if not stage.discard:
+            gravity, factor = own_gravity, leg.end
+    return legs

@@ -1,0 +1,54 @@
+"""Where each key of a TOML text stands, for messages: the standard reader gives values without line numbers."""
+
+import re
+
+_HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]]+?)\s*\]")
+_KEY = re.compile(r"^\s*((?:[A-Za-z0-9_\-]+|\"[^\"]*\")(?:\s*\.\s*(?:[A-Za-z0-9_\-]+|\"[^\"]*\"))*)\s*=")
+_TEXT = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|#.*$")
+
+
+def _parts(dotted):
+    return tuple(part.strip().strip('"') for part in dotted.split("."))
+
+
+def locate(text):
+    """Line number (from 1) of every table and key, by its path: ("material", 0, "density") -> 12.
+
+    Keys inside inline tables and arrays have no entry of their own; ask `line_of`, which falls back to what encloses them.
+    """
+    lines, counts, prefix, depth = {}, {}, (), 0
+    for number, line in enumerate(text.splitlines(), start=1):
+        bare = _TEXT.sub('""', line)
+        header = _HEADER.match(bare) if depth == 0 else None
+        if header:
+            prefix = _with_indices(_parts(header[2]), counts, new_item=header[1] == "[[")
+            lines[prefix] = number
+            continue
+        key = _KEY.match(line) if depth == 0 else None
+        if key:
+            lines[prefix + _parts(key[1])] = number
+            bare = bare.partition("=")[2]
+        depth = max(0, depth + sum(bare.count(c) for c in "[{") - sum(bare.count(c) for c in "]}"))
+    return lines
+
+
+def _with_indices(parts, counts, new_item):
+    """The path of a table header with the list positions TOML leaves implicit put in."""
+    path = ()
+    for place, part in enumerate(parts):
+        path += (part,)
+        if new_item and place == len(parts) - 1:
+            counts[path] = counts.get(path, -1) + 1
+        if path in counts:
+            path += (counts[path],)
+    return path
+
+
+def line_of(lines, path):
+    """Line of `path`, or of the closest thing that encloses it; None where nothing does."""
+    path = tuple(path)
+    while path:
+        if path in lines:
+            return lines[path]
+        path = path[:-1]
+    return None

@@ -1,0 +1,1 @@
+"""The discrete side: discs, contacts and contact bonds inside the window."""

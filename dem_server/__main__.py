@@ -1,0 +1,69 @@
+"""Command line of the discrete server: `dem-server SCENE --connect ENDPOINT --rank N --out DIR`."""
+
+import logging
+import sys
+
+from coupler_protocol import exits, link, messages, program
+from coupler_protocol.interrupt import StopRequest, stop_on_signals, stop_with_parent
+from coupler_protocol.progress import Progress
+
+
+def parser():
+    """Options of the command line."""
+    p = program.server_parser("dem-server", "Discrete side: computes one window of discs for a continuum process.")
+    p.add_argument("--connect", required=True, metavar="ENDPOINT", help="tcp://HOST:PORT, or the file it is written to")
+    p.add_argument("--rank", type=int, default=1, metavar="N", help="which window of the scene, from 1 (default 1)")
+    return p
+
+
+def main(argv=None):
+    """Entry point; returns the exit code."""
+    options = parser().parse_args(argv)
+    program.set_threads(options.threads)
+    stop = StopRequest()
+    stop_on_signals(stop)
+    if options.tether:
+        stop_with_parent(stop)
+    return program.ended("dem-server", lambda: serve(options, stop))
+
+
+def serve(options, stop):
+    """Read the scene, connect, compute."""
+    from coupler_protocol.scene_reader import read_scene
+
+    scene = read_scene(options.scene, options.set)
+    own = [f"dem.rank{options.rank}.{ending}" for ending in ("vtkhdf", "log")]
+    out = program.prepare_folder(options.out, own, options.force)
+    program.log_to(out / own[1])
+    progress = Progress(options.rank, "none" if options.quiet else options.progress)
+    transport = link.RankTransport(link.endpoint_from(options.connect, scene.link.give_up))
+    try:
+        reason = compute(scene, options.rank, transport, out, progress, stop)
+        progress("done", reason, now=True)
+    finally:
+        transport.close()
+
+
+def compute(scene, rank, transport, out, progress, stop):
+    """Compute the window of `rank` over any transport; used by the command line and by the in-process twin.
+
+    On failure the peer is told, State is saved where there is one, and the exception goes on.
+    """
+    from coupler_protocol.lockstep import Clocks, Conversation
+    from dem_server.stages import DiscreteSide
+
+    conversation = Conversation(transport, rank, 0, Clocks(scene.link), stop)
+    side = DiscreteSide(scene, rank, conversation, out, progress)
+    try:
+        return side.run()
+    except BaseException as error:
+        if not isinstance(error, exits.PeerLost):
+            conversation.tell(messages.FAILURE, {"reason": str(error) or type(error).__name__})
+        if side.state is not None:
+            path = side.save("stopped", "free discs moved, velocities awaited")
+            logging.getLogger("dem-server").info("state saved to %s", path)
+        raise
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,55 @@
+"""Contact bond: glue of vanishing size that carries tension and shear until one of its strengths is passed.
+
+    holds:   no slip limit, Fn may be tensile
+    -Fn  > Fnb:   broken in tension, both forces drop to zero                    (1)
+    |Fs| > Fsb:   broken in shear, |Fs| <= mu Fn from now on                     (2)
+
+with Fnb, Fsb the smaller strengths of the two discs. A broken bond does not heal.
+Source: Potyondy & Cundall (2004), Int. J. Rock Mech. Min. Sci. 41, 1329-1364; Itasca, PFC2D 3.1 Theory,
+"Contact-bond model".
+"""
+
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from coupler_protocol.declare import Effect, quantity
+
+NONE, BONDED, BROKEN_TENSION, BROKEN_SHEAR = 0, 1, 2, 3  # values of `bond_state`
+
+
+class Bond(Effect):
+    """contact bonds that break in tension or shear"""
+
+    source: ClassVar[str] = "Potyondy & Cundall (2004), Int. J. Rock Mech. Min. Sci. 41, 1329-1364"
+    tension: float = quantity(unit="N", meaning="tensile strength of a contact bond", ge=0)
+    shear: float = quantity(unit="N", meaning="shear strength of a contact bond", ge=0)
+
+
+class BondTable(NamedTuple):
+    """Bond strengths of each kind of pair: `tension`, `shear` (kinds,) [N]; both zero: never bonded."""
+
+    tension: np.ndarray
+    shear: np.ndarray
+
+
+def bond_table(pairs):
+    """Table of the kinds of pairs; a disc without a bond table is not bonded to anything. None if none is."""
+    glued = [a.bond is not None and b.bond is not None for a, b in pairs]
+    if not any(glued):
+        return None
+    return BondTable(
+        tension=np.array([min(a.bond.tension, b.bond.tension) if g else 0.0
+                          for (a, b), g in zip(pairs, glued, strict=True)]),
+        shear=np.array([min(a.bond.shear, b.bond.shear) if g else 0.0
+                        for (a, b), g in zip(pairs, glued, strict=True)]),
+    )
+
+
+def bond_after(normal, shear, tensile_strength, shear_strength):
+    """State of a bond under `normal` (compression positive) and `shear` force [N]: Eq (1), then Eq (2)."""
+    if -normal > tensile_strength:
+        return BROKEN_TENSION
+    if abs(shear) > shear_strength:
+        return BROKEN_SHEAR
+    return BONDED

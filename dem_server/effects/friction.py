@@ -1,0 +1,45 @@
+"""Coulomb friction at contacts that are not bonded.
+
+    |Fs| <= mu Fn,    mu = min(mu_a, mu_b)                                       (1)
+
+Source: Cundall & Strack (1979), Géotechnique 29, 47-65. Without this table an unbonded contact carries no
+shear force.
+"""
+
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from coupler_protocol.declare import Effect, quantity
+
+
+class Friction(Effect):
+    """Coulomb slip limit at contacts without a bond"""
+
+    source: ClassVar[str] = "Cundall & Strack (1979), Géotechnique 29, 47-65"
+    coefficient: float = quantity(meaning="friction coefficient; the smaller one of a pair counts", ge=0)
+
+
+class FrictionTable(NamedTuple):
+    """Friction coefficients of each kind of pair: `coefficient` (kinds,) [-]."""
+
+    coefficient: np.ndarray
+
+
+def friction_table(pairs):
+    """Table of the kinds of pairs; a disc without a friction table is smooth. None if all are."""
+    if all(a.friction is None or b.friction is None for a, b in pairs):
+        return None
+    return FrictionTable(
+        np.array([min(g.friction.coefficient if g.friction else 0.0 for g in pair) for pair in pairs])
+    )
+
+
+def slip_limit(coefficient, normal):
+    """Right side of Eq (1) for a compressive normal force [N]."""
+    return coefficient * normal
+
+
+def clipped(force, limit):
+    """`force` brought within +-`limit` (both in N, limit >= 0)."""
+    return min(max(force, -limit), limit)

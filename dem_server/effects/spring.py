@@ -1,0 +1,64 @@
+"""Linear springs between two touching discs, normal and tangential.
+
+Two discs whose stiffnesses act in series share one contact stiffness
+
+    k = ka kb / (ka + kb)                                                        (1)
+
+and with the gap g - gr between them (gr: reference gap, compression positive forces)
+
+    Fn = -kn (g - gr),    Fs <- Fs - ks * slip.                                  (2)
+
+Sources: Cundall & Strack (1979), Géotechnique 29, 47-65 (the law); Itasca, PFC2D 3.1 Theory, "Contact
+constitutive models".
+"""
+
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from coupler_protocol.declare import Effect, quantity
+
+
+class Spring(Effect):
+    """linear normal and shear springs at the contacts"""
+
+    source: ClassVar[str] = "Cundall & Strack (1979), Géotechnique 29, 47-65"
+    normal: float = quantity(unit="N/m", meaning="normal stiffness of a disc (or of a contact)", gt=0)
+    shear: float = quantity(unit="N/m", meaning="shear stiffness of a disc (or of a contact)", ge=0)
+
+
+class SpringTable(NamedTuple):
+    """Contact stiffnesses of each kind of pair: `normal`, `shear` (kinds,) [N/m]."""
+
+    normal: np.ndarray
+    shear: np.ndarray
+
+
+def in_series(ka, kb):
+    """Eq (1) [N/m]; zero if one of the two is zero."""
+    return ka * kb / (ka + kb) if ka * kb > 0.0 else 0.0
+
+
+def spring_table(pairs, stiffness):
+    """Table of the kinds of pairs; `stiffness` says what the scene's values belong to, "disc" or "contact".
+
+    Values that belong to the contact come out unchanged between discs of one material: the harmonic mean. A grain
+    without springs takes those of its partner.
+    """
+    factor = {"disc": 1.0, "contact": 2.0}[stiffness]
+    some = next(grain.spring for pair in pairs for grain in pair if grain.spring is not None)
+    pairs = [(a.spring or b.spring or some, b.spring or a.spring or some) for a, b in pairs]
+    return SpringTable(
+        normal=np.array([factor * in_series(a.normal, b.normal) for a, b in pairs]),
+        shear=np.array([factor * in_series(a.shear, b.shear) for a, b in pairs]),
+    )
+
+
+def normal_force(kn, gap):
+    """First of Eqs (2): `gap` is g - gr [m]; compression positive [N]."""
+    return -kn * gap
+
+
+def shear_force(ks, slip, before):
+    """Second of Eqs (2): `slip`: tangential displacement of this step [m], `before`: force so far [N]."""
+    return before - ks * slip

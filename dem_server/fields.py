@@ -1,0 +1,83 @@
+"""Contacts as flat arrays, for recording and for everything that is not the force pass."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from coupler_protocol.interface import polygon_area
+from dem_server.effects.bond import BONDED
+from dem_server.ring import inner_share
+
+
+class Contacts(NamedTuple):
+    """Listed pairs that exist as contacts. Branch and normal point from disc a to disc b.
+
+    disc_a, disc_b (m,); normal_force (compression positive), shear_force (m,) [N]; bond_state (m,); gap
+    (m,): g - gr [m]; branch (m, 2): x_b - x_a [m]; kind (m,); slot (m,): flat index of the slot.
+    """
+
+    disc_a: np.ndarray
+    disc_b: np.ndarray
+    normal_force: np.ndarray
+    shear_force: np.ndarray
+    bond_state: np.ndarray
+    gap: np.ndarray
+    branch: np.ndarray
+    kind: np.ndarray
+    slot: np.ndarray
+
+    @property
+    def normal(self):
+        """Unit normals (m, 2)."""
+        return self.branch / np.hypot(*self.branch.T)[:, None]
+
+    @property
+    def tangent(self):
+        """Unit tangents (m, 2): normals turned by +90 degrees."""
+        nx, ny = self.normal.T
+        return np.column_stack([-ny, nx])
+
+    @property
+    def force(self):
+        """Forces on disc b (m, 2) [N]."""
+        return self.normal_force[:, None] * self.normal + self.shear_force[:, None] * self.tangent
+
+
+def contacts(state):
+    """Contacts of the state: pairs with g - gr < 0 or bonded."""
+    pairs = listed_pairs(state)
+    there = (pairs.gap < 0.0) | (pairs.bond_state == BONDED)
+    return Contacts(*(array[there] for array in pairs))
+
+
+def listed_pairs(state):
+    """All near pairs, whether they touch or not."""
+    width = state.partner.shape[1]
+    slot = np.flatnonzero(np.arange(width) < state.used[:, None])
+
+    def taken(array, dtype=float):
+        return np.zeros(len(slot), dtype) if array is None else array.ravel()[slot]
+
+    a, b = slot // width, taken(state.partner).astype(np.int64)
+    branch = state.x[b] - state.x[a]
+    gap = np.hypot(*branch.T) - state.radius[a] - state.radius[b] - taken(state.reference_gap)
+    bond = taken(state.bond_state, np.int8)
+    return Contacts(a, b, taken(state.normal), taken(state.shear), bond, gap, branch, taken(state.kind), slot)
+
+
+def coordination(model, state, inside=None):
+    """Mean number of contacts of free discs, share of them with fewer than three; `inside` (n,) selects."""
+    pairs = contacts(state)
+    number = np.bincount(np.concatenate([pairs.disc_a, pairs.disc_b]), minlength=model.count)
+    chosen = np.arange(model.count) >= model.ring
+    if inside is not None:
+        chosen &= inside
+    return float(number[chosen].mean()), float((number[chosen] < 3).mean())
+
+
+def porosity(model, state):
+    """Void share of the window: free discs and inner shares of the ring's against the enclosed area."""
+    ring = state.x[: model.ring]
+    solid = np.pi * state.radius**2
+    solid[: model.ring] *= inner_share(ring)
+    return 1.0 - float(solid.sum()) / polygon_area(ring)

@@ -1,0 +1,194 @@
+"""Bringing a packing to a given stress field by virtual strain, and bonding it there.
+
+The ring is held. On a coarse grid the missing stress is turned into a strain, which is applied to the
+contacts, not to the discs:
+
+    eps = 0.8 S : (sigma* - sigma)                                               (1)
+    gr <- gr - d n.eps.n,    Fs <- Fs - ks d t.eps.n                             (2)
+
+at every closed contact (d: distance of centres), as if the discs had been strained by eps and put back.
+Then they relax with friction and gravity, and all is repeated. S is the compliance of an isotropic packing
+strained uniformly (Bathurst & Rothenburg 1988, J. Appl. Mech. 55, 17-23):
+
+    C11 + C12 = sum kn d^2 / 2A,    2 G = sum (kn + ks) d^2 / 4A                 (3)
+
+sigma* is first brought inside the packing's friction cone, and the share of it that had to be is reported.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.interpolate
+import shapely
+
+from coupler_protocol.interface import polygon_area
+from dem_server.balance import unbalanced_ratio
+from dem_server.bins import bins_over
+from dem_server.contacts import contact_forces
+from dem_server.effects import SOIL
+from dem_server.effects.bond import BONDED
+from dem_server.fields import contacts, coordination, porosity
+from dem_server.model import SPIN, VX
+from dem_server.motion import move_free
+from dem_server.stress import circle_stress, contact_moments
+
+ROUNDS = 12
+STEPS = 300  # of relaxation a round
+RELAXATION = 0.8  # of the missing stress corrected a round, Eq (1)
+REST = 1e-6  # unbalanced ratio at the end
+BIN = 8.0  # size of a bin and least radius of a measuring circle, in mean radii
+CIRCLE = 0.25  # radius of the measuring circles [m], larger for discs so large that too few fit in
+CONE = 0.85  # sine of the packing's friction angle over sine of the contacts': discs roll
+
+
+class Report(NamedTuple):
+    """What came out.
+
+    Errors of the stress (rms over measuring circles, over mean |yy|), share of the target outside the
+    friction cone, rounds, unbalanced ratio, coordination number, porosity.
+    """
+
+    error_xx: float
+    error_yy: float
+    error_xy: float
+    projected: float
+    rounds: int
+    ratio: float
+    coordination: float
+    porosity: float
+
+
+def match_weight(model, state, target):
+    """Scale the discs' weight, the ring's inner shares included, to that of the zones; return the factor."""
+    factor = float(target[:, 2] @ target[:, 6]) / float(state.weight.sum())
+    state.weight *= factor
+    return factor
+
+
+def bring_to_stress(model, state, target, gravity, report=None):
+    """Bring the discs to the stress of the removed zones under `gravity` [m/s2].
+
+    target (z, 7): x, y, area, xx, yy, xy, density of the zones (tension positive); report(text, fraction):
+    progress, if wanted.
+    """
+    polygon = state.x[: model.ring].copy()
+    size = BIN * float(state.radius[model.ring :].mean())
+    grid = bins_over(polygon, size)
+    wanted = stress_field(target)
+    at_points, projected = inside_cone(wanted(grid.points), friction_sine(model))
+    goal = grid.integral(at_points)
+    area = grid.area()
+    area = np.maximum(area, 0.25 * area.max())  # cut-off bins at the edge: too few contacts to divide by less
+    circle = min(max(CIRCLE, size), 0.99 * inscribed_radius(polygon))
+    centres = measuring_points(polygon, circle)
+    aim = inside_cone(wanted(centres), friction_sine(model))[0]
+    for round_ in range(ROUNDS):
+        strain_contacts(model, state, grid, goal, area)
+        relax(model, state, gravity, STEPS)
+        if report:
+            report(f"in-situ stress, round {round_ + 1} of {ROUNDS}", (round_ + 1) / ROUNDS)
+    for _ in range(20):
+        if unbalanced_ratio(model, state, gravity) <= REST:
+            break
+        relax(model, state, gravity, STEPS)
+    return Report(
+        *stress_error(state, centres, circle, aim).tolist(),
+        projected=projected,
+        rounds=ROUNDS,
+        ratio=unbalanced_ratio(model, state, gravity),
+        coordination=coordination(model, state)[0],
+        porosity=porosity(model, state),
+    )
+
+
+def relax(model, state, gravity, steps):
+    """`steps` steps with the ring held."""
+    for _ in range(steps):
+        move_free(model, state, gravity)
+        contact_forces(model, state)
+
+
+def stress_field(target):
+    """The zones' stresses as a function of points (m, 2), exact at centres and for linear fields."""
+    xy = target[:, :2]
+    plane = np.linalg.matrix_rank(xy - xy.mean(axis=0), tol=1e-9) == 2
+    return scipy.interpolate.RBFInterpolator(
+        xy, target[:, 3:6], neighbors=min(len(xy), 40), kernel="linear", degree=1 if plane else 0
+    )
+
+
+def friction_sine(model):
+    """Sine of the friction angle the packing itself can carry."""
+    if model.law.friction is None:
+        return 0.0
+    mu = model.law.friction.coefficient[SOIL * model.materials + SOIL]
+    return CONE * mu / np.sqrt(1.0 + mu * mu)
+
+
+def inside_cone(stress, sine):
+    """Stresses (m, 3) brought inside the cone (s1 - s3)/2 <= -sine sm, and the share that had to be.
+
+    The mean stress sm stays; where it is tensile nothing is left.
+    """
+    mean = np.minimum(0.5 * (stress[:, 0] + stress[:, 1]), 0.0)
+    half, shear = 0.5 * (stress[:, 0] - stress[:, 1]), stress[:, 2]
+    deviator = np.hypot(half, shear)
+    limit = -sine * mean
+    outside = deviator > limit
+    scale = np.divide(limit, deviator, out=np.ones_like(limit), where=outside)
+    changed = outside | (stress[:, 0] + stress[:, 1] > 0.0)
+    return np.column_stack([mean + scale * half, mean - scale * half, scale * shear]), float(changed.mean())
+
+
+def strain_contacts(model, state, grid, goal, area):
+    """Eqs (1) to (3): `goal` (nodes, 3) integral of sigma* over each bin, `area` (nodes,): the divisor."""
+    pairs = contacts(state)
+    hats = grid.weights(state.x[pairs.disc_a] + 0.5 * pairs.branch)
+    missing = RELAXATION * (goal - hats.T @ contact_moments(pairs)) / area[:, None]
+    d = np.hypot(*pairs.branch.T)
+    kn, ks = model.law.spring.normal[pairs.kind], model.law.spring.shear[pairs.kind]
+    total = polygon_area(state.x[: model.ring])
+    bulk, twice_shear = kn @ d**2 / (2.0 * total), (kn + ks) @ d**2 / (4.0 * total)
+    trace, half = missing[:, 0] + missing[:, 1], 0.5 * (missing[:, 0] - missing[:, 1])
+    mean, deviator = 0.5 * trace / bulk, half / twice_shear
+    strain = np.column_stack([mean + deviator, mean - deviator, missing[:, 2] / twice_shear])
+    xx, yy, xy = (hats @ strain).T
+    nx, ny = pairs.normal.T
+    state.reference_gap.ravel()[pairs.slot] -= d * (xx * nx * nx + yy * ny * ny + 2.0 * xy * nx * ny)
+    if state.shear is not None:
+        state.shear.ravel()[pairs.slot] -= ks * d * ((yy - xx) * nx * ny + xy * (nx * nx - ny * ny))
+    state.disc[:, VX : SPIN + 1] = 0.0
+    contact_forces(model, state)
+
+
+def inscribed_radius(polygon):
+    """Radius of the largest circle inside the polygon [m]."""
+    return shapely.maximum_inscribed_circle(shapely.Polygon(polygon), tolerance=1e-3).length
+
+
+def measuring_points(polygon, radius):
+    """Centres of circles that lie inside the polygon, on a square grid of `radius` (q, 2)."""
+    inner = shapely.Polygon(polygon).buffer(-radius)
+    x0, y0, x1, y1 = shapely.Polygon(polygon).bounds
+    grid = np.stack(np.meshgrid(np.arange(x0, x1, radius), np.arange(y0, y1, radius)), axis=-1).reshape(-1, 2)
+    return grid[shapely.intersects_xy(inner, grid)]
+
+
+def stress_error(state, centres, radius, aim):
+    """Root mean square over circles of stress - `aim` (q, 3), over the mean of |aim_yy|: xx, yy, xy (3,)."""
+    pairs = contacts(state)
+    found = circle_stress(state.x[pairs.disc_a], pairs, centres, radius)
+    return np.sqrt(((found - aim) ** 2).mean(axis=0)) / np.abs(aim[:, 1]).mean()
+
+
+def add_bonds(model, state):
+    """Bond all closed contacts, the ring's too, whose materials have bonds; return how many.
+
+    A contact whose shear force is already beyond the bond's strength stays unbonded: its bond would break
+    at once.
+    """
+    pairs = contacts(state)
+    strength = model.law.bond.shear[pairs.kind]
+    chosen = pairs.slot[(pairs.gap < 0.0) & (strength > 0.0) & (np.abs(pairs.shear_force) <= strength)]
+    state.bond_state.ravel()[chosen] = BONDED
+    return len(chosen)

@@ -1,0 +1,125 @@
+"""Model (built once, constant) and State (all that changes; a checkpoint is exactly State) of the discs.
+
+Discs are numbered once and for all: the R control discs of the ring first, in the order of the closed
+counter-clockwise chain, then the free discs, sorted in space. Contacts live in *slots*: slot s of disc i
+holds a pair (i, partner[i, s]); every near pair has exactly one slot, and `used[i]` slots of disc i are
+filled.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dem_server.effects import RING, SOIL, Law, law_from
+from dem_server.ring import inner_share
+
+X, Y, VX, VY, SPIN, RADIUS, MASS, INERTIA = range(8)  # columns of State.disc
+FX, FY, MOMENT = range(3)  # columns of State.load (a fourth keeps rows aligned)
+SLOTS = 6  # slots a disc at first; the neighbour list widens them where they do not suffice
+
+
+@dataclass(frozen=True)
+class Model:
+    """What stays as it was built.
+
+    ring: number R of control discs; material (n,) number of each disc's material; density (n,) [kg/m3];
+    smallest_radius [m]: sets skin and velocity cap.
+    """
+
+    law: Law
+    ring: int
+    material: np.ndarray
+    density: np.ndarray
+    smallest_radius: float
+
+    @property
+    def count(self):
+        """Number of discs n, the ring included."""
+        return len(self.material)
+
+    @property
+    def materials(self):
+        """Number of materials; kinds of pairs are numbered a * materials + b."""
+        return round(len(self.law.spring.normal) ** 0.5)
+
+
+@dataclass
+class State:
+    """What changes. Static mode: a step takes dt = 1, so velocities are displacements [m], spins turns [rad].
+
+    disc (n, 8): x, y, vx, vy, spin, radius, mass, inertia in one record of 64 bytes a disc; load (n, 4):
+    contact forces [N] and moment [N m]; weight (n,) mass that gravity acts on [kg/m], for control discs the
+    share inside the ring; origin (n, 2) where displacements count from; angle (n,) [rad]. Slots (n, S):
+    partner, kind of pair, normal (compression positive) and shear force [N], reference gap [m], bond state.
+    counters: list builds, bonds broken in tension, in shear, capped velocities.
+    """
+
+    disc: np.ndarray
+    load: np.ndarray
+    weight: np.ndarray
+    origin: np.ndarray
+    angle: np.ndarray
+    listed_at: np.ndarray
+    used: np.ndarray
+    partner: np.ndarray
+    kind: np.ndarray
+    normal: np.ndarray
+    shear: np.ndarray | None
+    reference_gap: np.ndarray | None
+    bond_state: np.ndarray | None
+    counters: np.ndarray
+
+    x = property(lambda self: self.disc[:, X : Y + 1], doc="positions (n, 2) [m], a view")
+    v = property(lambda self: self.disc[:, VX : VY + 1], doc="velocities (n, 2) [m/step], a view")
+    spin = property(lambda self: self.disc[:, SPIN], doc="spins (n,) [rad/step], a view")
+    radius = property(lambda self: self.disc[:, RADIUS], doc="radii (n,) [m], a view")
+    mass = property(lambda self: self.disc[:, MASS], doc="masses of the static mode (n,), a view")
+    inertia = property(lambda self: self.disc[:, INERTIA], doc="inertia of the static mode (n,), a view")
+    force = property(lambda self: self.load[:, : FY + 1], doc="contact forces (n, 2) [N], a view")
+    moment = property(lambda self: self.load[:, MOMENT], doc="contact moments (n,) [N m], a view")
+    displacement = property(lambda self: self.x - self.origin, doc="displacements since `origin` (n, 2) [m]")
+    builds = property(lambda self: int(self.counters[0]), doc="how often the neighbour list was built")
+    broken_tension = property(lambda self: int(self.counters[1]), doc="bonds broken in tension so far")
+    broken_shear = property(lambda self: int(self.counters[2]), doc="bonds broken in shear so far")
+    capped = property(lambda self: int(self.counters[3]), doc="how often a velocity was capped")
+
+
+def build_model(ring_xy, ring_radius, packing, discs, ring=None, insitu=True):
+    """Model and State of a packing inside its ring.
+
+    ring_xy (R, 2), ring_radius (R,): control discs [m]; packing: free discs, `.xy` (n-R, 2), `.radius`
+    (n-R,); discs: the scene's table; ring: its `ring` table or None (ring contacts take the properties of
+    the touching disc); insitu: whether contacts get a reference gap, which virtual strain needs.
+    """
+    R, free = len(ring_xy), len(packing.xy)
+    material = np.repeat(np.array([RING, SOIL], dtype=np.int32), (R, free))
+    density = np.full(R + free, discs.soil.density)
+    radius = np.concatenate([ring_radius, packing.radius])
+    model = Model(law_from(discs, ring), R, material, density, float(radius.min()))
+    return model, new_state(model, np.concatenate([ring_xy, packing.xy]), radius, reference_gap=insitu)
+
+
+def new_state(model, xy, radius, reference_gap=True):
+    """State at rest; the first force pass finds the contacts. `reference_gap` False: gr = 0 for ever."""
+    n, law = model.count, model.law
+    disc = np.zeros((n, 8))
+    disc[:, X : Y + 1] = xy
+    disc[:, RADIUS] = radius
+    weight = model.density * np.pi * np.asarray(radius) ** 2
+    weight[: model.ring] *= inner_share(disc[: model.ring, X : Y + 1])
+    return State(
+        disc=disc,
+        load=np.zeros((n, 4)),
+        weight=weight,
+        origin=disc[:, X : Y + 1].copy(),
+        angle=np.zeros(n),
+        listed_at=np.full((n, 2), np.inf),
+        used=np.zeros(n, dtype=np.int32),
+        partner=np.zeros((n, SLOTS), dtype=np.uint32),
+        kind=np.zeros((n, SLOTS), dtype=np.uint32),
+        normal=np.zeros((n, SLOTS)),
+        shear=np.zeros((n, SLOTS)) if law.has_shear else None,
+        reference_gap=np.zeros((n, SLOTS)) if reference_gap else None,
+        bond_state=np.zeros((n, SLOTS), dtype=np.int8) if law.bond is not None else None,
+        counters=np.zeros(4, dtype=np.int64),
+    )

@@ -1,0 +1,163 @@
+"""Filling a window: evenly spread discs, relaxed without friction and grown to the confining stress.
+
+1. Points of the R2 sequence (additive recurrence of the plastic number, Roberts 2018) inside the window, as
+many discs as the porosity asks for,
+   radii uniform in radius (1 -+ spread).
+2. Relaxation without friction in the static mode; velocities are set to zero a few times so that the first
+overlaps cannot throw discs about. 3. Servo: every 200 steps all radii grow by what closes the rest of the
+stress, for affine deformation
+
+       dr/r = 2 A dp / sum(kn d^2)                                               (1)
+
+   (A area, dp missing mean stress, d distance of centres), and discs with fewer than three contacts by 1 %.
+The ring stays where it is, so the discs inherit its shape; there is no walls' friction and no gravity.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from coupler_protocol.interface import polygon_area
+from dem_server.balance import unbalanced_ratio
+from dem_server.contacts import contact_forces
+from dem_server.effects import RING, SOIL, Law
+from dem_server.effects.damping import DampingTable
+from dem_server.effects.spring import SpringTable, spring_table
+from dem_server.fields import contacts
+from dem_server.model import RADIUS, Model, new_state
+from dem_server.motion import move_free
+from dem_server.neighbours import rebuild
+from dem_server.ring import inner_share
+
+PLASTIC = 1.32471795724474602596  # real root of x^3 = x + 1
+STEPS = 200  # between two growths
+ROUNDS = 60  # growths at most
+ACCURACY = 0.01  # of the confining stress
+CALM = 1e-2  # unbalanced ratio at which the stress is judged
+REST = 1e-4  # unbalanced ratio of the finished packing
+
+
+class Packing(NamedTuple):
+    """Free discs: centres `xy` (n, 2), `radius` (n,) [m], sorted in space."""
+
+    xy: np.ndarray
+    radius: np.ndarray
+
+
+def pack(polygon, ring_xy, ring_radius, discs, rng, report=None):
+    """Packing of a window in its ring at the stress `discs.confinement`.
+
+    polygon (P, 2) counter-clockwise; ring_xy (R, 2), ring_radius (R,); discs: the scene's table; rng: numpy
+    Generator; report(text, fraction): progress, if wanted.
+    """
+    solid_ring = np.pi * ring_radius**2 @ inner_share(ring_xy)
+    radius = draw_radii(polygon_area(polygon) * (1.0 - discs.porosity) - solid_ring, discs, rng)
+    inset = shapely.Polygon(polygon).buffer(-(ring_radius.max() + discs.radius * (1.0 - discs.spread)))
+    if inset.is_empty or len(radius) < 1:
+        raise ValueError(f"no disc of radius {discs.radius} m fits into the window: choose a smaller radius")
+    xy = spread_points(inset, len(radius), rng)
+    order = in_strips(xy, 4.0 * discs.radius)
+    model, state = smooth_discs(ring_xy, ring_radius, xy[order], radius[order], discs)
+    settle(model, state, report)
+    press(model, state, polygon_area(polygon), discs.confinement, report)
+    rest(model, state)
+    escaped = ~shapely.contains_xy(shapely.Polygon(polygon), state.x[model.ring :])
+    if escaped.any():
+        raise ArithmeticError(f"{escaped.sum()} discs left the ring while packing: porosity too small?")
+    return Packing(state.x[model.ring :].copy(), state.radius[model.ring :].copy())
+
+
+def draw_radii(area, discs, rng):
+    """Radii, uniform in radius (1 -+ spread), whose discs have `area` in all [m2]."""
+    mean = np.pi * discs.radius**2 * (1.0 + discs.spread**2 / 3.0)
+    number = max(round(area / mean), 0)
+    return rng.uniform(discs.radius * (1.0 - discs.spread), discs.radius * (1.0 + discs.spread), number)
+
+
+def spread_points(region, number, rng):
+    """The first `number` points of a randomly shifted R2 sequence that fall into `region` (number, 2)."""
+    x0, y0, x1, y1 = region.bounds
+    shift = rng.random(2)
+    tries = 2 * number + 100
+    while True:
+        unit = (shift + np.outer(np.arange(1, tries + 1), [1.0 / PLASTIC, 1.0 / PLASTIC**2])) % 1.0
+        points = [x0, y0] + unit * [x1 - x0, y1 - y0]
+        points = points[shapely.contains_xy(region, points)]
+        if len(points) >= number:
+            return points[:number]
+        tries *= 2
+
+
+def in_strips(xy, width):
+    """Order that runs along strips of `width` across the longer side: near discs get near numbers."""
+    low, size = xy.min(axis=0), np.ptp(xy, axis=0)
+    long, short = (0, 1) if size[0] > size[1] else (1, 0)
+    strip = ((xy[:, long] - low[long]) / width).astype(np.int64)
+    return np.lexsort((xy[:, short], strip))
+
+
+def smooth_discs(ring_xy, ring_radius, xy, radius, discs):
+    """Model and State without friction and bonds, all springs as between two discs of soil."""
+    spring = spring_table([(discs.soil, discs.soil)] * 4, discs.stiffness)
+    law = Law(SpringTable(spring.normal, 0.0 * spring.shear), None, None, DampingTable(0.7))
+    material = np.repeat(np.array([RING, SOIL], dtype=np.int32), (len(ring_xy), len(xy)))
+    density = np.full(len(material), discs.soil.density)
+    smallest = float(min(ring_radius.min(), discs.radius * (1.0 - discs.spread)))
+    model = Model(law, len(ring_xy), material, density, smallest)
+    return model, new_state(
+        model, np.concatenate([ring_xy, xy]), np.concatenate([ring_radius, radius]), reference_gap=False
+    )
+
+
+def run(model, state, steps):
+    """`steps` steps without gravity."""
+    for _ in range(steps):
+        move_free(model, state, 0.0)
+        contact_forces(model, state)
+
+
+def settle(model, state, report):
+    """From random overlaps to rest."""
+    contact_forces(model, state)
+    for _ in range(8):
+        run(model, state, 50)
+        state.v[:] = 0.0
+    if report:
+        report("discs spread", 0.2)
+    run(model, state, 1100)
+    if report:
+        report("discs at rest", 0.4)
+
+
+def press(model, state, area, target, report):
+    """Grow radii, Eq (1), until the mean stress is `target` [Pa] at rest."""
+    free = np.arange(model.count) >= model.ring
+    for round_ in range(ROUNDS):
+        pairs = contacts(state)
+        length = np.hypot(*pairs.branch.T)
+        stress = pairs.normal_force @ length / (2.0 * area)
+        missing = target - stress
+        ratio = unbalanced_ratio(model, state, 0.0)
+        if abs(missing) < ACCURACY * target and ratio < CALM:
+            break
+        number = np.bincount(np.concatenate([pairs.disc_a, pairs.disc_b]), minlength=model.count)
+        stiffness = model.law.spring.normal[pairs.kind] @ length**2
+        growth = 2.0 * area * missing / stiffness if len(length) else 0.01
+        state.disc[free, RADIUS] *= 1.0 + np.clip(growth, -0.01, 0.01)
+        state.disc[free & (number < 3), RADIUS] *= 1.01
+        rebuild(model, state)
+        contact_forces(model, state)
+        run(model, state, STEPS)
+        if report:
+            report(f"mean stress {stress / 1e3:.1f} of {target / 1e3:.1f} kPa", 0.4 + 0.6 * round_ / ROUNDS)
+    else:
+        raise ArithmeticError(f"{stress:.0f} Pa instead of {target:.0f} Pa after {ROUNDS} growths")
+
+
+def rest(model, state):
+    """Relax until the discs are at rest."""
+    for _ in range(ROUNDS):
+        if unbalanced_ratio(model, state, 0.0) < REST:
+            break
+        run(model, state, STEPS)

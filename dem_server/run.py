@@ -1,0 +1,55 @@
+"""The discrete side of the coupled run. `lockstep` is the loop; the twin of fdm_server/run.py."""
+
+from coupler_protocol import messages
+from coupler_protocol.exits import PeerLost
+from coupler_protocol.wire import WireError, content_of
+from dem_server.contacts import contact_forces
+from dem_server.motion import move_free
+
+
+def lockstep(side):
+    """Exchange forces and velocities with the continuum, step by step, until it says stop; returns its reason.
+
+    The forces go out as soon as the contacts are known, and free discs move while the continuum computes
+    the rim's velocities.
+    """
+    model, state, rim, talk = side.model, side.state, side.rim, side.conversation
+    while True:
+        say_forces(side)
+        side.watch.to("computing")
+        move_free(model, state, side.gravity)
+        side.watch.to("computing")
+        kind, frame = talk.hear((messages.VELOCITY, messages.STOP), in_step=True)
+        side.watch.to("waiting")
+        if kind == messages.STOP:
+            talk.sequence += 1
+            return content_of(frame)["reason"]
+        order = take_velocities(side, frame)
+        rim.move(state, side.velocity)
+        contact_forces(model, state)
+        side.look(order)
+        side.watch.to("computing")
+        side.record(order)
+        side.watch.to("recording")
+
+
+def say_forces(side):
+    """FORCE: nodal forces and additional masses of the rim, and how the discs fare."""
+    frame, K = side.force_frame, len(side.rim.nodes)
+    frame.values[: 2 * K] = side.rim.nodal_forces(side.state).ravel()
+    frame.values[2 * K :] = side.rim.stiffness_sums(side.model, side.state)
+    frame.scalars[:] = side.answer
+    side.conversation.say(frame.seal(side.conversation.sequence))
+
+
+def take_velocities(side, frame):
+    """VELOCITY: the rim's velocities go into `side.velocity`; returns the Order."""
+    try:
+        side.velocity_frame.accept(frame)
+    except WireError as error:
+        raise PeerLost(f"the continuum sent what cannot be used: {error}") from None
+    side.conversation.sequence += 1
+    side.velocity[:] = side.velocity_frame.values.reshape(-1, 2)
+    order = messages.Order(*side.velocity_frame.scalars.tolist())
+    side.gravity = order.gravity
+    return order

@@ -1,0 +1,191 @@
+"""The discrete side's part of the procedure: join, fill the window, bring it to the slope's stress, couple."""
+
+import logging
+import time
+from pathlib import Path
+
+import numpy as np
+
+from coupler_protocol import checkpoint, messages
+from coupler_protocol.exits import PhysicsFailed
+from coupler_protocol.handshake import join
+from coupler_protocol.interface import build_ring
+from coupler_protocol.recorder import FrameInfo, Recorder
+from coupler_protocol.timing import Stopwatch
+from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
+from dem_server import balance, energy, insitu, packing, record, run
+from dem_server.contacts import contact_forces
+from dem_server.model import build_model
+from dem_server.rim import Rim
+
+log = logging.getLogger(__name__)
+FIELD_COLUMNS = 7  # x, y, area, sxx, syy, sxy, density
+
+
+class DiscreteSide:
+    """One window, its discs and its conversation with the continuum."""
+
+    def __init__(self, scene, rank, conversation, out, progress):
+        self.scene, self.rank, self.conversation = scene, rank, conversation
+        self.out, self.progress = Path(out), progress
+        self.watch = Stopwatch()
+        self.answer = messages.Answer(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self.steps = 0
+        self.stage = None
+        self.recorder = None
+        self.report = {}
+        self.model = self.state = self.rim = None
+
+    # -- the procedure -----------------------------------------------------------------------------------------------
+
+    def run(self):
+        """Everything from HELLO to FAREWELL; returns the reason the continuum gave for the end."""
+        nodes = join(self.conversation, self.scene)
+        with Recorder(self.out / f"dem.rank{self.rank}.vtkhdf", "discrete", self.scene.title) as self.recorder:
+            self.fill(nodes)
+            self.bring_to_stress()
+            reason = run.lockstep(self)
+        self.conversation.say_control(messages.FAREWELL, self.summary())
+        return reason
+
+    def fill(self, nodes):
+        """Ring on the rim and a packing inside it; PACKED tells the continuum."""
+        discs = self.scene.discs
+        self.watch.begin("fill")
+        begin = time.perf_counter()
+        ring = build_ring(nodes, discs.radius)
+        rng = np.random.default_rng([self.scene.seed, self.rank])
+        packed = packing.pack(nodes, ring.xy, ring.radius, discs, rng, self._note)
+        self.model, self.state = build_model(ring.xy, ring.radius, packed, discs, self.scene.ring)
+        self.rim = Rim(ring, self.scene.coupling.mapping)
+        contact_forces(self.model, self.state)
+        self.report = {
+            "discs": len(packed.radius),
+            "control_discs": len(ring.radius),
+            "packing_seconds": time.perf_counter() - begin,
+        }
+        log.info("packed %s", self.report)
+        self.watch.to("computing")
+        self._turn(messages.PACKED, self.report)
+
+    def bring_to_stress(self):
+        """FIELD: the stress of the zones that were here; the discs take it over, then they are bonded. READY, and wait for GO."""
+        _, frame = self.conversation.hear((messages.FIELD,))
+        self.conversation.sequence += 1
+        self.watch.to("waiting")
+        content = content_of(frame)
+        field = unpack_array(content["field"], FIELD_COLUMNS)
+        gravity = content["gravity"]
+        if self.scene.discs.density_matching:
+            self.report["density_factor"] = float(insitu.match_weight(self.model, self.state, field))
+        if content["insitu"]:
+            found = insitu.bring_to_stress(self.model, self.state, field, gravity, self._note)
+            self.report |= {key: _plain(value) for key, value in found._asdict().items()}
+        if self.model.law.bond is not None:
+            insitu.add_bonds(self.model, self.state)
+        self.rim.contacts_changed()
+        contact_forces(self.model, self.state)
+        self.state.origin[:] = self.state.x
+        self.answer = self._answer(gravity)
+        log.info("ready %s", self.report)
+        self.watch.to("computing")
+        inner = pack_array(self.rim.inner_mass(self.state))
+        self._turn(messages.READY, {"inner_mass": inner, "report": self.report})
+        _, frame = self.conversation.hear((messages.GO,))
+        self.conversation.sequence += 1
+        self.watch.to("waiting")
+        go = content_of(frame)
+        self.gravity, self.steps = go["gravity"], go["step"]
+        self._prepare_frames()
+        self.recorder.frame(FrameInfo(self.steps, float(self.steps), "fill", 1.0), **record.frame(self.model, self.state))
+        self.watch.to("recording")
+        self._begin_stage(go["stage"])
+
+    def _prepare_frames(self):
+        talk, K = self.conversation, len(self.rim.nodes)
+        self.force_frame = StepFrame(messages.FORCE, talk.session, self.rank, len(messages.Answer._fields), 3 * K)
+        self.velocity_frame = StepFrame(messages.VELOCITY, talk.session, self.rank, len(messages.Order._fields), 2 * K)
+        self.velocity = np.zeros((K, 2))
+
+    def _turn(self, kind, content):
+        """Say something that the continuum will answer when it gets there."""
+        self.conversation.say_control(kind, content)
+
+    def _begin_stage(self, index):
+        self.stage = index
+        self.watch.begin(self.scene.stage[index].name)
+
+    def _note(self, text, fraction=None):
+        """Progress of a long phase, and the place where it can be interrupted."""
+        self.conversation.stop.check()
+        self.progress("fill", text if fraction is None else f"{text} {100 * fraction:.0f} %")
+
+    # -- called by the loop ------------------------------------------------------------------------------------------
+
+    def look(self, order):
+        """Count the step; every few steps see how the discs fare."""
+        self.steps = int(order.step)
+        self.watch.stages[-1].steps += 1
+        if self.steps % self.scene.record.history == 0:
+            self.answer = self._answer(order.gravity)
+            name = self.scene.stage[self.stage].name
+            self.progress(name, "", self.steps, None, self.answer.ratio, order.gravity_factor)
+
+    def _answer(self, gravity):
+        ratio = balance.unbalanced_ratio(self.model, self.state, gravity)
+        if not np.isfinite(ratio):
+            raise PhysicsFailed(f"the discs' forces are not finite any more after step {self.steps}")
+        broken = self.state.broken_tension + self.state.broken_shear
+        return messages.Answer(
+            ratio=ratio,
+            dt_limit=1.0,
+            kinetic=energy.kinetic(self.model, self.state),
+            stored=energy.stored(self.model, self.state),
+            power=self.rim.power(self.state),
+            broken=float(broken),
+            warnings=float(self.state.capped),
+        )
+
+    def record(self, order):
+        """Histories, frames and checkpoints as the continuum ordered them."""
+        if self.steps % self.scene.record.history == 0:
+            self.recorder.history(
+                self.steps,
+                unbalanced_ratio=self.answer.ratio,
+                bonds_broken=int(self.answer.broken),
+                kinetic_energy=self.answer.kinetic,
+                velocity_caps=int(self.answer.warnings),
+            )
+        flags = int(order.flags)
+        name = self.scene.stage[int(order.stage)].name
+        if flags & messages.RECORD:
+            info = FrameInfo(self.steps, float(self.steps), name, order.gravity_factor)
+            self.recorder.frame(info, **record.frame(self.model, self.state))
+        if flags & messages.CHECKPOINT:
+            self.save(name)
+        if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
+            self.watch.to("recording")
+            self._begin_stage(int(order.stage) + 1)
+
+    # -- what is left behind -----------------------------------------------------------------------------------------
+
+    def save(self, stage, phase="end of step"):
+        """Write State to its checkpoint file; returns the path."""
+        path = self.out / f"dem.rank{self.rank}.{stage}.h5"
+        about = {"step": self.steps, "stage": stage, "phase": phase, "scene": self.scene.digest()}
+        checkpoint.save(path, self.state, about)
+        return path
+
+    def summary(self):
+        """What the continuum needs for run.json."""
+        return {
+            "report": self.report,
+            "stages": [stage.as_dict() for stage in self.watch.stages],
+            "bonds_broken_tension": self.state.broken_tension,
+            "bonds_broken_shear": self.state.broken_shear,
+            "velocities_capped": self.state.capped,
+        }
+
+
+def _plain(value):
+    return value.item() if isinstance(value, np.generic) else value

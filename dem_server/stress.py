@@ -1,0 +1,47 @@
+"""Stress of a packing from its contacts (tension positive): branch x force over area.
+
+    sigma = -(1/A) sum_c w_c  sym(F_c (x) l_c)                                   (1)
+
+F_c: force on disc b, l_c: branch from disc a to b, w_c: share of the branch that lies inside the region of
+area A. Control discs stand on the window's edge, so with all branches and the window's area (1) is exactly
+the mean stress of the window at rest. Sources: Weber (1966), Bull. Liaison Ponts et Chaussées 20;
+Christoffersen, Mehrabadi & Nemat-Nasser (1981), J. Appl. Mech. 48, 339-344.
+"""
+
+import numpy as np
+
+
+def contact_moments(pairs):
+    """Integral of stress along each contact's branch: -sym(F (x) l) as columns xx, yy, xy (m, 3) [N m]."""
+    (fx, fy), (lx, ly) = pairs.force.T, pairs.branch.T
+    return -np.column_stack([fx * lx, fy * ly, 0.5 * (fx * ly + fy * lx)])
+
+
+def mean_stress(pairs, area):
+    """Eq (1) over all contacts: xx, yy, xy (3,) [Pa]."""
+    return contact_moments(pairs).sum(axis=0) / area
+
+
+def circle_stress(start, pairs, centres, radius):
+    """Stress in circles: (q, 3) xx, yy, xy [Pa].
+
+    start (m, 2): where the branches begin (centres of the discs a); centres (q, 2), radius [m].
+    """
+    moments = contact_moments(pairs)
+    stress = np.empty((len(centres), 3))
+    reach = radius + np.hypot(*pairs.branch.T).max(initial=0.0)
+    for q, centre in enumerate(centres):
+        near = np.flatnonzero(((start - centre) ** 2).sum(axis=1) < reach**2)
+        share = share_inside(start[near] - centre, pairs.branch[near], radius)
+        stress[q] = share @ moments[near] / (np.pi * radius**2)
+    return stress
+
+
+def share_inside(start, branch, radius):
+    """Share of each line from `start` along `branch` (m, 2) that lies in the circle about the origin (m,)."""
+    a = (branch**2).sum(axis=1)
+    b = (start * branch).sum(axis=1)
+    c = (start**2).sum(axis=1) - radius**2
+    half = np.sqrt(np.maximum(b * b - a * c, 0.0))
+    enter, leave = np.clip((-b - half) / a, 0.0, 1.0), np.clip((-b + half) / a, 0.0, 1.0)
+    return leave - enter

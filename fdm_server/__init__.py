@@ -1,0 +1,1 @@
+"""The continuum: explicit Lagrangian finite differences on quadrilateral and triangular zones."""

@@ -1,0 +1,111 @@
+"""Command line of the continuum server: `fdm-server SCENE --bind tcp://127.0.0.1:5555 --out DIR`."""
+
+import logging
+import sys
+import time
+
+from coupler_protocol import exits, link, messages, program
+from coupler_protocol.interrupt import StopRequest, stop_on_signals, stop_with_parent
+from coupler_protocol.progress import Progress
+
+OWN_FILES = ("fdm.rank0.vtkhdf", "fdm.rank0.log", "run.json", "scene.json", "endpoint")
+
+
+def parser():
+    """Options of the command line."""
+    p = program.server_parser("fdm-server", "Continuum side: computes the grid and conducts the stages of a scene.")
+    p.add_argument("--bind", default="tcp://127.0.0.1:5555", metavar="ENDPOINT", help="tcp://HOST:PORT; port 0: any free one")
+    p.add_argument("--insecure", action="store_true", help="listen on an address others can reach, unencrypted")
+    return p
+
+
+def main(argv=None):
+    """Entry point; returns the exit code."""
+    options = parser().parse_args(argv)
+    program.set_threads(options.threads)
+    stop = StopRequest()
+    stop_on_signals(stop)
+    if options.tether:
+        stop_with_parent(stop)
+    return program.ended("fdm-server", lambda: serve(options, stop))
+
+
+def serve(options, stop):
+    """Read the scene, listen, compute."""
+    from coupler_protocol.scene_reader import read_scene
+
+    scene = read_scene(options.scene, options.set)
+    if not link.is_loopback(options.bind) and not options.insecure:
+        raise exits.EnvironmentFailed(
+            f"{options.bind} can be reached from other machines: anyone there could steer this run. "
+            f"Say --insecure if the network is your own"
+        )
+    out = program.prepare_folder(options.out, OWN_FILES, options.force)
+    program.log_to(out / "fdm.rank0.log")
+    progress = Progress(0, "none" if options.quiet else options.progress)
+    transport = link.HubTransport(link.any_port(options.bind)) if scene.window else None
+    try:
+        if transport is not None:
+            (out / "endpoint.new").write_text(transport.endpoint + "\n", encoding="ascii")
+            (out / "endpoint.new").replace(out / "endpoint")
+            progress("start", f"listening on {transport.endpoint} for {len(scene.window)} discrete process(es)", now=True)
+        compute(scene, transport, out, progress, stop)
+    finally:
+        if transport is not None:
+            transport.close()
+
+
+def compute(scene, transport, out, progress, stop):
+    """Compute the grid and conduct the stages over any transport; used by the command line and by the in-process twin.
+
+    Writes run.json however it ends. On failure the peers are told and State is saved; the exception goes on.
+    """
+    from coupler_protocol import runfile
+    from coupler_protocol.lockstep import Clocks, Hub
+    from fdm_server.stages import ContinuumSide
+
+    about = runfile.describe(scene)
+    runfile.write_json(out / "scene.json", scene.resolved())
+    begin = time.perf_counter()
+    hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), stop)
+    side, code, reason = None, exits.OURSELVES, ""
+    try:
+        side = _build(ContinuumSide, scene, hub, out, progress)
+        reason, code = _guarded(side.run), exits.DONE
+        progress("done", reason, now=True)
+    except BaseException as error:
+        reason = str(error) or type(error).__name__
+        code = error.code if isinstance(error, exits.RunEnded) else exits.OURSELVES
+        hub.tell_all(messages.FAILURE, {"reason": reason})
+        if side is not None:
+            logging.getLogger("fdm-server").info("state saved to %s", side.save("stopped", "stopped"))
+        raise
+    finally:
+        about |= {"end": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "seconds": time.perf_counter() - begin}
+        about |= {"exit_code": code, "reason": reason}
+        if side is not None:
+            about |= side.summary()
+        runfile.write_json(out / "run.json", about)
+
+
+def _build(build, scene, hub, out, progress):
+    """Grid and windows are the user's: what is wrong with them is wrong with the scene."""
+    from coupler_protocol.problems import Problem, SceneError
+
+    try:
+        return build(scene, hub, out, progress)
+    except ValueError as error:
+        raise SceneError([Problem("scene", None, "grid", str(error))]) from None
+
+
+def _guarded(run):
+    from fdm_server.safety import Unstable
+
+    try:
+        return run()
+    except Unstable as error:
+        raise exits.PhysicsFailed(str(error)) from error
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,148 @@
+"""Windows seen from the grid: rims, what their discs say, and the gradual change from zones to discs.
+
+While a window is handed over, the rim carries
+
+    applied = (1 - s) R + s (P - g m_inner)                    s from 0 to 1 over the steps of the handover
+
+with R the reaction of the removed zones (stress and weight), P the nodal forces of the discs and m_inner the mass of the control
+discs' inner shares, whose weight belongs to the nodes.
+"""
+
+import numpy as np
+
+from coupler_protocol import messages
+from coupler_protocol.exits import PeerLost
+from coupler_protocol.wire import StepFrame, WireError, content_of, unpack_array
+from fdm_server.hole import cut_window
+from fdm_server.windows import rim_of, window_zones
+
+
+class Rim:
+    """Rim of one window: gridpoints `nodes` (K,) counter-clockwise, and the conversation with the process inside it."""
+
+    def __init__(self, grid, window, conversation):
+        self.window, self.conversation = window, conversation
+        self.mask = window_zones(grid, window)
+        self.nodes = rim_of(grid, self.mask)
+        self.xy = grid.xy[self.nodes]
+        K = len(self.nodes)
+        self.force = np.zeros((K, 2))  # P [N], of the discs
+        self.reaction = np.zeros((K, 2))  # R without weight [N]
+        self.reaction_mass = np.zeros(K)  # [kg]
+        self.inner_mass = np.zeros(K)  # [kg]
+        self.answer = messages.Answer(*[0.0] * len(messages.Answer._fields))
+        self.report = {}
+
+    def prepare(self):
+        """Buffers of the step messages; their sizes are known once the handshake is done."""
+        talk, K = self.conversation, len(self.nodes)
+        self.force_frame = StepFrame(messages.FORCE, talk.session, talk.rank, len(messages.Answer._fields), 3 * K)
+        self.velocity_frame = StepFrame(messages.VELOCITY, talk.session, talk.rank, len(messages.Order._fields), 2 * K)
+
+    # -- the window's beginning --------------------------------------------------------------------------------------
+
+    def hear_packed(self):
+        """Wait for PACKED."""
+        self._hear_control(messages.PACKED)
+
+    def say_field(self, field, gravity, insitu):
+        """FIELD: stress and density (n,7) of the zones that become the hole; then wait for READY."""
+        from coupler_protocol.wire import pack_array
+
+        self._answer(messages.FIELD, {"field": pack_array(field), "gravity": gravity, "insitu": insitu})
+
+    def hear_ready(self):
+        """Wait for READY: what the discs became, and the mass of the ring's inner shares."""
+        content = self._hear_control(messages.READY)
+        self.inner_mass = unpack_array(content["inner_mass"])
+        self.report = content["report"]
+
+    def say_go(self, gravity, step, stage):
+        """GO: the discs' first step comes next."""
+        self.prepare()
+        self._answer(messages.GO, {"gravity": gravity, "step": step, "stage": stage})
+
+    def _hear_control(self, kind):
+        return content_of(self.conversation.hear((kind,))[1])
+
+    def _answer(self, kind, content):
+        self.conversation.say_control(kind, content)
+        self.conversation.sequence += 1
+
+    # -- every step --------------------------------------------------------------------------------------------------
+
+    def hear_forces(self, state, gravity, share):
+        """FORCE: applied forces and added masses of the rim's gridpoints; `share` is s above."""
+        _, frame = self.conversation.hear((messages.FORCE,), in_step=True)
+        try:
+            self.force_frame.accept(frame)
+        except WireError as error:
+            raise PeerLost(f"the discs of {self.window.name!r} sent what cannot be used: {error}") from None
+        K = len(self.nodes)
+        values = self.force_frame.values
+        self.force[:] = values[: 2 * K].reshape(-1, 2)
+        self.answer = messages.Answer(*self.force_frame.scalars.tolist())
+        carried = share * self.force
+        carried[:, 1] -= share * gravity * self.inner_mass
+        if share < 1.0:
+            carried += (1.0 - share) * self.reaction
+            carried[:, 1] -= (1.0 - share) * gravity * self.reaction_mass
+        state.applied[self.nodes] = carried
+        state.added_mass[self.nodes] = values[2 * K :]
+
+    def say_velocities(self, state, order):
+        """VELOCITY: the rim's velocities, and what to do after the step."""
+        self.velocity_frame.scalars[:] = order
+        self.velocity_frame.values[:] = state.velocity[self.nodes].ravel()
+        self.conversation.say(self.velocity_frame.seal(self.conversation.sequence))
+        self.conversation.sequence += 1
+
+    # -- the end -----------------------------------------------------------------------------------------------------
+
+    def say_stop(self, reason):
+        """Wait for the forces that are on their way, say STOP, and return the discs' FAREWELL."""
+        self.conversation.hear((messages.FORCE,), in_step=True)
+        self._answer(messages.STOP, {"reason": reason})
+        return self._hear_control(messages.FAREWELL)
+
+
+def open_windows(model, state, rims):
+    """Cut the holes of all windows; each rim keeps the reactions of its zones. Returns the new model and state."""
+    for rim in rims:
+        model, state, reaction = cut_window(model, state, rim.mask)
+        rim.reaction = reaction.force[rim.nodes]
+        rim.reaction_mass = reaction.mass[rim.nodes]
+    return model, state
+
+
+def traction_difference(model, state, rim, stress):
+    """How well the discs' forces fit the stress of the zones next to the rim.
+
+    At every rim gridpoint the traction P / l (l: half of both segments) stands beside sigma n of the adjoining zones
+    (`stress` (A,4), area mean of the zones that share an edge with the rim there). Returns rms(difference) / rms(sigma n).
+    """
+    xy, K = rim.xy, len(rim.nodes)
+    vector = np.roll(xy, -1, axis=0) - xy
+    half = 0.5 * (np.linalg.norm(vector, axis=1) + np.linalg.norm(np.roll(vector, 1, axis=0), axis=1))
+    normal = np.column_stack([-vector[:, 1], vector[:, 0]])  # into the window times length
+    zone = _zone_behind(model, rim)
+    s = stress[zone]
+    push = np.column_stack(
+        [s[:, 0] * normal[:, 0] + s[:, 3] * normal[:, 1], s[:, 3] * normal[:, 0] + s[:, 1] * normal[:, 1]]
+    )
+    expected = -0.5 * (push + np.roll(push, 1, axis=0)) / half[:, None]
+    found = rim.force / half[:, None]
+    # Forces of the discs on the rim act out of the window: P / l = -sigma n with n into the window.
+    size = np.sqrt(np.mean(np.sum(expected**2, axis=1)))
+    return float(np.sqrt(np.mean(np.sum((found - expected) ** 2, axis=1))) / size) if K and size > 0 else 0.0
+
+
+def _zone_behind(model, rim):
+    """Active zone on the outer side of every segment (K,)."""
+    edges = {}
+    for place, zone in enumerate(model.zones):
+        corners = list(dict.fromkeys(zone.tolist()))
+        for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+            edges[(a, b)] = place
+    following = np.roll(rim.nodes, -1)
+    return np.array([edges[(b, a)] for a, b in zip(rim.nodes.tolist(), following.tolist(), strict=True)])

@@ -1,0 +1,25 @@
+"""When a stage ends: at whichever of its conditions comes first, but never inside a ramp or a handover."""
+
+SUSTAINED = 5  # looks in a row at which all ratios must be below the limit
+
+
+class Ending:
+    """Conditions of one stage (`until` of the scene); `not_before` is the number of steps of its ramps."""
+
+    def __init__(self, until, not_before):
+        self.until, self.not_before = until, not_before
+        self._below = 0
+
+    def out_of_steps(self, steps):
+        """Reason to end where the stage's steps are used up, or ""."""
+        return f"{steps} steps" if self.until.steps is not None and steps >= self.until.steps else ""
+
+    def reached(self, steps, ratios, displacement):
+        """Reason to end after `steps` steps, or "". ratios: of every code; displacement: largest of a gridpoint [m]."""
+        u = self.until
+        self._below = self._below + 1 if u.ratio is not None and max(ratios) <= u.ratio else 0
+        if u.displacement is not None and displacement >= u.displacement:
+            return f"displacement {displacement:.3g} m"
+        if self._below >= SUSTAINED and steps >= self.not_before:
+            return f"ratio {max(ratios):.2g}"
+        return ""

@@ -1,0 +1,109 @@
+"""Model: all that stays the same while steps are taken. State: all that changes. A checkpoint is exactly a State."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdm_server.blocks import LANES, Geometry, build_gather, build_geometry, to_blocks
+from fdm_server.boundary import fixed_components
+from fdm_server.effects import Law, law_from
+from fdm_server.forces import CORNER_ROWS
+from fdm_server.grid import Grid
+from fdm_server.safety import check_zones
+from fdm_server.stress import STRESS_ROWS
+from fdm_server.timestep import static_masses, weight_masses
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """The continuum: N gridpoints, of whose Z zones A are active, in B blocks."""
+
+    grid: Grid
+    zone: NDArray[np.int64]  # (A,) active zones of the grid, in the order of the blocks
+    geometry: Geometry
+    start: NDArray[np.int64]  # (N+1,) forces on gridpoint n stand at place[start[n]:start[n + 1]]
+    place: NDArray[np.int64]  # (M,)
+    mass: NDArray[np.float64]  # (N,) [kg] scaled for a step of 1
+    weight_mass: NDArray[np.float64]  # (N,) [kg] real, what gravity acts on
+    fixed: NDArray[np.bool_]  # (N,2) components held at zero velocity; both where no zone is left
+    density: NDArray[np.float64]  # (materials,) [kg/m3]
+    material_law: Law  # parameters by material
+    law: Law  # the same by zone, in blocks
+
+    @property
+    def zones(self):
+        """Gridpoints of the active zones (A,4)."""
+        return self.grid.zones[self.zone]
+
+    @property
+    def zone_density(self):
+        """Density of the active zones (A,) [kg/m3]."""
+        return self.density[self.grid.material[self.zone]]
+
+
+@dataclass(slots=True)
+class State:
+    """What a step changes and what others may set between steps (applied, added_mass)."""
+
+    velocity: NDArray[np.float64]  # (N,2) [m/s]
+    displacement: NDArray[np.float64]  # (N,2) [m]
+    force: NDArray[np.float64]  # (N,2) [N] of the zones on gridpoints
+    applied: NDArray[np.float64]  # (N,2) [N] of all others on gridpoints
+    added_mass: NDArray[np.float64]  # (N,) [kg] of contact springs hung on gridpoints
+    stress: NDArray[np.float64]  # (B, 10 rows) [Pa] sm, zz; sd and xy of four triangles
+    corner_force: NDArray[np.float64]  # (B, 8 rows) [N] of zones on their corners
+    plastic: NDArray[np.int64] | None  # (B, 1 row) plastic state; None where nothing yields
+
+
+def build_model(scene, grid):
+    """Model of all zones of `grid` with the scene's materials, boundaries and damping."""
+    density = np.array([m.density for m in scene.material], dtype=np.float64)
+    fixed = fixed_components(grid, scene.boundary)
+    return model_of(grid, np.arange(len(grid.zones)), density, law_from(scene), fixed)
+
+
+def model_of(grid, zone, density, material_law, fixed):
+    """Model of the zones `zone` (A,) of the grid; gridpoints without a zone are held."""
+    zones, material = grid.zones[zone], grid.material[zone]
+    check_zones(grid.xy, zones)
+    attached = np.bincount(zones.ravel(), minlength=len(grid.xy)) > 0
+    start, place = build_gather(zones, len(grid.xy))
+    modulus = material_law.elastic[material, :2].sum(axis=1)  # (K + G/3) + G
+    return Model(
+        grid=grid,
+        zone=zone,
+        geometry=build_geometry(grid.xy, zones),
+        start=start,
+        place=place,
+        mass=static_masses(grid.xy, zones, modulus),
+        weight_mass=weight_masses(grid.xy, zones, density[material]),
+        fixed=fixed | ~attached[:, None],
+        density=density,
+        material_law=material_law,
+        law=_by_zone(material_law, material),
+    )
+
+
+def _by_zone(law, material):
+    def blocks(rows):
+        return None if rows is None else to_blocks(rows[material])
+
+    return law._replace(
+        elastic=blocks(law.elastic), mohr_coulomb=blocks(law.mohr_coulomb), tension=blocks(law.tension)
+    )
+
+
+def new_state(model):
+    """A model at rest without stress."""
+    points, blocks = len(model.grid.xy), len(model.geometry.corner)
+    return State(
+        velocity=np.zeros((points, 2)),
+        displacement=np.zeros((points, 2)),
+        force=np.zeros((points, 2)),
+        applied=np.zeros((points, 2)),
+        added_mass=np.zeros(points),
+        stress=np.zeros((blocks, STRESS_ROWS * LANES)),
+        corner_force=np.zeros((blocks, CORNER_ROWS * LANES)),
+        plastic=np.zeros((blocks, LANES), dtype=np.int64) if model.law.plastic else None,
+    )

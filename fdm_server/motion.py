@@ -1,0 +1,78 @@
+"""The light half of a step: forces accelerate gridpoints. And the measure of how far they are from equilibrium.
+
+With F = forces of zones + applied forces + weight on a gridpoint, damped by its law, over a step of 1:
+
+    v += F / (m + m_added)              held components stay zero
+
+Velocities stand at half steps, positions and forces at whole steps (leap-frog).
+"""
+
+from math import sqrt
+
+import numpy as np
+
+from coupler_protocol.jit import jit
+from fdm_server.effects import damping as damping_law
+from fdm_server.strain import V
+
+damped = jit(damping_law.damped)
+
+
+@jit
+def velocity_kernel(force, applied, mass, added_mass, weight_mass, fixed, gravity, damping, velocity):
+    """Velocities (N,2) [m/s] half a step after the forces [N]; `damping` is alpha or None."""
+    for n in range(velocity.shape[0]):
+        inverse = 1.0 / (mass[n] + added_mass[n])
+        fx = force[n, 0] + applied[n, 0]
+        fy = force[n, 1] + applied[n, 1] - gravity * weight_mass[n]
+        if damping is not None:
+            fx = damped(fx, velocity[n, 0], damping)
+            fy = damped(fy, velocity[n, 1], damping)
+        velocity[n, 0] = 0.0 if fixed[n, 0] else velocity[n, 0] + fx * inverse
+        velocity[n, 1] = 0.0 if fixed[n, 1] else velocity[n, 1] + fy * inverse
+
+
+def update_velocities(model, state, gravity):
+    """Accelerate the gridpoints over one step; gravity [m/s2] acts downwards."""
+    velocity_kernel(
+        state.force, state.applied, model.mass, state.added_mass, model.weight_mass, model.fixed,
+        float(gravity), model.law.damping, state.velocity,
+    )  # fmt: skip
+
+
+@jit
+def imbalance_kernel(start, place, corner_force, force, applied, weight_mass, fixed, gravity):
+    """Largest unbalanced force [N], sum of the sizes of all forces [N] and number of gridpoints that can move."""
+    flat = corner_force.reshape(corner_force.size)
+    largest = total = 0.0
+    free = 0
+    for n in range(force.shape[0]):
+        if fixed[n, 0] and fixed[n, 1]:
+            continue
+        free += 1
+        fx = 0.0 if fixed[n, 0] else force[n, 0] + applied[n, 0]
+        fy = 0.0 if fixed[n, 1] else force[n, 1] + applied[n, 1] - gravity * weight_mass[n]
+        largest = max(largest, sqrt(fx * fx + fy * fy))
+        total += gravity * weight_mass[n] + sqrt(applied[n, 0] ** 2 + applied[n, 1] ** 2)
+        for k in range(start[n], start[n + 1]):
+            total += sqrt(flat[place[k]] ** 2 + flat[place[k] + V] ** 2)
+    return largest, total, free
+
+
+def unbalanced_ratio(model, state, gravity):
+    """Largest unbalanced force over the mean, per gridpoint, of the sizes of all forces that meet there [-].
+
+    Taken over gridpoints that can move, in the components in which they can; forces are those of zones on their corners,
+    weights and applied forces.
+    """
+    largest, total, free = imbalance_kernel(
+        model.start, model.place, state.corner_force, state.force, state.applied, model.weight_mass, model.fixed,
+        float(gravity),
+    )  # fmt: skip
+    return largest * free / total if total > 0.0 else 0.0
+
+
+def kinetic_energy(model, state):
+    """Kinetic energy [J] with the masses of a step of 1: what local damping takes out, not a physical energy."""
+    mass = model.mass + state.added_mass
+    return 0.5 * float(np.sum(mass[:, None] * state.velocity**2))

@@ -1,0 +1,34 @@
+"""What a frame of the grid holds. Nothing here runs between frames."""
+
+import numpy as np
+
+from fdm_server import fields
+from fdm_server.motion import kinetic_energy
+
+
+def frame(model, state):
+    """Keyword arguments for `Recorder.frame`: reference positions, active zones and their fields."""
+    zones = {
+        "stress": fields.stress(model, state),
+        "shear_strain": fields.max_shear(model, state.displacement),
+        "shear_strain_rate": fields.max_shear(model, state.velocity),
+        "group": model.grid.material[model.zone],
+    }
+    if state.plastic is not None:
+        zones["plastic_state"] = fields.plastic_state(model, state)
+    return {
+        "points": model.grid.xy,
+        "cells": model.zones,
+        "point_fields": {"displacement": state.displacement, "velocity": state.velocity},
+        "cell_fields": zones,
+    }
+
+
+def history(model, state, ratio, factor):
+    """Values of one point of the histories."""
+    return {
+        "unbalanced_ratio": ratio,
+        "gravity_factor": factor,
+        "kinetic_energy": kinetic_energy(model, state),
+        "max_displacement": float(np.sqrt(np.max(np.sum(state.displacement**2, axis=1)))),
+    }

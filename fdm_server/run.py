@@ -1,0 +1,26 @@
+"""The continuum's time loop; the twin of dem_server/run.py.
+
+Leap-frog on both sides: forces at whole steps, velocities at half steps. While zones strain here, contacts are computed there.
+"""
+
+from fdm_server.advance import advance
+from fdm_server.motion import update_velocities
+
+
+def run_stage(side, stage):
+    """Take steps until the stage ends. `stage` (fdm_server.stages.StageRun) knows gravity, handover and when to end."""
+    model, state, rims, watch = side.model, side.state, stage.rims, side.watch
+    while not stage.ended:
+        for rim in rims:
+            rim.hear_forces(state, stage.gravity, stage.share)
+        watch.to("waiting")
+        stage.look(model, state)
+        update_velocities(model, state, stage.gravity)
+        order = stage.order()
+        for rim in rims:
+            rim.say_velocities(state, order)
+        advance(model, state)
+        watch.to("computing")
+        stage.step_done()
+        side.record(stage, order)
+        watch.to("recording")

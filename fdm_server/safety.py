@@ -1,0 +1,32 @@
+"""Failures that would otherwise pass in silence: inverted zones, velocities that are no numbers any more."""
+
+import numpy as np
+
+from fdm_server.blocks import triangle_double_areas
+
+
+class Unstable(ArithmeticError):
+    """The computation has left physics: nothing after this step means anything."""
+
+
+def check_zones(xy, zones):
+    """Raise Unstable where a zone (A,4) with gridpoints at xy (N,2) [m] is inverted, bow-tied or has no area."""
+    double = triangle_double_areas(xy, zones)
+    present = np.ones(double.shape, dtype=np.bool_)
+    present[zones[:, 2] == zones[:, 3], 1::2] = False  # (0,2,3) and (1,2,3) of a triangular zone
+    bad = np.flatnonzero(np.any(present & ~(double > 0.0), axis=1))
+    if len(bad):
+        x, y = xy[zones[bad[0]]].mean(axis=0)
+        raise Unstable(f"{len(bad)} zones are inverted or without area, one at ({x:g}, {y:g})")
+
+
+def check_motion(model, state):
+    """Raise Unstable where a velocity is not finite; costs a few microseconds."""
+    speed = np.abs(state.velocity).max()
+    if not np.isfinite(speed):
+        bad = np.flatnonzero(~np.isfinite(state.velocity).all(axis=1))
+        x, y = model.grid.xy[bad[0]]
+        raise Unstable(
+            f"the velocities of {len(bad)} gridpoints are not finite, one at ({x:g}, {y:g}): the step is too long for "
+            f"something stiffer than the zones, or a law failed"
+        )

@@ -1,0 +1,89 @@
+"""Virtual strain brings a window to a given stress field, and bonds put there do not break."""
+
+import numpy as np
+import pytest
+from window_case import OBLIQUE, SQUARE, packed, soil_discs
+
+from coupler_protocol.interface import polygon_area
+from dem_server import insitu
+from dem_server.balance import unbalanced_ratio
+from dem_server.bins import bins_over
+from dem_server.contacts import contact_forces
+from dem_server.effects.bond import BONDED
+from dem_server.fields import contacts
+from dem_server.motion import move_free
+
+K0, DENSITY, GRAVITY, TOP = 0.571, 2700.0, 9.81, 5.0
+
+
+def slope_field(corners, size=0.125):
+    """Zones (z, 7) under a level surface at y = TOP that fill the polygon."""
+    points = bins_over(corners, size).points
+    syy = -DENSITY * GRAVITY * (TOP - points[:, 1])
+    area = np.full(len(points), polygon_area(corners) / len(points))
+    density = np.full(len(points), DENSITY)
+    return np.column_stack([points, area, K0 * syy, syy, 0.0 * syy, density])
+
+
+@pytest.fixture(scope="module", params=[SQUARE, OBLIQUE], ids=["square", "oblique"])
+def brought(request):
+    model, state = packed(request.param, soil_discs())
+    target = slope_field(request.param)
+    insitu.match_weight(model, state, target)
+    return model, state, target, insitu.bring_to_stress(model, state, target, GRAVITY)
+
+
+def test_stress_and_reactions(brought):
+    model, state, target, report = brought
+    assert max(report.error_xx, report.error_yy, report.error_xy) <= 0.05
+    assert report.projected == 0.0
+    assert report.ratio <= 1e-6
+    x, force = state.x[: model.ring], state.force[: model.ring]
+    middle = x.mean(axis=0)
+    expected = target[:, 2] @ target[:, 3:5]
+    moments = -((x - middle) * force).sum(axis=0)  # integral of the stress, and the weight's lever
+    free = slice(model.ring, None)
+    moments[1] -= GRAVITY * state.weight[free] @ (state.x[free, 1] - middle[1])
+    np.testing.assert_allclose(moments, expected, rtol=0.04)
+
+
+def test_weight_is_that_of_the_zones(brought):
+    model, state, target, _ = brought
+    assert state.weight.sum() == pytest.approx(target[:, 2] @ target[:, 6], rel=1e-12)
+    reaction = -state.force[: model.ring, 1].sum()
+    assert reaction == pytest.approx(GRAVITY * state.weight[model.ring :].sum(), rel=1e-4)
+
+
+def test_bonds_added_afterwards_hold(brought):
+    model, state, _, _ = brought
+    number = insitu.add_bonds(model, state)
+    pairs = contacts(state)
+    assert number > 0.97 * len(pairs.slot)
+    assert ((pairs.disc_a < model.ring) & (pairs.bond_state == BONDED)).any()
+    for _ in range(500):
+        move_free(model, state, GRAVITY)
+        contact_forces(model, state)
+    assert state.broken_tension + state.broken_shear == 0
+    assert unbalanced_ratio(model, state, GRAVITY) < 1e-6
+
+
+def test_friction_cone():
+    stress = np.array([[-1, -1, 0], [-1, -2, 0], [-1, -9, 0], [-5, -5, 4], [1, 2, 0.5]], dtype=float)
+    inside, share = insitu.inside_cone(stress, 0.4)
+    assert share == pytest.approx(3 / 5)
+    np.testing.assert_array_equal(inside[:2], stress[:2])
+    np.testing.assert_allclose(inside[2:], [[-3, -7, 0], [-5, -5, 2], [0, 0, 0]], atol=1e-15)
+
+
+def test_linear_fields_are_met_exactly():
+    xy = np.random.default_rng(0).random((60, 2))
+    stress = np.column_stack([xy[:, 0], 3.0 - xy[:, 1], xy.sum(axis=1)])
+    field = insitu.stress_field(np.column_stack([xy, np.ones(60), stress, np.ones(60)]))
+    np.testing.assert_allclose(field(np.array([[0.3, 1.4]])), [[0.3, 1.6, 1.7]], atol=1e-9)
+
+
+def test_bins_share_out_the_whole_window():
+    grid = bins_over(OBLIQUE, 0.24)
+    assert grid.area().sum() == pytest.approx(polygon_area(OBLIQUE), rel=1e-12)
+    weights = grid.weights(np.random.default_rng(0).random((50, 2)))
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0, rtol=1e-14)

@@ -1,0 +1,92 @@
+"""Motion: weight, damping, speed cap, and static masses that keep every step stable."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from window_case import SQUARE, packed, soil_discs
+
+from dem_server.contacts import contact_forces
+from dem_server.effects.damping import Damping, damped
+from dem_server.fields import contacts
+from dem_server.insitu import add_bonds
+from dem_server.model import build_model
+from dem_server.motion import SPEED_CAP, move_free
+from dem_server.timestep import SAFETY
+
+
+def two_discs(**changes):
+    packing = SimpleNamespace(xy=np.array([[0.0, 0.0], [0.06, 0.0]]), radius=np.array([0.03, 0.03]))
+    model, state = build_model(np.empty((0, 2)), np.empty(0), packing, soil_discs(**changes))
+    contact_forces(model, state)
+    return model, state
+
+
+def test_fall_follows_weight_over_mass():
+    model, state = two_discs(damping=None)
+    for _ in range(5):
+        move_free(model, state, 2.0)
+    step = 2.0 * 2000.0 * np.pi * 0.03**2 / state.mass[0]
+    np.testing.assert_allclose(state.v[:, 1], -5.0 * step, rtol=1e-12)
+    np.testing.assert_allclose(state.displacement[:, 1], -15.0 * step, rtol=1e-9)
+    assert not state.v[:, 0].any()
+
+
+@pytest.mark.parametrize(
+    ("force", "velocity", "expected"), [(2, 1, 1), (2, -1, 3), (-2, 1, -3), (-2, -1, -1), (2, 0, 2)]
+)
+def test_damping_acts_against_the_motion(force, velocity, expected):
+    assert damped(float(force), float(velocity), 0.5) == expected
+
+
+def test_ring_does_not_move_by_itself():
+    model, state = packed(SQUARE, soil_discs(radius=0.08))
+    before = state.x[: model.ring].copy()
+    state.load[:] = 1e6
+    move_free(model, state, 9.81)
+    assert (state.x[: model.ring] == before).all()
+    assert (state.x[model.ring :] != state.origin[model.ring :]).any()
+
+
+def test_speed_is_capped_and_counted():
+    model, state = two_discs()
+    state.load[1, :2] = [3e9, 4e9]
+    move_free(model, state, 0.0)
+    cap = SPEED_CAP * model.smallest_radius
+    np.testing.assert_allclose(state.v[1], [0.6 * cap, 0.8 * cap], rtol=1e-12)
+    assert state.capped == 1
+
+
+def test_static_masses_of_a_touching_pair():
+    _, state = two_discs()
+    np.testing.assert_allclose(state.mass, 2.5e7 / SAFETY**2, rtol=1e-12)
+    np.testing.assert_allclose(state.inertia, 0.5 * state.mass * 0.03**2, rtol=1e-12)
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.7])
+def test_bonded_window_is_stable(alpha):
+    """Undamped, a kick of the bonded discs neither grows nor dies out; damped, it is gone soon."""
+    model, state = packed(SQUARE, soil_discs(damping=Damping(local=alpha)))
+    for _ in range(2000):
+        move_free(model, state, 0.0)
+        contact_forces(model, state)
+    add_bonds(model, state)
+    pairs = contacts(state)
+    number = np.bincount(np.concatenate([pairs.disc_a, pairs.disc_b]), minlength=model.count)
+    held = (np.arange(model.count) >= model.ring) & (number >= 3)  # others rightly fly on for ever
+    state.disc[:, 2:5] = 0.0
+    state.v[held] = np.random.default_rng(0).normal(0.0, 1e-9, (held.sum(), 2))
+
+    def kinetic():
+        return float(state.mass @ (state.v**2).sum(axis=1) + state.inertia @ state.spin**2)
+
+    start = kinetic()
+    energies = []
+    for _ in range(3000):
+        move_free(model, state, 0.0)
+        contact_forces(model, state)
+        energies.append(kinetic())
+    if alpha == 0.0:
+        assert 0.2 * start < min(energies[1000:]) <= max(energies) < 1.5 * start
+    else:
+        assert energies[-1] < 1e-6 * start

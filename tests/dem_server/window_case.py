@@ -1,0 +1,57 @@
+"""A packed window for tests: any corner polygon, its ring and the paper's soil."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from coupler_protocol.interface import build_ring
+from dem_server.contacts import contact_forces
+from dem_server.effects.bond import Bond
+from dem_server.effects.damping import Damping
+from dem_server.effects.friction import Friction
+from dem_server.effects.spring import Spring
+from dem_server.model import build_model
+from dem_server.packing import pack
+
+SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+OBLIQUE = np.array([[0.0, 0.0], [1.2, 0.4], [0.9, 1.5], [-0.3, 1.1]])
+ANGLE = np.array([[0.0, 0.0], [1.5, 0.0], [1.5, 0.75], [0.75, 0.75], [0.75, 1.5], [0.0, 1.5]])
+SEGMENT = 0.25  # length of the ring's segments [m], about
+
+
+def soil_discs(radius=0.03, friction=0.55, bond=True, **changes):
+    """The scene's `discs` table for the paper's soil."""
+    soil = SimpleNamespace(
+        density=2000.0,
+        spring=Spring(normal=5.0e7, shear=2.0e7),
+        friction=Friction(coefficient=friction) if friction else None,
+        bond=Bond(tension=1.5e3, shear=3.5e3) if bond else None,
+    )
+    table = {
+        "radius": radius,
+        "spread": 0.25,
+        "porosity": 0.16,
+        "confinement": 100e3,
+        "stiffness": "disc",
+        "damping": Damping(local=0.7),
+    }
+    return SimpleNamespace(soil=soil, **(table | changes))
+
+
+def rim(corners):
+    """Nodes along the polygon, about SEGMENT apart (K, 2)."""
+    nodes = []
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        pieces = max(1, round(np.hypot(*(b - a)) / SEGMENT))
+        nodes += [a + (b - a) * q / pieces for q in range(pieces)]
+    return np.array(nodes)
+
+
+def packed(corners, discs, seed=0, insitu=True):
+    """Model and State of a packed window, contacts found."""
+    nodes = rim(corners)
+    ring = build_ring(nodes, discs.radius)
+    packing = pack(nodes, ring.xy, ring.radius, discs, np.random.default_rng(seed))
+    model, state = build_model(ring.xy, ring.radius, packing, discs, insitu=insitu)
+    contact_forces(model, state)
+    return model, state
