@@ -1,0 +1,23 @@
+"""Front door: read a scene, run it, read its results. Nothing heavy is loaded before it is used."""
+
+__all__ = ["Scene", "open_run", "read_scene", "run"]
+
+
+def __getattr__(name):
+    if name == "open_run":
+        from colluvium.results import open_run
+
+        return open_run
+    if name == "read_scene":
+        from coupler_protocol.scene_reader import read_scene
+
+        return read_scene
+    if name == "Scene":
+        from colluvium.api import Scene
+
+        return Scene
+    if name == "run":
+        from colluvium.api import run
+
+        return run
+    raise AttributeError(f"module 'colluvium' has no attribute {name!r}")

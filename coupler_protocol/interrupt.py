@@ -2,7 +2,6 @@
 
 import os
 import signal
-import sys
 import threading
 
 from coupler_protocol.exits import INTERRUPTED, Interrupted
@@ -42,7 +41,7 @@ def stop_with_parent(stop):
     """Ask for a stop when standard input closes, and end the process if that takes too long: no orphan stays behind."""
 
     def watch():
-        while sys.stdin.buffer.read(4096):
+        while os.read(0, 4096):  # not sys.stdin: its lock must be free when the interpreter ends
             pass
         stop.ask("the launcher is gone")
         threading.Event().wait(GRACE)

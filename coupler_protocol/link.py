@@ -22,6 +22,9 @@ from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.wire import MAX_FRAME
 
 HEARTBEAT, HEARTBEAT_TIMEOUT, LINGER = 1000, 5000, 1000  # ms
+# One message is under way at a time, but ZeroMQ hands the room of delivered ones back in batches and late: with room for 8, a
+# send that must not block finds the queue full now and then, the message is dropped, and the step costs a time-out.
+HIGH_WATER = 1000
 _UP = {zmq.EVENT_HANDSHAKE_SUCCEEDED}
 _DOWN = {zmq.EVENT_DISCONNECTED}
 
@@ -33,7 +36,7 @@ class _Socket:
         self.context = zmq.Context()
         self.socket = self.context.socket(kind)
         s = self.socket
-        s.sndhwm = s.rcvhwm = 8
+        s.sndhwm = s.rcvhwm = HIGH_WATER
         s.linger = LINGER
         s.maxmsgsize = MAX_FRAME
         if not os.environ.get("COLLUVIUM_NO_HEARTBEAT"):  # for breakpoints in a debugger

@@ -4,7 +4,7 @@ Geometry of a contact (2-D, unit thickness), unit vectors n from i to j, t = (-n
 
     g = |xj - xi| - ri - rj,   li = ri + g/2,   lj = rj + g/2                    (1)
     slip = (vj - vi).t' - wi li - wj lj                                          (2)
-    force on j: Fn... = Fn n + Fs t, on i the opposite; moments -Fs li, -Fs lj   (3)
+    force on j: Fn n + Fs t, on i the opposite;  moments -Fs li, -Fs lj          (3)
 
 t' is the tangent at mid-step, so that a rigid turn of both discs gives no slip up to third order in the
 turn of a step. With d the distance at the end of the step and vn, vt the components of vj - vi along n and

@@ -1,16 +1,17 @@
 """Filling a window: evenly spread discs, relaxed without friction and grown to the confining stress.
 
-1. Points of the R2 sequence (additive recurrence of the plastic number, Roberts 2018) inside the window, as
-many discs as the porosity asks for,
-   radii uniform in radius (1 -+ spread).
-2. Relaxation without friction in the static mode; velocities are set to zero a few times so that the first
-overlaps cannot throw discs about. 3. Servo: every 200 steps all radii grow by what closes the rest of the
-stress, for affine deformation
+1. Points of the R2 sequence (additive recurrence of the plastic number, Roberts 2018) inside the window, as many
+   discs as the porosity asks for, radii uniform in radius (1 -+ spread).
+2. Relaxation without friction in the static mode; velocities are set to zero a few times, so that the first
+   overlaps cannot throw discs about.
+3. Servo: every 200 steps, while the mean stress is not the wanted one, all radii change by what an affine
+   deformation would need,
 
        dr/r = 2 A dp / sum(kn d^2)                                               (1)
 
-   (A area, dp missing mean stress, d distance of centres), and discs with fewer than three contacts by 1 %.
-The ring stays where it is, so the discs inherit its shape; there is no walls' friction and no gravity.
+   (A: area, dp: missing mean stress, d: distance of centres), and while stress is missing discs with fewer than
+   three contacts grow by 1 %, so that few stay loose. It ends at rest, at the wanted stress.
+The ring stays where it is and the discs take its shape; there is no gravity.
 """
 
 from typing import NamedTuple
@@ -32,9 +33,9 @@ from dem_server.ring import inner_share
 
 PLASTIC = 1.32471795724474602596  # real root of x^3 = x + 1
 STEPS = 200  # between two growths
-ROUNDS = 60  # growths at most
+ROUNDS = 100  # growths at most
+LARGEST = 0.01  # growth of a radius in one go
 ACCURACY = 0.01  # of the confining stress
-CALM = 1e-2  # unbalanced ratio at which the stress is judged
 REST = 1e-4  # unbalanced ratio of the finished packing
 
 
@@ -61,7 +62,6 @@ def pack(polygon, ring_xy, ring_radius, discs, rng, report=None):
     model, state = smooth_discs(ring_xy, ring_radius, xy[order], radius[order], discs)
     settle(model, state, report)
     press(model, state, polygon_area(polygon), discs.confinement, report)
-    rest(model, state)
     escaped = ~shapely.contains_xy(shapely.Polygon(polygon), state.x[model.ring :])
     if escaped.any():
         raise ArithmeticError(f"{escaped.sum()} discs left the ring while packing: porosity too small?")
@@ -131,33 +131,29 @@ def settle(model, state, report):
 
 
 def press(model, state, area, target, report):
-    """Grow radii, Eq (1), until the mean stress is `target` [Pa] at rest."""
-    free = np.arange(model.count) >= model.ring
+    """Change radii, Eq (1), until the discs are at rest at the mean stress `target` [Pa]."""
     for round_ in range(ROUNDS):
         pairs = contacts(state)
         length = np.hypot(*pairs.branch.T)
         stress = pairs.normal_force @ length / (2.0 * area)
-        missing = target - stress
-        ratio = unbalanced_ratio(model, state, 0.0)
-        if abs(missing) < ACCURACY * target and ratio < CALM:
-            break
-        number = np.bincount(np.concatenate([pairs.disc_a, pairs.disc_b]), minlength=model.count)
-        stiffness = model.law.spring.normal[pairs.kind] @ length**2
-        growth = 2.0 * area * missing / stiffness if len(length) else 0.01
-        state.disc[free, RADIUS] *= 1.0 + np.clip(growth, -0.01, 0.01)
-        state.disc[free & (number < 3), RADIUS] *= 1.01
-        rebuild(model, state)
-        contact_forces(model, state)
-        run(model, state, STEPS)
         if report:
             report(f"mean stress {stress / 1e3:.1f} of {target / 1e3:.1f} kPa", 0.4 + 0.6 * round_ / ROUNDS)
-    else:
-        raise ArithmeticError(f"{stress:.0f} Pa instead of {target:.0f} Pa after {ROUNDS} growths")
-
-
-def rest(model, state):
-    """Relax until the discs are at rest."""
-    for _ in range(ROUNDS):
-        if unbalanced_ratio(model, state, 0.0) < REST:
-            break
+        if abs(target - stress) > ACCURACY * target:
+            stiffness = model.law.spring.normal[pairs.kind] @ length**2
+            growth = 2.0 * area * (target - stress) / stiffness if len(length) else LARGEST
+            grow(model, state, pairs, np.clip(growth, -LARGEST, LARGEST))
+        elif unbalanced_ratio(model, state, 0.0) < REST:
+            return
         run(model, state, STEPS)
+    raise ArithmeticError(f"packing: {stress:.0f} Pa instead of {target:.0f} Pa after {ROUNDS} growths")
+
+
+def grow(model, state, pairs, growth):
+    """Change the radii of the free discs by the share `growth`, and if it is positive those of loose discs by more."""
+    free = np.arange(model.count) >= model.ring
+    state.disc[free, RADIUS] *= 1.0 + growth
+    if growth > 0.0:
+        number = np.bincount(np.concatenate([pairs.disc_a, pairs.disc_b]), minlength=model.count)
+        state.disc[free & (number < 3), RADIUS] *= 1.0 + LARGEST
+    rebuild(model, state)
+    contact_forces(model, state)

@@ -22,14 +22,14 @@ def advance_kernel(
 
     u = np.empty(8 * LANES)
     strain = np.empty(STRAIN_ROWS * LANES)
-    limited = np.empty(4 * RETURN_ROWS * LANES)
+    limited = np.empty(RETURN_ROWS * LANES)
     for b in range(corner.shape[0]):
         gather_velocities(b, corner, velocity, u)
         strain_increments(b, x, y, inverse_double_area, u, strain)
         load(b, elastic, strain, stress)
         if plastic is not None:
             limit(b, share, mohr_coulomb, tension, stress, plastic, limited)
-        corner_forces(b, x, y, stress, u, corner_force)
+        corner_forces(b, x, y, stress, corner_force)
     sum_at_gridpoints(start, place, corner_force, force)
 
 

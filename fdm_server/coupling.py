@@ -12,7 +12,7 @@ import numpy as np
 
 from coupler_protocol import messages
 from coupler_protocol.exits import PeerLost
-from coupler_protocol.wire import StepFrame, WireError, content_of, unpack_array
+from coupler_protocol.wire import StepFrame, WireError, content_of, pack_array, unpack_array
 from fdm_server.hole import cut_window
 from fdm_server.windows import rim_of, window_zones
 
@@ -47,8 +47,6 @@ class Rim:
 
     def say_field(self, field, gravity, insitu):
         """FIELD: stress and density (n,7) of the zones that become the hole; then wait for READY."""
-        from coupler_protocol.wire import pack_array
-
         self._answer(messages.FIELD, {"field": pack_array(field), "gravity": gravity, "insitu": insitu})
 
     def hear_ready(self):
@@ -124,15 +122,14 @@ def traction_difference(model, state, rim, stress):
     xy, K = rim.xy, len(rim.nodes)
     vector = np.roll(xy, -1, axis=0) - xy
     half = 0.5 * (np.linalg.norm(vector, axis=1) + np.linalg.norm(np.roll(vector, 1, axis=0), axis=1))
-    normal = np.column_stack([-vector[:, 1], vector[:, 0]])  # into the window times length
+    normal = np.column_stack([-vector[:, 1], vector[:, 0]])  # times length, into the window: out of the grid
     zone = _zone_behind(model, rim)
     s = stress[zone]
     push = np.column_stack(
         [s[:, 0] * normal[:, 0] + s[:, 3] * normal[:, 1], s[:, 3] * normal[:, 0] + s[:, 1] * normal[:, 1]]
     )
-    expected = -0.5 * (push + np.roll(push, 1, axis=0)) / half[:, None]
+    expected = 0.5 * (push + np.roll(push, 1, axis=0)) / half[:, None]
     found = rim.force / half[:, None]
-    # Forces of the discs on the rim act out of the window: P / l = -sigma n with n into the window.
     size = np.sqrt(np.mean(np.sum(expected**2, axis=1)))
     return float(np.sqrt(np.mean(np.sum((found - expected) ** 2, axis=1))) / size) if K and size > 0 else 0.0
 

@@ -10,56 +10,47 @@ outline of the zone alone.
 
 from coupler_protocol.jit import jit
 from fdm_server.blocks import LANES
-from fdm_server.strain import C0, C1, C2, C3, V
+from fdm_server.strain import C0, C1, C2, C3, T0, T1, T2, T3, V
 from fdm_server.stress import SD, SM, XY
 
 CORNER_ROWS = 8
 
 
+@jit(forceinline=True)
+def triangle_forces(sd, xy, x1, y1, x2, y2):
+    """Forces of sd and xy on corners b and c of a triangle, at half weight: (f_b x, f_b y, f_c x, f_c y)."""
+    sd, xy = 0.25 * sd, 0.25 * xy
+    return xy * x2 - sd * y2, -sd * x2 - xy * y2, sd * y1 - xy * x1, xy * y1 + sd * x1
+
+
 @jit
-def pressure_forces(b, x, y, stress, f):
-    """Set f to the forces of sm, which is constant over each zone: corner k feels half the traction on its two neighbours' chord."""
+def corner_forces(b, x, y, stress, corner_force):
+    """Forces [N] of the zones of block b on their corners: 8 rows, x at the four corners, then y."""
     for i in range(LANES):
-        half = 0.5 * stress[b, SM + i]
-        ax, ay = half * (y[b, C3 + i] - y[b, C1 + i]), half * (x[b, C1 + i] - x[b, C3 + i])
-        bx, by = half * (y[b, C0 + i] - y[b, C2 + i]), half * (x[b, C2 + i] - x[b, C0 + i])
-        f[C0 + i] = ax
-        f[C1 + i] = bx
-        f[C2 + i] = -ax
-        f[C3 + i] = -bx
-        f[V + C0 + i] = ay
-        f[V + C1 + i] = by
-        f[V + C2 + i] = -ay
-        f[V + C3 + i] = -by
+        x1, x2, x3 = x[b, C1 + i] - x[b, C0 + i], x[b, C2 + i] - x[b, C0 + i], x[b, C3 + i] - x[b, C0 + i]
+        y1, y2, y3 = y[b, C1 + i] - y[b, C0 + i], y[b, C2 + i] - y[b, C0 + i], y[b, C3 + i] - y[b, C0 + i]
 
+        half = 0.5 * stress[b, SM + i]  # corner k feels half the pressure on the chord between its neighbours
+        f1x, f1y, f2x, f2y, f3x, f3y = -half * y2, half * x2, half * (y1 - y3), half * (x3 - x1), half * y2, -half * x2
 
-@jit
-def triangle_forces(b, t, p, q, r, x, y, stress, f):
-    """Add the forces of sd and xy of triangle t to the rows of its corners p, q, r in f."""
-    for i in range(LANES):
-        x1, x2 = x[b, q + i] - x[b, p + i], x[b, r + i] - x[b, p + i]
-        y1, y2 = y[b, q + i] - y[b, p + i], y[b, r + i] - y[b, p + i]
-        sd, xy = 0.25 * stress[b, SD + t * LANES + i], 0.25 * stress[b, XY + t * LANES + i]
-        bx, by = xy * x2 - sd * y2, -sd * x2 - xy * y2
-        cx, cy = sd * y1 - xy * x1, xy * y1 + sd * x1
-        f[p + i] -= bx + cx
-        f[q + i] += bx
-        f[r + i] += cx
-        f[V + p + i] -= by + cy
-        f[V + q + i] += by
-        f[V + r + i] += cy
+        bx, by, cx, cy = triangle_forces(stress[b, SD + T0 + i], stress[b, XY + T0 + i], x1, y1, x2, y2)
+        f1x, f1y, f2x, f2y = f1x + bx, f1y + by, f2x + cx, f2y + cy
+        bx, by, cx, cy = triangle_forces(stress[b, SD + T1 + i], stress[b, XY + T1 + i], x2, y2, x3, y3)
+        f2x, f2y, f3x, f3y = f2x + bx, f2y + by, f3x + cx, f3y + cy
+        bx, by, cx, cy = triangle_forces(stress[b, SD + T2 + i], stress[b, XY + T2 + i], x1, y1, x3, y3)
+        f1x, f1y, f3x, f3y = f1x + bx, f1y + by, f3x + cx, f3y + cy
+        sd, xy = stress[b, SD + T3 + i], stress[b, XY + T3 + i]
+        bx, by, cx, cy = triangle_forces(sd, xy, x2 - x1, y2 - y1, x3 - x1, y3 - y1)
+        f1x, f1y, f2x, f2y, f3x, f3y = f1x - bx - cx, f1y - by - cy, f2x + bx, f2y + by, f3x + cx, f3y + cy
 
-
-@jit
-def corner_forces(b, x, y, stress, f, corner_force):
-    """Forces [N] of the zones of block b on their corners, 8 rows as the velocities; f is working space."""
-    pressure_forces(b, x, y, stress, f)
-    triangle_forces(b, 0, C0, C1, C2, x, y, stress, f)
-    triangle_forces(b, 1, C0, C2, C3, x, y, stress, f)
-    triangle_forces(b, 2, C0, C1, C3, x, y, stress, f)
-    triangle_forces(b, 3, C1, C2, C3, x, y, stress, f)
-    for k in range(8 * LANES):
-        corner_force[b, k] = f[k]
+        corner_force[b, C0 + i] = -(f1x + f2x + f3x)
+        corner_force[b, C1 + i] = f1x
+        corner_force[b, C2 + i] = f2x
+        corner_force[b, C3 + i] = f3x
+        corner_force[b, V + C0 + i] = -(f1y + f2y + f3y)
+        corner_force[b, V + C1 + i] = f1y
+        corner_force[b, V + C2 + i] = f2y
+        corner_force[b, V + C3 + i] = f3y
 
 
 @jit

@@ -13,7 +13,8 @@ to the whole zone (Marti & Cundall 1982, Int. J. Numer. Anal. Methods Geomech. 6
 from coupler_protocol.jit import jit
 from fdm_server.blocks import LANES
 
-C0, C1, C2, C3 = (k * LANES for k in range(4))  # rows of the corners
+C0, C1, C2, C3 = (k * LANES for k in range(4))  # rows of the corners of a zone
+T0, T1, T2, T3 = C0, C1, C2, C3  # rows of its triangles (0,1,2), (0,2,3), (0,1,3), (1,2,3)
 V = 4 * LANES  # from a corner's row of u to its row of v
 DILATION, DIFFERENCE, GAMMA = (k * LANES for k in (0, 1, 5))  # rows of strain; one a triangle but for the dilation
 STRAIN_ROWS = 9
@@ -28,30 +29,34 @@ def gather_velocities(b, corner, velocity, u):
         u[V + k] = velocity[point, 1]
 
 
-@jit
-def triangle_strain(b, t, p, q, r, x, y, inverse_double_area, u, strain):
-    """Deviatoric strain increments of triangle t, whose corners stand in rows p, q, r."""
-    for i in range(LANES):
-        x1, x2 = x[b, q + i] - x[b, p + i], x[b, r + i] - x[b, p + i]
-        y1, y2 = y[b, q + i] - y[b, p + i], y[b, r + i] - y[b, p + i]
-        du1, du2 = u[q + i] - u[p + i], u[r + i] - u[p + i]
-        dv1, dv2 = u[V + q + i] - u[V + p + i], u[V + r + i] - u[V + p + i]
-        inverse = inverse_double_area[b, t * LANES + i]
-        strain[DIFFERENCE + t * LANES + i] = inverse * ((du1 * y2 - du2 * y1) - (dv2 * x1 - dv1 * x2))
-        strain[GAMMA + t * LANES + i] = inverse * ((du2 * x1 - du1 * x2) + (dv1 * y2 - dv2 * y1))
+@jit(forceinline=True)
+def triangle_strain(inverse, x1, y1, x2, y2, du1, dv1, du2, dv2):
+    """d eps_xx - d eps_yy and gamma_xy of a triangle [-]; inverse = 1/2A [1/m2]."""
+    return (
+        inverse * ((du1 * y2 - du2 * y1) - (dv2 * x1 - dv1 * x2)),
+        inverse * ((du2 * x1 - du1 * x2) + (dv1 * y2 - dv2 * y1)),
+    )
 
 
 @jit
 def strain_increments(b, x, y, inverse_double_area, u, strain):
     """Strain increments [-] of block b in one step, 9 rows: e of the zones, then xx - yy and gamma_xy of each triangle."""
     for i in range(LANES):
-        strain[DILATION + i] = inverse_double_area[b, 4 * LANES + i] * (
-            (u[C0 + i] - u[C2 + i]) * (y[b, C1 + i] - y[b, C3 + i])
-            + (u[C1 + i] - u[C3 + i]) * (y[b, C2 + i] - y[b, C0 + i])
-            + (u[V + C0 + i] - u[V + C2 + i]) * (x[b, C3 + i] - x[b, C1 + i])
-            + (u[V + C1 + i] - u[V + C3 + i]) * (x[b, C0 + i] - x[b, C2 + i])
+        x1, x2, x3 = x[b, C1 + i] - x[b, C0 + i], x[b, C2 + i] - x[b, C0 + i], x[b, C3 + i] - x[b, C0 + i]
+        y1, y2, y3 = y[b, C1 + i] - y[b, C0 + i], y[b, C2 + i] - y[b, C0 + i], y[b, C3 + i] - y[b, C0 + i]
+        u1, u2, u3 = u[C1 + i] - u[C0 + i], u[C2 + i] - u[C0 + i], u[C3 + i] - u[C0 + i]
+        v1, v2, v3 = u[V + C1 + i] - u[V + C0 + i], u[V + C2 + i] - u[V + C0 + i], u[V + C3 + i] - u[V + C0 + i]
+
+        whole = inverse_double_area[b, 4 * LANES + i]
+        strain[DILATION + i] = whole * (u2 * (y3 - y1) + (u1 - u3) * y2 - v2 * (x3 - x1) - (v1 - v3) * x2)
+
+        inverse = inverse_double_area[b, T0 + i]
+        strain[DIFFERENCE + T0 + i], strain[GAMMA + T0 + i] = triangle_strain(inverse, x1, y1, x2, y2, u1, v1, u2, v2)
+        inverse = inverse_double_area[b, T1 + i]
+        strain[DIFFERENCE + T1 + i], strain[GAMMA + T1 + i] = triangle_strain(inverse, x2, y2, x3, y3, u2, v2, u3, v3)
+        inverse = inverse_double_area[b, T2 + i]
+        strain[DIFFERENCE + T2 + i], strain[GAMMA + T2 + i] = triangle_strain(inverse, x1, y1, x3, y3, u1, v1, u3, v3)
+        inverse = inverse_double_area[b, T3 + i]
+        strain[DIFFERENCE + T3 + i], strain[GAMMA + T3 + i] = triangle_strain(
+            inverse, *(x2 - x1, y2 - y1, x3 - x1, y3 - y1), *(u2 - u1, v2 - v1, u3 - u1, v3 - v1)
         )
-    triangle_strain(b, 0, C0, C1, C2, x, y, inverse_double_area, u, strain)
-    triangle_strain(b, 1, C0, C2, C3, x, y, inverse_double_area, u, strain)
-    triangle_strain(b, 2, C0, C1, C3, x, y, inverse_double_area, u, strain)
-    triangle_strain(b, 3, C1, C2, C3, x, y, inverse_double_area, u, strain)

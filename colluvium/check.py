@@ -1,0 +1,82 @@
+"""`colluvium check`: what a scene will compute and what it will not, without computing it."""
+
+from coupler_protocol.schedule import plan
+from coupler_protocol.scene import declared_effects
+
+
+def effects(scene):
+    """Every installed effect: {"effect", "summary", "acts", "where"}; `where` names the tables that switch it on."""
+    rows = []
+    for place, cls in declared_effects().items():
+        where = list(_tables(scene, place))
+        summary = (cls.__doc__ or "").strip().splitlines()[0]
+        rows.append({"effect": place, "summary": summary, "acts": bool(where), "where": where})
+    return rows
+
+
+def _tables(scene, place):
+    """Names of the scene's tables that hold the effect declared for `place`."""
+    parent, _, key = place.rpartition(".")
+    if not parent:
+        holders = [("scene", scene)]
+    elif parent == "material":
+        holders = [(f"material {m.name!r}", m) for m in scene.material]
+    elif parent == "grain":
+        holders = [("discs.soil", scene.discs and scene.discs.soil), ("ring", scene.ring)]
+    else:
+        holders = [(parent, getattr(scene, parent, None))]
+    return [name for name, holder in holders if holder is not None and getattr(holder, key, None) is not None]
+
+
+def sizes(scene):
+    """Counts that follow from the scene alone."""
+    columns = round(scene.grid.length / scene.grid.zone_size[0])
+    rows = round(scene.grid.height / scene.grid.zone_size[1])
+    windows = []
+    for window in scene.window:
+        across = window.columns[1] - window.columns[0] + 1
+        up = window.rows[1] - window.rows[0] + 1
+        width, height = across * scene.grid.zone_size[0], up * scene.grid.zone_size[1]
+        mean_square = scene.discs.radius**2 * (1 + scene.discs.spread**2 / 3)
+        discs = (1 - scene.discs.porosity) * width * height / (3.141592653589793 * mean_square)
+        windows.append(
+            {"name": window.name, "width": width, "height": height, "segments": 2 * (across + up), "discs": round(discs)}
+        )
+    return {"columns": columns, "rows": rows, "windows": windows}
+
+
+def stages(scene):
+    """The procedure as it will run."""
+    return [
+        {"name": s.name, "kind": s.kind, "gravity": leg.gravity, "factor": [leg.start, leg.end], "over": leg.over}
+        | {"until": s.until.model_dump(exclude_none=True) if s.until else {}, "discard": s.discard}
+        for s, leg in zip(scene.stage, plan(scene), strict=True)
+    ]
+
+
+def answer(scene):
+    """All of the above in one dictionary."""
+    return {"title": scene.title, "hash": scene.digest(), **sizes(scene), "effects": effects(scene), "stages": stages(scene)}
+
+
+def print_answer(found, console):
+    """Print the answer for a person."""
+    console.print(f"{found['title'] or 'scene'}: no problems found")
+    console.print(f"grid of up to {found['columns']} x {found['rows']} zones")
+    for w in found["windows"]:
+        console.print(
+            f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['segments']} segments, about {w['discs']} discs"
+        )
+    console.print("effects that act:")
+    for row in found["effects"]:
+        if row["acts"]:
+            console.print(f"  {row['effect']:<24} {row['summary']} ({', '.join(row['where'])})", markup=False)
+    console.print("effects that do not act (no table in the scene, no code in the kernels):")
+    for row in found["effects"]:
+        if not row["acts"]:
+            console.print(f"  {row['effect']:<24} {row['summary']}", markup=False)
+    console.print("stages:")
+    for s in found["stages"]:
+        until = ", ".join(f"{k} {v:g}" for k, v in s["until"].items())
+        ramp = f"{s['factor'][0]:g} to {s['factor'][1]:g} g over {s['over']} steps" if s["over"] else f"{s['factor'][1]:g} g"
+        console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}" + (f", until {until}" if until else ""), markup=False)

@@ -1,0 +1,155 @@
+"""The front door's command line: run, check, report, status."""
+
+import argparse
+import json
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+from coupler_protocol import exits, program
+
+
+def parser():
+    """All commands and their options."""
+    p = argparse.ArgumentParser(prog="colluvium", description="Soil-rock slopes by two coupled processes.")
+    p.add_argument("--version", action="version", version=f"%(prog)s {version('colluvium')}")
+    commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    run = commands.add_parser("run", help="compute a scene: starts all processes and shows how far they are")
+    program.common_options(run)
+    run.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME)")
+    run.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
+    run.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
+    run.set_defaults(work=run_command)
+
+    check = commands.add_parser("check", help="say what is wrong with a scene, or what it will compute")
+    check.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
+    check.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
+    check.add_argument("--json", nargs="?", const="-", metavar="FILE", help="the answer as JSON to FILE or standard output")
+    check.set_defaults(work=check_command)
+
+    report = commands.add_parser("report", help="draw the pictures of a run")
+    report.add_argument("run_dir", metavar="RUN_DIR")
+    report.add_argument("--out", metavar="DIR", help="folder of the pictures (default RUN_DIR/report)")
+    report.set_defaults(work=report_command)
+
+    status = commands.add_parser("status", help="how a run ended, or how far it is")
+    status.add_argument("run_dir", metavar="RUN_DIR")
+    status.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output")
+    status.set_defaults(work=status_command)
+    return p
+
+
+def main(argv=None):
+    """Entry point; returns the exit code."""
+    options = parser().parse_args(argv)
+    code = []
+    ended = program.ended("colluvium", lambda: code.append(options.work(options)))
+    return ended or (code[0] or 0)
+
+
+def _console():
+    from rich.console import Console
+
+    return Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+
+
+def _write_json(content, target):
+    text = json.dumps(content, indent=1)
+    if target == "-":
+        print(text)
+    else:
+        Path(target).write_text(text + "\n", encoding="utf-8")
+
+
+def run_command(options):
+    """Compute a scene."""
+    from colluvium import launch
+    from colluvium.picture import picture
+    from coupler_protocol.scene_reader import read_scene
+
+    program.set_threads(options.threads)
+    scene = read_scene(options.scene, options.set)
+    wanted = options.out or Path("runs") / Path(options.scene).stem
+    out = program.prepare_folder(wanted, launch.own_files(wanted), options.force)
+    (out / "scene.toml").write_text(Path(options.scene).read_text(encoding="utf-8"), encoding="utf-8")
+    show = picture(options.quiet)
+    if options.in_process:
+        code = _in_process(scene, out, show)
+    else:
+        passed = [f"--set={pair}" for pair in options.set] + [f"--threads={options.threads}"]
+        with show or _nothing():
+            code = launch.run_files(options.scene, out, len(scene.window), passed, show)
+    _conclude(out, options.json)
+    return code
+
+
+def _in_process(scene, out, show):
+    from colluvium import inprocess
+    from coupler_protocol.interrupt import StopRequest, stop_on_signals
+
+    stop = StopRequest()
+    stop_on_signals(stop)
+    with show or _nothing():
+        return program.ended("colluvium", lambda: inprocess.run(scene, out, stop, show or "none"))
+
+
+def _nothing():
+    from contextlib import nullcontext
+
+    return nullcontext()
+
+
+def _conclude(out, target):
+    """Closing table of whatever run.json says."""
+    from colluvium import closing
+
+    path = out / "run.json"
+    if not path.exists():
+        return
+    info = json.loads(path.read_text(encoding="utf-8"))
+    if target:
+        _write_json(info, target)
+    else:
+        closing.print_table(info, _console())
+        print(f"results in {out}")
+
+
+def check_command(options):
+    """Say what a scene will compute; problems end with exit code 3."""
+    from colluvium import check
+    from coupler_protocol.scene_reader import read_scene
+
+    found = check.answer(read_scene(options.scene, options.set))
+    if options.json:
+        _write_json(found, options.json)
+    else:
+        check.print_answer(found, _console())
+
+
+def report_command(options):
+    """Draw the pictures of a run."""
+    try:
+        from colluvium import report
+    except ModuleNotFoundError as error:
+        raise exits.EnvironmentFailed(f"{error.name} is missing: pip install 'colluvium[report]'") from None
+    for path in report.write(options.run_dir, options.out):
+        print(path)
+
+
+def status_command(options):
+    """How a run ended."""
+    path = Path(options.run_dir) / "run.json"
+    if path.exists():
+        _conclude(Path(options.run_dir), options.json)
+        return 0
+    from colluvium.results import open_run
+
+    frames = open_run(options.run_dir).frames
+    last = frames[-1] if frames else None
+    print("not ended" + (f"; last frame: step {last.step}, stage {last.stage}, {last.gravity_factor:.2f} g" if last else ""))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

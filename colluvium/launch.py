@@ -1,0 +1,172 @@
+"""Starts one continuum process and one discrete process for every window, shows how far they are, and ends them with itself."""
+
+import contextlib
+import json
+import queue
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+from coupler_protocol import exits
+from coupler_protocol.runfile import write_json
+
+GRACE = 15.0  # seconds a process gets to end by itself before it is killed
+ECHO = 10.0  # seconds in which an error of the other side follows the one that caused it
+
+
+def own_files(out):
+    """Names of files of an earlier run in `out`."""
+    out = Path(out)
+    patterns = ("*.vtkhdf", "*.h5", "*.log", "run.json", "scene.json", "scene.toml", "endpoint")
+    return [path.name for pattern in patterns for path in sorted(out.glob(pattern))] if out.is_dir() else []
+
+
+class Process:
+    """A server as a child of this process. Its standard input is the tether: when it closes, the server stops."""
+
+    def __init__(self, name, arguments, rows):
+        self.name = name
+        self.errors = []
+        self.popen = subprocess.Popen(
+            [sys.executable, "-m", *arguments, "--tether", "--progress", "json"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,  # Ctrl-C reaches the launcher only, which tells both sides
+        )
+        self._threads = [
+            threading.Thread(target=self._read_rows, args=(rows,), daemon=True),
+            threading.Thread(target=self._read_errors, daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def _read_rows(self, rows):
+        for line in self.popen.stdout:
+            with contextlib.suppress(json.JSONDecodeError):
+                rows.put(json.loads(line))
+
+    def _read_errors(self):
+        for line in self.popen.stderr:
+            self.errors.append(line.rstrip())
+
+    def code(self):
+        """Exit code, or None while it runs."""
+        return self.popen.poll()
+
+    def interrupt(self):
+        """Ask it to stop at its next safe point."""
+        if self.code() is None:
+            self.popen.send_signal(signal.SIGINT)
+
+    def end(self, seconds):
+        """Wait for its end, `seconds` at most, then kill it; returns the exit code."""
+        try:
+            self.popen.wait(max(0.1, seconds))
+        except subprocess.TimeoutExpired:
+            self.popen.kill()
+            self.popen.wait()
+        for thread in self._threads:
+            thread.join(2.0)
+        self.popen.stdin.close()
+        return self.code()
+
+
+def run_files(scene_path, out, n_windows, options=(), picture=None):
+    """Run the scene at `scene_path` in processes; `options` go to every server. Returns the exit code.
+
+    picture(row) is called with each report of progress. Messages of failed processes go to standard error.
+    """
+    rows = queue.Queue()
+    shared = [str(scene_path), "--out", str(out), "--force", *options]
+    processes = [Process("fdm-server", ["fdm_server", *shared, "--bind", "tcp://127.0.0.1:0"], rows)]
+    endpoint = str(Path(out) / "endpoint")
+    for rank in range(1, n_windows + 1):
+        arguments = ["dem_server", *shared, "--connect", endpoint, "--rank", str(rank)]
+        processes.append(Process(f"dem-server {rank}", arguments, rows))
+    interrupted = _watch(processes, rows, picture)
+    code = _conclude(processes, interrupted)
+    _complete_run_json(Path(out), code, processes)
+    return code
+
+
+def _watch(processes, rows, picture):
+    """Pass reports on until all have ended or one has failed; returns whether somebody pressed Ctrl-C."""
+    try:
+        while any(p.code() is None for p in processes):
+            with contextlib.suppress(queue.Empty):
+                row = rows.get(timeout=0.1)
+                if picture:
+                    picture(row)
+                continue
+            if any(p.code() for p in processes):
+                return False
+    except KeyboardInterrupt:
+        return True
+    return False
+
+
+def _conclude(processes, interrupted):
+    """End what still runs and say why the run ended; returns the code of whoever is at fault."""
+    if interrupted:
+        for process in processes:
+            process.interrupt()
+    else:
+        # One side has failed: the other hears of it or notices the silence; no need to wait for its whole patience.
+        deadline = time.monotonic() + ECHO
+        while time.monotonic() < deadline and any(p.code() is None for p in processes):
+            time.sleep(0.05)
+        for process in processes:
+            process.interrupt()
+    codes = {process.name: process.end(GRACE) for process in processes}
+    failed = [code for code in codes.values() if code]
+    for process in processes:
+        for line in process.errors:
+            print(line, file=sys.stderr)
+        if process.code() and process.code() < 0:
+            name = signal.Signals(-process.code()).name
+            print(f"{process.name} was ended from outside ({name})", file=sys.stderr)
+    if interrupted:
+        return exits.INTERRUPTED
+    if not failed:
+        return exits.DONE
+    causes = [code for code in failed if code not in (exits.PEER, exits.INTERRUPTED)]
+    cause = (causes or failed)[0]
+    return exits.PEER if cause < 0 else cause
+
+
+def _complete_run_json(out, code, processes):
+    """run.json is the continuum's; where it was killed, say so in its place."""
+    path = out / "run.json"
+    if code and not path.exists() and out.is_dir():
+        reason = "; ".join(f"{p.name} ended with {p.code()}" for p in processes)
+        write_json(path, {"exit_code": code, "reason": reason, "stages": []})
+
+
+def run_scene(scene, out, report="none"):
+    """Run a scene that exists as an object; raises RunEnded if it fails."""
+    path = out / "scene.toml"
+    path.write_text(as_toml(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")
+    code = run_files(path, out, len(scene.window), ["--quiet"] if report == "none" else [])
+    if code:
+        raise _ENDED.get(code, exits.RunEnded)(f"the run ended with code {code} ({exits.MEANING.get(code, '?')})")
+
+
+_ENDED = {c.code: c for c in (exits.EnvironmentFailed, exits.PeerLost, exits.PhysicsFailed, exits.Interrupted)}
+
+
+def as_toml(data):
+    """Plain scene data as TOML: JSON values are TOML values but for tables, which become inline tables."""
+    return "".join(f"{key} = {_value(value)}\n" for key, value in data.items())
+
+
+def _value(value):
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{k} = {_value(v)}" for k, v in value.items()) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    return json.dumps(value)
