@@ -28,41 +28,41 @@ class Rows:
     def __init__(self, group: h5py.Group, path: str, about: Quantity | None = None) -> None:
         self._group, self._path, self._about = group, path, about
         self._data: h5py.Dataset | None = None
+        self._end = 0
 
     def append(self, rows: np.ndarray, start: int | None = None) -> int:
         """Store rows behind the others, or where the caller says; return where they start."""
         if self._data is None:
             self._data = _create(self._group, self._path, rows, ROWS_CHUNK, self._about)
-        start = len(self._data) if start is None else start
-        self._data.resize(start + len(rows), axis=0)
-        self._data[start:] = rows
+        start = self._end if start is None else start
+        _write(self._data, start, rows)
+        self._end = start + len(rows)
         return start
 
 
 class Blocks:
-    """A dataset of one compressed block a frame, created with its first block. Rows between blocks mean nothing."""
+    """A dataset of one compressed block a frame, created with its first. Rows between blocks mean nothing."""
 
     def __init__(self, group: h5py.Group, path: str, about: Quantity | None = None) -> None:
         self._group, self._path, self._about = group, path, about
         self._data: h5py.Dataset | None = None
         self._last = np.empty(0)
         self._start = 0
+        self._chunk = 0
 
     def append(self, block: np.ndarray) -> int:
         """Store a block at the beginning of a new chunk; return the row where it starts."""
         if self._data is None:
             fewest, most = BLOCK_CHUNK
-            chunk = min(max(round(SPARE * len(block)), fewest), most)
+            self._chunk = min(max(round(SPARE * len(block)), fewest), most)
             # gzip is the only filter fast enough that every reader of the format knows
             gzip = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
-            self._data = _create(self._group, self._path, block, chunk, self._about, **gzip)
+            self._data = _create(self._group, self._path, block, self._chunk, self._about, **gzip)
         if block.shape[1:] != self._data.shape[1:]:
             raise ValueError(f"{self._path}: rows of shape {block.shape[1:]}, before {self._data.shape[1:]}")
-        chunk = self._data.chunks[0]
-        self._start, self._last = -(-len(self._data) // chunk) * chunk, block
-        self._data.resize(self._start + len(block), axis=0)
-        if len(block):
-            self._data[self._start :] = block
+        self._start += -(-len(self._last) // self._chunk) * self._chunk
+        self._last = block
+        _write(self._data, self._start, block)
         return self._start
 
     def share(self, block: np.ndarray) -> int:
@@ -85,3 +85,12 @@ def _create(
         if about.components:
             data.attrs["components"] = " ".join(about.components)
     return data
+
+
+def _write(data: h5py.Dataset, start: int, rows: np.ndarray) -> None:
+    """data[start:] = rows, by HDF5's own calls; a frame has fifty of these, and slicing is slow."""
+    data.id.set_extent((start + len(rows), *rows.shape[1:]))
+    if len(rows):
+        place = data.id.get_space()
+        place.select_hyperslab((start,) + (0,) * (rows.ndim - 1), rows.shape)
+        data.id.write(h5py.h5s.create_simple(rows.shape), place, rows)

@@ -78,14 +78,15 @@ class VtkHdfFile:
             self._column(Rows, f"Frames/{name}", FRAME[name]).append(row)
         for name in SHOWN_BY_VTK:
             if not self._frames:
-                self._vtk[f"FieldData/{name}"] = self._file[f"Frames/{name}"]  # a second name of the same data
+                self._vtk[f"FieldData/{name}"] = self._file[f"Frames/{name}"]  # the same under a second name
             starts[f"FieldDataOffsets/{name}"] = self._frames
         for name, start in starts.items():
             self._append_one(f"Steps/{name}", start)
-        self._append_one("Steps/Values", frame.info.time)
         self._file.flush()
         self._frames += 1
         self._steps.attrs.modify("NSteps", self._frames)  # in place, unlike an assignment
+        self._file.flush()
+        self._append_one("Steps/Values", frame.info.time)  # more times than NSteps would overrun VTK's memory
         self._file.flush()
 
     def append_history(self, name: str, steps: list[int], values: list[float]) -> None:
@@ -110,7 +111,7 @@ class VtkHdfFile:
         return dict(self._shape_starts)
 
     def _store_part(self, points: np.ndarray, cells: np.ndarray) -> dict[str, Any]:
-        """Store points and cells as a new part (VTK's word for a piece of a mesh; here every part is a whole one)."""
+        """Store points and cells as a new part, VTK's word for a piece of a mesh (here all of it)."""
         first_cells, first_ids = [], []
         for prefix, (ids, offsets) in cell_groups(self._kind, points, cells).items():
             first_ids.append(self._column(Blocks, f"VTKHDF/{prefix}Connectivity").share(ids))

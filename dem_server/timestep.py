@@ -4,27 +4,37 @@
     I = sum ks r^2 / sf^2                                                        (2)
 
 The sums run over all listed pairs, whether they touch or not: every contact that can close before the next
-list is built has been counted. A row of the stiffness matrix is at most twice its own springs, and local
-damping alpha lowers the stable step by sqrt(1 + alpha): sf = 0.75 is 0.98 / sqrt(1.7), the limit for alpha
-= 0.7. Gravity acts on the real mass (`State.weight`). Sources: Underwood (1983), Dynamic relaxation, in:
-Computational Methods for Transient Analysis, ch. 5; Itasca, PFC2D 3.1 Theory, "Determination of the
-critical timestep" and "Density scaling".
+list is built has been counted. The hardest case is a contact by itself with ks = kn, two discs sliding and
+rolling on each other: omega^2 = 4 sf^2. Packings stay below 2.7 sf^2 (largest eigenvalue, tests). A step is
+stable for omega^2 <= 4 / (1 + alpha) with local damping alpha, hence
+
+    sf = min(0.75, 0.98 / sqrt(1 + alpha)).                                      (3)
+
+Gravity acts on the real mass (`State.weight`). Sources: Underwood (1983), Dynamic relaxation, in: Computational
+Methods for Transient Analysis, ch. 5; Itasca, PFC2D 3.1 Theory, "Determination of the critical timestep" and
+"Density scaling".
 """
 
 import numpy as np
 
 from coupler_protocol.jit import jit
 
-SAFETY = 0.75
+
+def safety(damping):
+    """Eq (3) [-]; `damping`: the law's DampingTable or None."""
+    alpha = 0.0 if damping is None else damping.local
+    return min(0.75, 0.98 / (1.0 + alpha) ** 0.5)
 
 
 def set_static_masses(model, state):
     """Set mass and inertia of all discs, Eqs (1) and (2), from the listed pairs."""
-    static_masses(state.disc, state.used, state.partner, state.kind, model.law.spring, SAFETY)
+    static_masses(
+        state.disc, state.used, state.partner, state.kind, model.law.spring, safety(model.law.damping)
+    )
 
 
 @jit
-def static_masses(disc, used, partner, kind, spring, safety):
+def static_masses(disc, used, partner, kind, spring, sf):
     """Kernel of `set_static_masses`. Without pairs a disc gets the mass for one spring; I >= m r^2 / 2."""
     n = disc.shape[0]
     stiff = np.zeros((n, 3))
@@ -40,5 +50,5 @@ def static_masses(disc, used, partner, kind, spring, safety):
                 stiff[a, 2] += ks * disc[a, 5] ** 2
     floor = spring.normal.max()
     for i in range(n):
-        disc[i, 6] = max(stiff[i, 0], stiff[i, 1], floor) / safety**2
-        disc[i, 7] = max(stiff[i, 2] / safety**2, 0.5 * disc[i, 6] * disc[i, 5] ** 2)
+        disc[i, 6] = max(stiff[i, 0], stiff[i, 1], floor) / sf**2
+        disc[i, 7] = max(stiff[i, 2] / sf**2, 0.5 * disc[i, 6] * disc[i, 5] ** 2)

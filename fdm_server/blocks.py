@@ -1,12 +1,13 @@
 """Zones in blocks of 16 lanes, the layout in which kernels work on them.
 
-Values of zones are stored as (B, 16 R): B blocks, each of R rows (corners, triangles, components) of 16 zones side by side, so that
-an operation on a row is a few vector instructions. Row and lane share one index, `row * LANES + lane`: the distance between rows is
-then known to the compiler, which needs it to vectorise (four times faster than an index of its own for rows). Empty lanes at the end
-of the last block repeat gridpoint 0 and have no area.
+Values of zones are stored as (B, 16 R): B blocks, each of R rows (corners, triangles, components) of 16 zones
+side by side, so that an operation on a row is a few vector instructions. Row and lane share one index, `row *
+LANES + lane`: the distance between rows is then known to the compiler, which needs it to vectorise (four
+times faster than an index of its own for rows). Empty lanes at the end of the last block repeat gridpoint 0
+and have no area.
 
-Every zone is seen as two overlaid pairs of constant-strain triangles (Marti & Cundall 1982): corners (0,1,2), (0,2,3) and
-(0,1,3), (1,2,3). In a triangular zone two of the four have no area.
+Every zone is seen as two overlaid pairs of constant-strain triangles (Marti & Cundall 1982): corners (0,1,2),
+(0,2,3) and (0,1,3), (1,2,3). In a triangular zone two of the four have no area.
 """
 
 from typing import NamedTuple
@@ -24,7 +25,9 @@ class Geometry(NamedTuple):
     corner: NDArray[np.int64]  # (B,4 rows) gridpoint at each corner
     x: NDArray[np.float64]  # (B,4 rows) [m]
     y: NDArray[np.float64]  # (B,4 rows) [m]
-    inverse_double_area: NDArray[np.float64]  # (B,5 rows) [1/m2] 1/(2A) of the four triangles and of the zone; 0 where A = 0
+    inverse_double_area: NDArray[
+        np.float64
+    ]  # (B,5 rows) [1/m2] 1/(2A) of the four triangles and of the zone; 0 where A = 0
     share: NDArray[np.float64]  # (B,4 rows) [-] area of a triangle in its pair
 
 
@@ -34,7 +37,9 @@ def to_blocks(values):
     blocks = -(-zones // LANES)
     padded = np.zeros((blocks * LANES, R), dtype=values.dtype)
     padded[:zones] = values
-    return np.ascontiguousarray(padded.reshape(blocks, LANES, R).transpose(0, 2, 1)).reshape(blocks, R * LANES)
+    return np.ascontiguousarray(padded.reshape(blocks, LANES, R).transpose(0, 2, 1)).reshape(
+        blocks, R * LANES
+    )
 
 
 def from_blocks(blocks, zones):
@@ -44,7 +49,7 @@ def from_blocks(blocks, zones):
 
 
 def triangle_double_areas(xy, zones):
-    """Twice the area of each zone's four triangles (Z,4) [m2], exactly zero for those a triangular zone lacks."""
+    """Twice the areas of the zones' triangles (Z,4) [m2], exactly zero for those a triangular zone lacks."""
     a, b, c = (xy[zones[:, TRIANGLES[:, k]]] for k in range(3))
     r1, r2 = b - a, c - a
     return r1[..., 0] * r2[..., 1] - r1[..., 1] * r2[..., 0]
@@ -66,10 +71,10 @@ def build_geometry(xy, zones):
 
 
 def build_gather(zones, points):
-    """Where the forces on each gridpoint stand, as (start (N+1,), place (M,)) into the blocks of corner forces.
+    """Where the forces on each gridpoint stand: (start (N+1,), place (M,)) into blocks of corner forces.
 
-    Corner forces have 8 rows: x at the four corners, then y. `place` is the flat position of an x component, in the order of
-    zones and corners; sums in this order have the same bits however the blocks were computed.
+    Corner forces have 8 rows: x at the four corners, then y. `place` is the flat position of an x component,
+    in the order of zones and corners; sums in this order have the same bits in every run.
     """
     zone, corner = np.divmod(np.arange(zones.size), 4)
     block, lane = np.divmod(zone, LANES)

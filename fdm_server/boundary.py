@@ -8,7 +8,7 @@ SIDES = ("left", "right", "bottom", "top", "face")
 
 
 def side_of(grid, name):
-    """Gridpoints of a side: left, right, bottom; top: level ground surface; face: its inclined or upright parts."""
+    """Gridpoints of a side; top is the level ground surface, face its inclined or upright parts."""
     if name not in SIDES:
         raise ValueError(f"the grid has no side {name!r}: use one of {', '.join(SIDES)}")
     edges = boundary_edges(grid.zones)
@@ -22,7 +22,13 @@ def side_of(grid, name):
     left, right, bottom = on(0, low[0]), on(0, high[0]), on(1, low[1])
     surface = ~(left | right | bottom)
     level = np.abs(a[:, 1] - b[:, 1]) < near
-    chosen = {"left": left, "right": right, "bottom": bottom, "top": surface & level, "face": surface & ~level}[name]
+    chosen = {
+        "left": left,
+        "right": right,
+        "bottom": bottom,
+        "top": surface & level,
+        "face": surface & ~level,
+    }[name]
     return np.unique(edges[chosen])
 
 

@@ -7,7 +7,7 @@ from fdm_server.grid import areas, centroids
 
 
 def stress(model, state):
-    """Stresses (A,4) [Pa] xx, yy, zz, xy of the active zones: area means over their triangles, tension positive."""
+    """Stresses (A,4) [Pa] xx, yy, zz, xy of the active zones, mean of their triangles, tension positive."""
     rows = from_blocks(state.stress, len(model.zone))
     share = 0.5 * from_blocks(model.geometry.share, len(model.zone))
     sm, zz = rows[:, 0], rows[:, 1]
@@ -16,7 +16,7 @@ def stress(model, state):
 
 
 def plastic_state(model, state):
-    """Sums (A,) of 1 shear now, 2 tension now, 4 shear past, 8 tension past; zeros where nothing can yield."""
+    """Sums (A,) of 1 shear now, 2 tension now, 4 shear past, 8 tension past; zeros where nothing yields."""
     if state.plastic is None:
         return np.zeros(len(model.zone), dtype=np.int64)
     return from_blocks(state.plastic, len(model.zone))[:, 0]
@@ -25,7 +25,7 @@ def plastic_state(model, state):
 def max_shear(model, motion):
     """Largest engineering shear strain (A,) of the zones' mean gradient of `motion` (N,2).
 
-    Displacements [m] give a strain [-], velocities [m/s] a rate [1/s]. It is 2 sqrt(((xx - yy)/2)^2 + (gamma/2)^2).
+    Displacements [m] give a strain [-], velocities [m/s] a rate [1/s]: hypot(eps_xx - eps_yy, gamma_xy).
     """
     xy, zones = model.grid.xy, model.zones
     u = motion[zones]
@@ -38,11 +38,20 @@ def max_shear(model, motion):
 
 
 def zone_field(model, state, mask):
-    """What the discs of a window start from: (n,7) x, y [m], area [m2], xx, yy, xy [Pa], density [kg/m3] of the zones in
-    `mask` (Z of the grid,), which must be active."""
+    """What the discs of a window start from, for the zones in `mask` (Z of the grid,), which must be active.
+
+    Columns (n,7): x, y of the centroid [m], area [m2], stresses xx, yy, xy [Pa], density [kg/m3].
+    """
     chosen = mask[model.zone]
     zones = model.zones[chosen]
     s = stress(model, state)[chosen]
     return np.column_stack(
-        [centroids(model.grid.xy, zones), areas(model.grid.xy, zones), s[:, 0], s[:, 1], s[:, 3], model.zone_density[chosen]]
+        [
+            centroids(model.grid.xy, zones),
+            areas(model.grid.xy, zones),
+            s[:, 0],
+            s[:, 1],
+            s[:, 3],
+            model.zone_density[chosen],
+        ]
     )

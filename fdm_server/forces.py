@@ -2,10 +2,11 @@
 
 A triangle with stress sigma and area A pulls corner k by -A sigma grad N_k. With r1 = b - a, r2 = c - a:
 
-    f_b = -(xx y2 - xy x2,  xy y2 - yy x2)/2        f_c = (xx y1 - xy x1,  xy y1 - yy x1)/2        f_a = -f_b - f_c
+    f_b = -(xx y2 - xy x2,  xy y2 - yy x2)/2
+    f_c =  (xx y1 - xy x1,  xy y1 - yy x1)/2        f_a = -f_b - f_c
 
-Both overlaid pairs of triangles fill the zone, so each counts half. The mean stress sm is one for the zone: its forces follow from the
-outline of the zone alone.
+Both overlaid pairs of triangles fill the zone, so each counts half. The mean stress sm is one for the zone:
+its forces follow from the outline of the zone alone.
 """
 
 from coupler_protocol.jit import jit
@@ -31,7 +32,14 @@ def corner_forces(b, x, y, stress, corner_force):
         y1, y2, y3 = y[b, C1 + i] - y[b, C0 + i], y[b, C2 + i] - y[b, C0 + i], y[b, C3 + i] - y[b, C0 + i]
 
         half = 0.5 * stress[b, SM + i]  # corner k feels half the pressure on the chord between its neighbours
-        f1x, f1y, f2x, f2y, f3x, f3y = -half * y2, half * x2, half * (y1 - y3), half * (x3 - x1), half * y2, -half * x2
+        f1x, f1y, f2x, f2y, f3x, f3y = (
+            -half * y2,
+            half * x2,
+            half * (y1 - y3),
+            half * (x3 - x1),
+            half * y2,
+            -half * x2,
+        )
 
         bx, by, cx, cy = triangle_forces(stress[b, SD + T0 + i], stress[b, XY + T0 + i], x1, y1, x2, y2)
         f1x, f1y, f2x, f2y = f1x + bx, f1y + by, f2x + cx, f2y + cy

@@ -1,9 +1,10 @@
 """The mesh: gridpoints and zones of a box or of a slope below a ground surface.
 
-Zones are the cells of a regular net. A surface that runs along the diagonals of cells cuts them into triangles, so an inclined
-face is straight. A triangle is a zone whose fourth gridpoint repeats its third.
+Zones are the cells of a regular net. A surface that runs along the diagonals of cells cuts them into
+triangles, so an inclined face is straight. A triangle is a zone whose fourth gridpoint repeats its third.
 """
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +30,7 @@ class Grid(NamedTuple):
 
 
 def build_grid(scene):
-    """Mesh of `scene.grid` with the materials of `scene.material`; raises ValueError saying what would fit."""
+    """Mesh of `scene.grid` with its materials; raises ValueError saying what would fit."""
     g = scene.grid
     size = (g.zone_size, g.zone_size) if np.isscalar(g.zone_size) else tuple(g.zone_size)
     columns, rows = _whole(g.length, size[0], "length", "x"), _whole(g.height, size[1], "height", "y")
@@ -60,37 +61,60 @@ def _whole(extent, size, name, axis):
     count = round(extent / size)
     if count < 1 or abs(count * size - extent) > SNAP * extent:
         fit = extent / max(count, 1)
-        raise ValueError(f"{name} {extent:g} m is no whole number of zones of {size:g} m: use a zone size in {axis} of {fit:.10g}")
+        raise ValueError(
+            f"{name} {extent:g} m is no whole number of zones of {size:g} m: "
+            f"use a zone size in {axis} of {fit:.10g}"
+        )
     return count
 
 
 def _surface(profile, size, columns, rows):
-    """Heights of the surface (in rows) at the left and right side of every column of cells, from the snapped profile."""
+    """Heights (in rows) of the snapped surface at the left and the right side of every column of cells."""
     at = np.rint(profile / np.asarray(size)).astype(int)
     if at[0, 0] != 0 or at[-1, 0] != columns:
-        raise ValueError(f"profile must run from x = 0 to x = length, it runs from {profile[0, 0]:g} to {profile[-1, 0]:g} m")
+        raise ValueError(
+            f"profile must run from x = 0 to x = length, it runs from {profile[0, 0]:g} to "
+            f"{profile[-1, 0]:g} m"
+        )
     if np.any(at[:, 1] < 1) or np.any(at[:, 1] > rows):
-        raise ValueError(f"profile must stay between one zone and the height of the grid, {rows * size[1]:g} m")
+        raise ValueError(
+            f"profile must stay between one zone and the height of the grid, {rows * size[1]:g} m"
+        )
     left, right = np.zeros(columns, dtype=np.int64), np.zeros(columns, dtype=np.int64)
-    for p, ((i0, j0), (i1, j1)) in enumerate(zip(at[:-1], at[1:], strict=True)):
+    for p, ((i0, j0), (i1, j1)) in enumerate(pairwise(at)):
         run, rise = i1 - i0, j1 - j0
         if run < 0:
             raise ValueError(f"profile goes back in x after its point {p}: overhangs cannot be meshed")
         if run and rise and run != abs(rise):
-            raise ValueError(_misfit(profile[p], profile[p + 1], size))
+            raise ValueError(_misfit(profile, p, size, rows * size[1]))
         step = np.sign(rise) if run else 0
         left[i0:i1] = j0 + step * np.arange(run)
         right[i0:i1] = left[i0:i1] + step
     return left, right
 
 
-def _misfit(a, b, size):
-    dx, dy = abs(b - a)
+def _misfit(profile, p, size, height):
+    """What is wrong with the face after profile point p, and the nearest zone size with which all would fit."""
+    (x0, y0), (x1, y1) = profile[p : p + 2]
+    run, rise = abs(x1 - x0), abs(y1 - y0)
+    counts = range(1, 4 * int(np.ceil(run / size[0])) + 1)
+    fits = [
+        n for n in counts if _divide(profile[:, 0], run / n) and _divide([*profile[:, 1], height], rise / n)
+    ]
+    remedy = f"choose zone_size = [dx, dy] with dy/dx = {rise / run:.6g}"
+    if fits:
+        n = min(fits, key=lambda n: abs(run / n - size[0]))
+        remedy += f", for example [{run / n:.10g}, {rise / n:.10g}]"
     return (
-        f"the face from ({a[0]:g}, {a[1]:g}) to ({b[0]:g}, {b[1]:g}) follows neither sides nor diagonals of zones of "
-        f"{size[0]:g} x {size[1]:g} m: choose zone_size = [dx, dy] with dy/dx = {dy / dx:.6g}, for example "
-        f"[{size[0]:.10g}, {size[0] * dy / dx:.10g}] or [{size[1] * dx / dy:.10g}, {size[1]:.10g}]"
+        f"the face from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}) follows neither sides nor diagonals of zones of "
+        f"{size[0]:g} x {size[1]:g} m: {remedy}"
     )
+
+
+def _divide(lengths, size):
+    """Whether all lengths are whole numbers of `size`."""
+    counts = np.asarray(lengths) / size
+    return bool(np.all(np.abs(counts - np.rint(counts)) < SNAP * np.maximum(counts, 1.0)))
 
 
 def _cells(left, right):
@@ -123,7 +147,7 @@ def _materials(materials, centre):
     if np.any(index < 0):
         x, y = centre[index < 0][0]
         raise ValueError(
-            f"{np.sum(index < 0)} zones have no material, one at ({x:g}, {y:g}): let the first material fill the grid "
-            f"(no region) or widen the regions"
+            f"{np.sum(index < 0)} zones have no material, one at ({x:g}, {y:g}): let the first material "
+            f"fill the grid (no region) or widen the regions"
         )
     return index

@@ -25,10 +25,10 @@ class Reaction(NamedTuple):
 
 
 def cut_window(model, state, mask):
-    """Remove the zones `mask` (Z of the grid,) and return the new model, its state and the reaction of what is gone.
+    """Remove the zones `mask` (Z of the grid,); returns new model, its state, reaction of what is gone.
 
-    Gridpoints keep their numbers; those left without zones are held. Adding `reaction.under(gravity)` to `state.applied`
-    keeps every other gridpoint in the equilibrium it was in.
+    Gridpoints keep their numbers; those left without zones are held. Adding `reaction.under(gravity)` to
+    `state.applied` keeps every other gridpoint in the equilibrium it was in.
     """
     gone = mask[model.zone]
     if gone.sum() != mask.sum():

@@ -1,4 +1,4 @@
-"""Model: all that stays the same while steps are taken. State: all that changes. A checkpoint is exactly a State."""
+"""Model: all that stays the same while steps are taken. State: all that changes, and exactly a checkpoint."""
 
 from dataclasses import dataclass
 

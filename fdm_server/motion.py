@@ -1,4 +1,4 @@
-"""The light half of a step: forces accelerate gridpoints. And the measure of how far they are from equilibrium.
+"""The light half of a step: forces accelerate gridpoints; and how far these are from equilibrium.
 
 With F = forces of zones + applied forces + weight on a gridpoint, damped by its law, over a step of 1:
 
@@ -42,7 +42,7 @@ def update_velocities(model, state, gravity):
 
 @jit
 def imbalance_kernel(start, place, corner_force, force, applied, weight_mass, fixed, gravity):
-    """Largest unbalanced force [N], sum of the sizes of all forces [N] and number of gridpoints that can move."""
+    """Largest unbalanced force [N], sum of all forces' sizes [N], number of gridpoints that can move."""
     flat = corner_force.reshape(corner_force.size)
     largest = total = 0.0
     free = 0
@@ -62,17 +62,17 @@ def imbalance_kernel(start, place, corner_force, force, applied, weight_mass, fi
 def unbalanced_ratio(model, state, gravity):
     """Largest unbalanced force over the mean, per gridpoint, of the sizes of all forces that meet there [-].
 
-    Taken over gridpoints that can move, in the components in which they can; forces are those of zones on their corners,
-    weights and applied forces.
+    Taken over gridpoints that can move, in the components in which they can; forces are those of zones on
+    their corners, weights and applied forces.
     """
     largest, total, free = imbalance_kernel(
-        model.start, model.place, state.corner_force, state.force, state.applied, model.weight_mass, model.fixed,
-        float(gravity),
+        model.start, model.place, state.corner_force, state.force, state.applied, model.weight_mass,
+        model.fixed, float(gravity),
     )  # fmt: skip
     return largest * free / total if total > 0.0 else 0.0
 
 
 def kinetic_energy(model, state):
-    """Kinetic energy [J] with the masses of a step of 1: what local damping takes out, not a physical energy."""
+    """Kinetic energy [J] with masses scaled for a step of 1: a measure of motion, no physical energy."""
     mass = model.mass + state.added_mass
     return 0.5 * float(np.sum(mass[:, None] * state.velocity**2))

@@ -5,12 +5,12 @@ import numpy as np
 from fdm_server.blocks import triangle_double_areas
 
 
-class Unstable(ArithmeticError):
+class Unstable(ArithmeticError):  # noqa: N818
     """The computation has left physics: nothing after this step means anything."""
 
 
 def check_zones(xy, zones):
-    """Raise Unstable where a zone (A,4) with gridpoints at xy (N,2) [m] is inverted, bow-tied or has no area."""
+    """Raise Unstable where a zone (A,4) with gridpoints xy (N,2) [m] is inverted or has no area."""
     double = triangle_double_areas(xy, zones)
     present = np.ones(double.shape, dtype=np.bool_)
     present[zones[:, 2] == zones[:, 3], 1::2] = False  # (0,2,3) and (1,2,3) of a triangular zone
@@ -27,6 +27,6 @@ def check_motion(model, state):
         bad = np.flatnonzero(~np.isfinite(state.velocity).all(axis=1))
         x, y = model.grid.xy[bad[0]]
         raise Unstable(
-            f"the velocities of {len(bad)} gridpoints are not finite, one at ({x:g}, {y:g}): the step is too long for "
-            f"something stiffer than the zones, or a law failed"
+            f"the velocities of {len(bad)} gridpoints are not finite, one at ({x:g}, {y:g}): the step is too "
+            f"long for something stiffer than the zones, or a law failed"
         )

@@ -1,9 +1,10 @@
-"""Stresses of zones: elastic trial stress, return to where the law allows, and the zone's mean of what triangles do to pressure.
+"""Stresses of zones: elastic trial stress, then the return to where the law allows.
 
-Mixed discretisation (Marti & Cundall 1982): sm = (xx + yy)/2 and zz answer to the dilation, which a zone has only one of, so they belong
-to the zone; sd = (xx - yy)/2 and xy belong to each triangle. A triangle's principal stresses are sm -+ r in the plane, with
-r = sqrt(sd^2 + xy^2), and zz across it; any of the three may be the middle one. Principal directions do not turn in a return. The
-changes of sm and zz that the returns of the four triangles ask for are averaged by area: without that, dilatant flow diverges.
+Mixed discretisation (Marti & Cundall 1982): sm = (xx + yy)/2 and zz answer to the dilation, which a zone has
+only one of, so they belong to the zone; sd = (xx - yy)/2 and xy belong to each triangle. A triangle's
+principal stresses are sm -+ r in the plane, with r = sqrt(sd^2 + xy^2), and zz across it; any of the three
+may be the middle one. Principal directions do not turn in a return. The changes of sm and zz that the returns
+of the four triangles ask for are averaged by area: without that, dilatant flow diverges.
 """
 
 from math import sqrt
@@ -15,9 +16,11 @@ from fdm_server.effects import mohr_coulomb as mohr_coulomb_law
 from fdm_server.effects import tension as tension_law
 from fdm_server.strain import DIFFERENCE, DILATION, GAMMA, T0, T1, T2, T3
 
-SM, ZZ, SD, XY = (k * LANES for k in (0, 1, 2, 6))  # rows of a zone's stress; sd and xy have one a triangle
+# rows of stress: sm and zz of the zone, then sd and xy of its four triangles
+SM, ZZ, SD, XY = (k * LANES for k in (0, 1, 2, 6))
 STRESS_ROWS = 10
-NEW_SD, NEW_XY, CHANGE_SM, CHANGE_ZZ, FLOW = (4 * k * LANES for k in range(5))  # what returns ask for, a row a triangle each
+# rows of what the returns ask for, four triangles each
+NEW_SD, NEW_XY, CHANGE_SM, CHANGE_ZZ, FLOW = (4 * k * LANES for k in range(5))
 RETURN_ROWS = 20
 SHEAR, TENSION = 1, 2  # plastic state now; the same two bits shifted by PAST: at an earlier step
 NOW, PAST = SHEAR | TENSION, 2
@@ -43,11 +46,12 @@ def load(b, elastic, strain, stress):
 
 @jit
 def return_triangles(b, share, mohr_coulomb, tension, stress, limited):
-    """What the law makes of the trial stresses of block b: new sd and xy, weighted changes of sm and zz, kinds of flow."""
+    """What the law makes of the trial stresses of block b, written to the rows of `limited`."""
     for t in range(4):
         o = t * LANES
         for i in range(LANES):
-            sm, zz, sd, xy = stress[b, SM + i], stress[b, ZZ + i], stress[b, SD + o + i], stress[b, XY + o + i]
+            sm, zz = stress[b, SM + i], stress[b, ZZ + i]
+            sd, xy = stress[b, SD + o + i], stress[b, XY + o + i]
             r = sqrt(sd * sd + xy * xy)
             low, high = sm - r, sm + r
             below, above = zz < low, zz > high

@@ -12,16 +12,16 @@ def window_zones(grid, window):
     wanted = (c1 - c0 + 1) * (r1 - r0 + 1)
     if mask.sum() != wanted or np.any(grid.triangular & mask):
         raise ValueError(
-            f"window {window.name!r} reaches beyond the ground surface or the sides: {np.sum(mask & ~grid.triangular)} of its "
-            f"{wanted} cells are whole zones; move it inwards"
+            f"window {window.name!r} reaches beyond the ground surface or the sides: only "
+            f"{np.sum(mask & ~grid.triangular)} of its {wanted} cells are whole zones; move it inwards"
         )
     return mask
 
 
 def rim_of(grid, mask):
-    """Gridpoints (K,) of the loop around the zones in `mask` (Z,), counter-clockwise, from the smallest index on.
+    """Gridpoints (K,) around the zones in `mask` (Z,), counter-clockwise, from the smallest index on.
 
-    Raises ValueError for zones that touch the grid's boundary (sides or ground surface), or are not one piece.
+    Raises ValueError for zones that touch a side or the ground surface, or are not one piece.
     """
     if not np.any(mask):
         raise ValueError("the window holds no zones")
@@ -29,5 +29,7 @@ def rim_of(grid, mask):
     outer = np.intersect1d(rim, boundary_edges(grid.zones))
     if len(outer):
         x, y = grid.xy[outer[0]]
-        raise ValueError(f"the window touches the boundary of the grid at ({x:g}, {y:g}): leave at least one zone between")
+        raise ValueError(
+            f"the window touches the boundary of the grid at ({x:g}, {y:g}): leave at least one zone between"
+        )
     return rim

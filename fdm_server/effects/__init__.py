@@ -28,12 +28,15 @@ class Law(NamedTuple):
 def law_from(scene):
     """The law of `scene.material` and `scene.damping`.
 
-    Where only some materials have a table, the others get infinite strength: the code runs for all zones, the effect is nil.
+    Where only some materials have a table, the others get infinite strength: the code runs for all zones, and
+    does nothing in theirs.
     """
     materials = scene.material
     for m in materials:
         if m.elastic is None:
-            raise ValueError(f"material {m.name!r} has no stiffness: add elastic = {{ bulk = .., shear = .. }}")
+            raise ValueError(
+                f"material {m.name!r} has no stiffness: add elastic = {{ bulk = .., shear = .. }}"
+            )
     has_mohr_coulomb = any(m.mohr_coulomb is not None for m in materials)
     has_tension = any(m.tension is not None for m in materials)
     return Law(

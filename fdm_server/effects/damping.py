@@ -2,7 +2,8 @@
 
     F_d = F - alpha |F| sign(v)         component by component
 
-Nothing happens at rest in equilibrium, body forces are not touched, and the damping does not depend on frequency.
+Nothing happens at rest in equilibrium, body forces are not touched, and the damping does not depend on
+frequency.
 """
 
 from typing import ClassVar

@@ -1,6 +1,7 @@
 """Mohr-Coulomb plasticity with non-associated flow, with exact returns to its edges and apex.
 
-Principal stresses s1 <= s2 <= s3, tension positive, N = (1 + sin phi)/(1 - sin phi), Np the same with psi, C = 2 c sqrt(N):
+Principal stresses s1 <= s2 <= s3, tension positive; N = (1 + sin phi)/(1 - sin phi), Np the same
+with psi, C = 2 c sqrt(N):
 
     f = s1 - N s3 + C            yield where f < 0
     g = s1 - Np s3               flow, psi <= phi
@@ -10,8 +11,9 @@ An elastic trial stress with f < 0 is brought back along D dg/ds. With a1 = K + 
     D dg/ds = (a1 - a2 Np,  a2 (1 - Np),  a2 - a1 Np) = (m1, m2, m3)
     s -= lambda m,    lambda = f / (m1 - N m3)                                          one plane active
 
-Where that return changes the order of the principal stresses, a second plane is active and the stress lies on an edge. Only the
-mean t of the two equal stresses is needed, the difference of the two multipliers serves to make them equal:
+Where that return changes the order of the principal stresses, a second plane is active and the stress lies on
+an edge. Only the mean t of the two equal stresses is needed, the difference of the two multipliers serves to
+make them equal:
 
     s2 = s3 = t (compression):  L = (s1 - N t + C)/(m1 - N (m2 + m3)/2),  s1 -= L m1,  t -= L (m2 + m3)/2
     s1 = s2 = t (extension):    L = (t - N s3 + C)/((m1 + m2)/2 - N m3),  t -= L (m1 + m2)/2,  s3 -= L m3
@@ -33,17 +35,21 @@ INF = float("inf")
 class MohrCoulomb(Effect):
     """Mohr-Coulomb plasticity, non-associated"""
 
-    source: ClassVar[str] = "de Souza Neto, Peric & Owen (2008), Computational Methods for Plasticity, section 8.2"
+    source: ClassVar[str] = (
+        "de Souza Neto, Peric & Owen (2008), Computational Methods for Plasticity, section 8.2"
+    )
     friction: float = quantity(unit="deg", meaning="friction angle phi", ge=0, lt=60)
     cohesion: float = quantity(unit="Pa", meaning="cohesion c", ge=0)
-    dilation: float = quantity(0.0, unit="deg", meaning="dilation angle psi, at most the friction angle", ge=0)
+    dilation: float = quantity(
+        0.0, unit="deg", meaning="dilation angle psi, at most the friction angle", ge=0
+    )
 
     @model_validator(mode="after")
     def _flow_dissipates(self):
         if self.dilation > self.friction:
             raise ValueError(
-                f"dilation {self.dilation:g} deg exceeds friction {self.friction:g} deg: such flow creates energy; "
-                f"use dilation <= friction"
+                f"dilation {self.dilation:g} deg exceeds friction {self.friction:g} deg: such flow "
+                f"creates energy; use dilation <= friction"
             )
         return self
 
@@ -58,7 +64,7 @@ def _passive_ratio(angle):
 
 
 def parameters(mohr_coulomb, elastic):
-    """Rows that `plastic_return` reads after the stresses, for one material; without a table: infinite strength."""
+    """Rows that `plastic_return` reads after the stresses, for one material; no table: infinite strength."""
     if mohr_coulomb is None:
         return 1.0, INF, INF, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     N, Np = _passive_ratio(mohr_coulomb.friction), _passive_ratio(mohr_coulomb.dilation)
@@ -78,10 +84,10 @@ def parameters(mohr_coulomb, elastic):
 
 
 def plastic_return(s1, s2, s3, N, C, apex, p1, p2, p3, c1, c23, e12, e3):
-    """Principal stresses s1 <= s2 <= s3 [Pa] after shear yield, and whether it took place (1 or 0).
+    """Principal stresses s1 <= s2 <= s3 [Pa] after shear yield, and whether it took place.
 
-    N [-], C and apex [Pa] as above, p, c, e: return directions to the plane, the compression and the extension edge,
-    divided by their denominators [-]. Written without branches so that a loop over zones becomes vector code.
+    N [-], C and apex [Pa] as above; p, c, e [-]: directions of the return to the plane, the compression edge
+    and the extension edge over their denominators. No branches, so that a loop over zones is vector code.
     """
     f = s1 - N * s3 + C
     q1, q2, q3 = s1 - f * p1, s2 - f * p2, s3 - f * p3
@@ -105,4 +111,4 @@ def plastic_return(s1, s2, s3, N, C, apex, p1, p2, p3, c1, c23, e12, e3):
     r3 = apex if beyond else r3
 
     yields = f < 0.0
-    return (r1 if yields else s1), (r2 if yields else s2), (r3 if yields else s3), (1 if yields else 0)
+    return (r1 if yields else s1), (r2 if yields else s2), (r3 if yields else s3), yields

@@ -1,7 +1,8 @@
 """Tension cut-off (Rankine) with associated flow.
 
-No principal stress exceeds the tensile strength st, which is never more than the apex c/tan(phi) of a Mohr-Coulomb material. With
-s1 <= s2 <= s3 and a1 = K + 4G/3, a2 = K - 2G/3, a trial stress is brought back along the elastic stiffness of the opening:
+No principal stress exceeds the tensile strength st, which is never more than the apex c/tan(phi) of a Mohr-
+Coulomb material. With s1 <= s2 <= s3 and a1 = K + 4G/3, a2 = K - 2G/3, a trial stress is brought back along
+the elastic stiffness of the opening:
 
     one direction opens:     s3 = st,           s1, s2 -= (s3 - st) a2/a1
     two directions open:     s2 = s3 = st,      s1 -= (s2 + s3 - 2 st) a2/(a1 + a2)
@@ -21,12 +22,14 @@ INF = float("inf")
 class Tension(Effect):
     """Tension cut-off"""
 
-    source: ClassVar[str] = "Rankine's criterion; Itasca (2011), FLAC 7.0 Constitutive Models, tension flow rule"
+    source: ClassVar[str] = (
+        "Rankine's criterion; Itasca (2011), FLAC 7.0 Constitutive Models, tension flow rule"
+    )
     strength: float = quantity(unit="Pa", meaning="tensile strength", ge=0)
 
 
 def parameters(tension, mohr_coulomb, elastic):
-    """Rows (st [Pa], a2/a1, a2/(a1 + a2)) that `cut_off` reads, for one material; without a table: infinite strength."""
+    """Rows (st [Pa], a2/a1, a2/(a1 + a2)) that `cut_off` reads, of one material; no table: infinite."""
     if tension is None:
         return INF, 0.0, 0.0
     apex = INF if mohr_coulomb is None else mohr_coulomb.apex()
@@ -36,7 +39,7 @@ def parameters(tension, mohr_coulomb, elastic):
 
 
 def cut_off(s1, s2, s3, strength, one, two):
-    """Principal stresses s1 <= s2 <= s3 [Pa] after opening, and whether it took place (1 or 0)."""
+    """Principal stresses s1 <= s2 <= s3 [Pa] after opening, and whether it took place."""
     d3 = s3 - strength
     opens = d3 > 0.0
     p1, p2 = s1 - one * d3, s2 - one * d3
@@ -48,4 +51,4 @@ def cut_off(s1, s2, s3, strength, one, two):
     third = second & (r1 > strength)
     r1 = strength if third else r1
     r2 = strength if second else p2
-    return (r1 if opens else s1), (r2 if opens else s2), (strength if opens else s3), (1 if opens else 0)
+    return (r1 if opens else s1), (r2 if opens else s2), (strength if opens else s3), opens

@@ -12,7 +12,7 @@ from dem_server.fields import contacts
 from dem_server.insitu import add_bonds
 from dem_server.model import build_model
 from dem_server.motion import SPEED_CAP, move_free
-from dem_server.timestep import SAFETY
+from dem_server.timestep import safety
 
 
 def two_discs(**changes):
@@ -57,9 +57,11 @@ def test_speed_is_capped_and_counted():
     assert state.capped == 1
 
 
-def test_static_masses_of_a_touching_pair():
-    _, state = two_discs()
-    np.testing.assert_allclose(state.mass, 2.5e7 / SAFETY**2, rtol=1e-12)
+@pytest.mark.parametrize(("alpha", "sf"), [(0.0, 0.75), (0.7, 0.75), (0.9, 0.98 / np.sqrt(1.9))])
+def test_static_masses_of_a_touching_pair(alpha, sf):
+    model, state = two_discs(damping=Damping(local=alpha))
+    assert safety(model.law.damping) == sf
+    np.testing.assert_allclose(state.mass, 2.5e7 / sf**2, rtol=1e-12)
     np.testing.assert_allclose(state.inertia, 0.5 * state.mass * 0.03**2, rtol=1e-12)
 
 

@@ -1,0 +1,129 @@
+"""Has the slope failed, and does the band cross the window? A rule anyone can check on the recorded frames.
+
+Cells are the zones and, inside windows, bins as large as zones (strain from the discs' displacements). The *level* of a frame is the
+highest shear strain L such that cells strained by at least L connect the toe (ground surface in the lowest quarter of the
+slope's height) with the crest (level ground on top). The slope counts as failed from the first frame whose level reaches
+FAILED. The band crosses the windows where the level drops once their bins may not be used, else it goes round them.
+
+Strains count from the end of the stage `equilibrium`; cells are neighbours when they share a corner.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from colluvium import window_fields
+from colluvium.results import Run
+
+FAILED = 0.01
+
+
+class Level(NamedTuple):
+    """Highest shear strain that connects toe and crest in one frame, and the same round the windows."""
+
+    frame: int
+    gravity_factor: float
+    step: int
+    through: float
+    around: float
+
+    @property
+    def crosses(self) -> bool:
+        """Whether the band needs the window."""
+        return self.through > self.around
+
+
+class Surface(NamedTuple):
+    """Zones of the uncut grid that lie on the ground, by what their place on the slope is."""
+
+    toe: np.ndarray  # (.., 2) their middles [m]
+    crest: np.ndarray
+
+
+def levels(run: Run, stages: tuple[str, ...] = ("overload",)) -> list[Level]:
+    """The level of every frame of the stages whose kind is one of `stages`."""
+    kinds = {stage["name"]: stage["kind"] for stage in run.scene["stage"]}
+    surface = ground(run)
+    return [
+        level(run, i, surface) for i, frame in enumerate(run.frames) if kinds[frame.stage] in stages and run.has(i, 0)
+    ]
+
+
+def failure(found: list[Level], threshold: float = FAILED) -> Level | None:
+    """The first level that counts as failed, or None."""
+    return next((one for one in found if one.through >= threshold), None)
+
+
+def ground(run: Run) -> Surface:
+    """Toe and crest from the first frame, whose grid has no hole yet."""
+    zones, xy = run.zones(0), run.gridpoints(0).xy
+    edges = np.stack((zones.corners, np.roll(zones.corners, -1, axis=1)), axis=2)
+    owner = np.repeat(np.arange(len(edges)), 4)
+    edges = edges.reshape(-1, 2)
+    real = edges[:, 0] != edges[:, 1]
+    edges, owner = edges[real], owner[real]
+    _, where, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
+    outer = count[where.ravel()] == 1
+    a, b = xy[edges[outer, 0]], xy[edges[outer, 1]]
+    owner = owner[outer]
+    upward = b[:, 0] < a[:, 0] - 1e-9  # counter-clockwise zones: the ground runs from right to left
+    height = 0.5 * (a[:, 1] + b[:, 1])
+    low, high = height[upward].min(), height[upward].max()
+    level_ground = np.abs(a[:, 1] - b[:, 1]) < 1e-9
+    toe = upward & (height <= low + 0.25 * (high - low))
+    crest = upward & level_ground & (height >= high - 1e-9)
+    return Surface(zones.xy[np.unique(owner[toe])], zones.xy[np.unique(owner[crest])])
+
+
+def level(run: Run, frame: int, surface: Surface) -> Level:
+    """The level of one frame."""
+    zones = run.zones(frame)
+    middles, strain = [zones.xy], [zones.shear_strain]
+    for rank in run.windows:
+        if run.has(frame, rank):
+            bins = window_fields.bins(run, frame, rank)
+            inside = window_fields.shear_strain(run, frame, bins, rank)
+            use = bins.used & np.isfinite(inside)
+            middles.append(bins.rectangles[use].mean(axis=1))
+            strain.append(inside[use])
+    in_window = np.arange(sum(map(len, middles))) >= len(middles[0])
+    xy, strain = np.concatenate(middles), np.concatenate(strain)
+    # cells that share a corner: middles no further apart than one and a half cells each way
+    pairs = cKDTree(xy / _cell_size(run, frame)).query_pairs(1.5, output_type="ndarray")
+    toe, crest = _nearest(xy, surface.toe), _nearest(xy, surface.crest)
+    info = run.frames[frame]
+    through = _bottleneck(strain, pairs, toe, crest)
+    around = _bottleneck(np.where(in_window, -1.0, strain), pairs, toe, crest)
+    return Level(frame, info.gravity_factor, info.step, through, around)
+
+
+def _cell_size(run: Run, frame: int) -> np.ndarray:
+    corners = run.gridpoints(frame).xy[run.zones(frame).corners]
+    return np.median(np.ptp(corners, axis=1), axis=0)
+
+
+def _nearest(xy: np.ndarray, points: np.ndarray) -> np.ndarray:
+    return np.unique(cKDTree(xy).query(points)[1])
+
+
+def _bottleneck(strain: np.ndarray, pairs: np.ndarray, toe: np.ndarray, crest: np.ndarray) -> float:
+    """The highest of the strains that still connects one of `toe` with one of `crest` (0 where nothing does)."""
+    values = np.unique(strain[strain >= 0.0])
+    low, high = -1, len(values)  # values[low] connects, values[high] does not
+    while high - low > 1:
+        middle = (low + high) // 2
+        if _connected(strain >= values[middle], pairs, toe, crest):
+            low = middle
+        else:
+            high = middle
+    return float(values[low]) if low >= 0 else 0.0
+
+
+def _connected(chosen: np.ndarray, pairs: np.ndarray, toe: np.ndarray, crest: np.ndarray) -> bool:
+    kept = pairs[chosen[pairs].all(axis=1)]
+    graph = coo_array((np.ones(len(kept), dtype=bool), kept.T), shape=(len(chosen), len(chosen)))
+    piece = connected_components(graph, directed=False)[1]
+    return bool(np.intersect1d(piece[toe[chosen[toe]]], piece[crest[chosen[crest]]]).size)
