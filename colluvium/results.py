@@ -36,7 +36,7 @@ class Run:
             raise FileNotFoundError(f"no file NAME.rankN.vtkhdf in {' or '.join(map(str, folders))}")
         self.info = _first_json(folders, "run.json")
         self.scene = _first_json(folders, "scene.json")
-        self.stages = _in_order(frame.stage for file in self.files.values() for frame in file.frames)
+        self.stages = self._order_stages()
         self.frames, self._rows = self._join_frames()
 
     def gridpoints(self, frame: int, rank: int = 0) -> Fields:
@@ -112,6 +112,15 @@ class Run:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def _order_stages(self) -> list[str]:
+        """Stages with frames, in the order of the scene, or else of their first steps."""
+        planned = [stage["name"] for stage in self.scene.get("stage", ())]
+        first: dict[str, tuple[int, int]] = {}
+        for rank, file in self.files.items():
+            for info in file.frames:
+                first[info.stage] = min(first.get(info.stage, (info.step, rank)), (info.step, rank))
+        return sorted(first, key=lambda s: (planned.index(s) if s in planned else len(planned), first[s]))
+
     def _join_frames(self) -> tuple[list[FrameInfo], list[dict[int, int]]]:
         """All moments in order, and for each the row in the file of every rank that recorded it."""
         rows: dict[tuple[int, int], dict[int, int]] = {}
@@ -150,7 +159,3 @@ def _rank_files(folders: list[Path]) -> Iterable[tuple[int, Path]]:
 def _first_json(folders: list[Path], name: str) -> dict[str, Any]:
     found = [folder / name for folder in folders if (folder / name).is_file()]
     return json.loads(found[0].read_text(encoding="utf-8")) if found else {}
-
-
-def _in_order(names: Iterable[str]) -> list[str]:
-    return list(dict.fromkeys(names))

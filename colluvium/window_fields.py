@@ -82,7 +82,9 @@ def mean_stress(run: Run, frame: int, grid: Bins, rank: int = 1) -> np.ndarray:
     first, second = starting_places(discs)[contacts.ends].swapaxes(0, 1)
     normal = branch / np.linalg.norm(branch, axis=1, keepdims=True)
     tangent = np.column_stack((-normal[:, 1], normal[:, 0]))
-    force = contacts.normal_force[:, None] * normal + contacts.shear_force[:, None] * tangent
+    force = contacts.normal_force[:, None] * normal
+    if "shear_force" in contacts:
+        force += contacts.shear_force[:, None] * tangent
     moments = (
         branch[:, 0] * force[:, 0],
         branch[:, 1] * force[:, 1],

@@ -33,8 +33,8 @@ bond_after = jit(bond_law.bond_after)
 def contact_forces(model, state):
     """Forces and moments on all discs, ring included, from the motion of this step; bonds may break.
 
-    Rebuilds the neighbour list first if a disc has moved too far since the last time. Shear forces grow with every
-    call by the slip of the present velocities: call it once a step.
+    Rebuilds the neighbour list first if a disc has moved too far since the last time. Shear forces grow with
+    every call by the slip of the present velocities: call it once a step.
     """
     while not force_pass(
         state.disc, state.load, state.listed_at, state.used, state.partner, state.kind,

@@ -79,8 +79,7 @@ def bring_to_stress(model, state, target, gravity, report=None):
     goal = grid.integral(at_points)
     area = grid.area()
     area = np.maximum(area, 0.25 * area.max())  # cut-off bins at the edge: too few contacts to divide by less
-    circle = min(max(CIRCLE, size), 0.99 * inscribed_radius(polygon))
-    centres = measuring_points(polygon, circle)
+    centres, circle = measuring_circles(polygon, max(CIRCLE, size))
     aim = inside_cone(wanted(centres), friction_sine(model))[0]
     for round_ in range(ROUNDS):
         strain_contacts(model, state, grid, goal, area)
@@ -161,17 +160,18 @@ def strain_contacts(model, state, grid, goal, area):
     contact_forces(model, state)
 
 
-def inscribed_radius(polygon):
-    """Radius of the largest circle inside the polygon [m]."""
-    return shapely.maximum_inscribed_circle(shapely.Polygon(polygon), tolerance=1e-3).length
+def measuring_circles(polygon, radius):
+    """Centres (q, 2) of circles inside the polygon, and their radius, `radius` where the polygon is wide enough.
 
-
-def measuring_points(polygon, radius):
-    """Centres of circles that lie inside the polygon, on a square grid of `radius` (q, 2)."""
-    inner = shapely.Polygon(polygon).buffer(-radius)
-    x0, y0, x1, y1 = shapely.Polygon(polygon).bounds
+    They stand on a square grid and in the middle of the widest place.
+    """
+    outline = shapely.Polygon(polygon)
+    widest = shapely.maximum_inscribed_circle(outline, tolerance=1e-3)  # a line from its centre to its edge
+    radius = min(radius, 0.99 * widest.length)
+    x0, y0, x1, y1 = outline.bounds
     grid = np.stack(np.meshgrid(np.arange(x0, x1, radius), np.arange(y0, y1, radius)), axis=-1).reshape(-1, 2)
-    return grid[shapely.intersects_xy(inner, grid)]
+    inside = shapely.intersects_xy(outline.buffer(-radius), grid)
+    return np.vstack([widest.coords[0], grid[inside]]), radius
 
 
 def stress_error(state, centres, radius, aim):

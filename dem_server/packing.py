@@ -1,7 +1,7 @@
 """Filling a window: evenly spread discs, relaxed without friction and grown to the confining stress.
 
 1. Points of the R2 sequence (additive recurrence of the plastic number, Roberts 2018) inside the window, as
-   many discs as the porosity asks for, radii uniform in radius (1 -+ spread).
+   many discs as the porosity asks for, radii uniform in radius (1 -+ spread); they start 2 % smaller.
 2. Relaxation without friction in the static mode; velocities are set to zero a few times, so that the first
    overlaps cannot throw discs about.
 3. Servo: every 200 steps, while the mean stress is not the wanted one, all radii change by what an affine
@@ -34,6 +34,7 @@ PLASTIC = 1.32471795724474602596  # real root of x^3 = x + 1
 STEPS = 200  # between two growths
 ROUNDS = 100  # growths at most
 LARGEST = 0.01  # growth of a radius in one go
+START = 0.98  # of its radius is every disc's size at first: they grow into contact
 ACCURACY = 0.01  # of the confining stress
 CALM = 5e-4  # mean resultant over mean force at the end; friction, switched on later, holds what still creeps
 
@@ -58,7 +59,7 @@ def pack(polygon, ring_xy, ring_radius, discs, rng, report=None):
         raise ValueError(f"no disc of radius {discs.radius} m fits into the window: choose a smaller radius")
     xy = spread_points(inset, len(radius), rng)
     order = in_strips(xy, 4.0 * discs.radius)
-    model, state = smooth_discs(ring_xy, ring_radius, xy[order], radius[order], discs)
+    model, state = smooth_discs(ring_xy, ring_radius, xy[order], START * radius[order], discs)
     settle(model, state, report)
     press(model, state, polygon_area(polygon), discs.confinement, report)
     escaped = ~shapely.contains_xy(shapely.Polygon(polygon), state.x[model.ring :])
@@ -157,7 +158,7 @@ def unrest(model, state, pairs):
 
 
 def grow(model, state, pairs, growth):
-    """Change the radii of the free discs by the share `growth`; where it is positive loose discs grow more."""
+    """Change the radii of the free discs by the share `growth`; if it is positive loose discs grow more."""
     free = np.arange(model.count) >= model.ring
     state.disc[free, RADIUS] *= 1.0 + growth
     if growth > 0.0:

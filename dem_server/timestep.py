@@ -5,14 +5,14 @@
 
 The sums run over all listed pairs, whether they touch or not: every contact that can close before the next
 list is built has been counted. The hardest case is a contact by itself with ks = kn, two discs sliding and
-rolling on each other: omega^2 = 4 sf^2. Packings stay below 2.7 sf^2 (largest eigenvalue, tests). A step is
-stable for omega^2 <= 4 / (1 + alpha) with local damping alpha, hence
+rolling on each other: omega^2 = 4 sf^2. In packings it is 2 to 3 sf^2 (largest eigenvalue). A step is stable
+for omega^2 <= 4 / (1 + alpha) with local damping alpha, hence
 
     sf = min(0.75, 0.98 / sqrt(1 + alpha)).                                      (3)
 
-Gravity acts on the real mass (`State.weight`). Sources: Underwood (1983), Dynamic relaxation, in: Computational
-Methods for Transient Analysis, ch. 5; Itasca, PFC2D 3.1 Theory, "Determination of the critical timestep" and
-"Density scaling".
+Gravity acts on the real mass (`State.weight`). Sources: Underwood (1983), Dynamic relaxation, in:
+Computational Methods for Transient Analysis, ch. 5; Itasca, PFC2D 3.1 Theory, "Determination of the critical
+timestep" and "Density scaling".
 """
 
 import numpy as np

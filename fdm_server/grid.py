@@ -94,7 +94,7 @@ def _surface(profile, size, columns, rows):
 
 
 def _misfit(profile, p, size, height):
-    """What is wrong with the face after profile point p, and the nearest zone size with which all would fit."""
+    """What is wrong with the face after profile point p, and the nearest zone size that would fit."""
     (x0, y0), (x1, y1) = profile[p : p + 2]
     run, rise = abs(x1 - x0), abs(y1 - y0)
     counts = range(1, 4 * int(np.ceil(run / size[0])) + 1)

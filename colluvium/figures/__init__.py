@@ -1,1 +1,1 @@
-"""Pictures of a run, one subject a file: `applies(run)` tells whether its data exist, `draw(run)` gives them."""
+"""Pictures of a run, one subject a file: `applies(run)` tells whether its data exist, `draw(run)` draws."""

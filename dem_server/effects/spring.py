@@ -42,8 +42,8 @@ def in_series(ka, kb):
 def spring_table(pairs, stiffness):
     """Table of the kinds of pairs; `stiffness` says what the scene's values belong to, "disc" or "contact".
 
-    Values that belong to the contact come out unchanged between discs of one material: the harmonic mean. A grain
-    without springs takes those of its partner.
+    Values that belong to the contact come out unchanged between discs of one material: the harmonic mean. A
+    grain without springs takes those of its partner.
     """
     factor = {"disc": 1.0, "contact": 2.0}[stiffness]
     some = next(grain.spring for pair in pairs for grain in pair if grain.spring is not None)

@@ -1,5 +1,6 @@
 """`open_run` gives back what was recorded, by rank, frame and name, and says clearly what is not there."""
 
+import json
 import shutil
 
 import numpy as np
@@ -23,6 +24,15 @@ def test_frames_and_stages_of_all_ranks(run):
     assert run.last_frame("couple") == 3
     assert [run.has(frame, 1) for frame in range(6)] == [False, False, True, True, True, True]
     assert run.windows == [1]
+
+
+def test_stages_stand_in_the_order_of_the_scene(run_folder, tmp_path):
+    """Where two stages begin at the same step, only the scene knows which was first."""
+    shutil.copytree(run_folder, tmp_path, dirs_exist_ok=True)
+    stages = [{"name": name} for name in ("equilibrium", "fill", "overload", "couple")]
+    (tmp_path / "scene.json").write_text(json.dumps({"stage": stages}))
+    with open_run(tmp_path) as run:
+        assert run.stages == ["equilibrium", "overload", "couple"]
 
 
 def test_the_continuum_comes_back(run, slope):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shapely
 from window_case import OBLIQUE, SQUARE, packed, soil_discs
 
 from coupler_protocol.interface import polygon_area
@@ -65,6 +66,16 @@ def test_bonds_added_afterwards_hold(brought):
         contact_forces(model, state)
     assert state.broken_tension + state.broken_shear == 0
     assert unbalanced_ratio(model, state, GRAVITY) < 1e-6
+
+
+@pytest.mark.parametrize("height", [0.35, 0.8, 3.0])
+def test_measuring_circles_lie_in_the_window(height):
+    corners = np.array([[0.0, 0.0], [3.0, 0.5], [3.0, 0.5 + height], [0.0, height]])
+    centres, radius = insitu.measuring_circles(corners, 0.25)
+    edge = shapely.Polygon(corners).exterior
+    assert all(edge.distance(shapely.Point(centre)) > 0.999 * radius for centre in centres)
+    assert radius <= 0.25
+    assert len(centres) > 1 or height < 0.6
 
 
 def test_friction_cone():

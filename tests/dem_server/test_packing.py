@@ -14,27 +14,43 @@ from dem_server.packing import in_strips, pack, spread_points
 from dem_server.stress import mean_stress
 
 
-@pytest.mark.parametrize("corners", [SQUARE, OBLIQUE, ANGLE], ids=["square", "oblique", "angle"])
-def test_a_packing_is_dense_and_at_its_stress(corners):
-    model, state = packed(corners, soil_discs())
+def rested(corners, discs):
+    """A packed window after friction has taken hold."""
+    model, state = packed(corners, discs)
     for _ in range(1000):
         move_free(model, state, 0.0)
         contact_forces(model, state)
+    return model, state
+
+
+@pytest.mark.parametrize("corners", [SQUARE, OBLIQUE, ANGLE], ids=["square", "oblique", "angle"])
+def test_a_packing_is_dense_and_at_its_stress(corners):
+    model, state = rested(corners, soil_discs())
     stress = mean_stress(contacts(state), polygon_area(corners))
     assert -0.5 * (stress[0] + stress[1]) == pytest.approx(100e3, rel=0.03)
     assert unbalanced_ratio(model, state, 0.0) < 1e-6
-    assert 0.14 < porosity(model, state) < 0.17
+    assert 0.15 < porosity(model, state) < 0.175
     assert shapely.contains_xy(shapely.Polygon(corners), state.x[model.ring :]).all()
-    inner = shapely.contains_xy(shapely.Polygon(corners).buffer(-0.1), state.x)
+
+
+def test_the_papers_window():
+    """2 m x 5.667 m, discs of 0.05 m (0.03 m gives the same figures within 0.003, 4.20-4.25 and 0.6 %)."""
+    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 17.0 / 3.0], [0.0, 17.0 / 3.0]])
+    model, state = rested(corners, soil_discs(radius=0.05))
+    stress = mean_stress(contacts(state), polygon_area(corners))
+    assert -0.5 * (stress[0] + stress[1]) == pytest.approx(100e3, rel=0.03)
+    assert np.hypot(0.5 * (stress[0] - stress[1]), stress[2]) < 6e3  # nearly the same in all directions
+    assert 0.153 < porosity(model, state) < 0.162
+    inner = shapely.contains_xy(shapely.Polygon(corners).buffer(-0.2), state.x)
     number, loose = coordination(model, state, inner)
-    assert 4.1 < number < 4.4
-    assert loose <= 0.025
+    assert 4.15 < number < 4.35
+    assert loose <= 0.012
 
 
 def test_stiffer_discs_come_closer_to_the_isostatic_coordination():
     model, soft = packed(SQUARE, soil_discs())
-    _, hard = packed(SQUARE, soil_discs(confinement=10e3))
-    assert 3.9 < coordination(model, hard)[0] < coordination(model, soft)[0]
+    _, hard = packed(SQUARE, soil_discs(confinement=30e3))
+    assert 3.7 < coordination(model, hard)[0] < coordination(model, soft)[0]
 
 
 def test_radii_follow_the_scene():

@@ -19,11 +19,11 @@ ANGLE = np.array([[0.0, 0.0], [1.5, 0.0], [1.5, 0.75], [0.75, 0.75], [0.75, 1.5]
 SEGMENT = 0.25  # length of the ring's segments [m], about
 
 
-def soil_discs(radius=0.03, friction=0.55, bond=True, **changes):
-    """The scene's `discs` table for the paper's soil."""
+def soil_discs(radius=0.03, shear=0.4, friction=0.55, bond=True, **changes):
+    """The scene's `discs` table for the paper's soil; shear: ks / kn."""
     soil = SimpleNamespace(
         density=2000.0,
-        spring=Spring(normal=5.0e7, shear=2.0e7),
+        spring=Spring(normal=5.0e7, shear=shear * 5.0e7),
         friction=Friction(coefficient=friction) if friction else None,
         bond=Bond(tension=1.5e3, shear=3.5e3) if bond else None,
     )
@@ -53,5 +53,13 @@ def packed(corners, discs, seed=0, insitu=True):
     ring = build_ring(nodes, discs.radius)
     packing = pack(nodes, ring.xy, ring.radius, discs, np.random.default_rng(seed))
     model, state = build_model(ring.xy, ring.radius, packing, discs, insitu=insitu)
+    contact_forces(model, state)
+    return model, state
+
+
+def two_discs(**changes):
+    """Model and State of two free discs of soil that just touch."""
+    packing = SimpleNamespace(xy=np.array([[0.0, 0.0], [0.06, 0.0]]), radius=np.array([0.03, 0.03]))
+    model, state = build_model(np.empty((0, 2)), np.empty(0), packing, soil_discs(**changes))
     contact_forces(model, state)
     return model, state

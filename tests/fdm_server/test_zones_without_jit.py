@@ -1,0 +1,54 @@
+"""The kernels mean the same with and without the compiler."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+SCRIPT = """
+import sys
+import numpy as np
+from grid_cases import MohrCoulomb, material, slope, window
+from fdm_server.advance import advance
+from fdm_server.grid import build_grid
+from fdm_server.hole import cut_window
+from fdm_server.model import build_model, new_state
+from fdm_server.motion import unbalanced_ratio, update_velocities
+from fdm_server.windows import window_zones
+
+scene = slope(2.0, [(0, 4), (4, 4), (12, 12), (20, 12)])
+scene.material[0] = material(mohr_coulomb=MohrCoulomb(friction=20, cohesion=2e3, dilation=5))
+model = build_model(scene, build_grid(scene))
+state = new_state(model)
+for step in range(60):
+    if step == 40:
+        mask = window_zones(model.grid, window((5, 6), (1, 2)))
+        model, state, reaction = cut_window(model, state, mask)
+        state.applied += reaction.under(9.81)
+    update_velocities(model, state, 9.81)
+    advance(model, state)
+print(unbalanced_ratio(model, state, 9.81), np.count_nonzero(state.plastic))
+np.savez(sys.argv[1], **{name: getattr(state, name) for name in state.__slots__})
+"""
+
+
+def run(tmp_path, disable):
+    out = tmp_path / f"state{disable}.npz"
+    environment = {"NUMBA_DISABLE_JIT": disable, "PYTHONPATH": str(Path(__file__).parent)}
+    command = [sys.executable, "-W", "ignore", "-c", SCRIPT, out]
+    done = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True)
+    ratio, yielded = done.stdout.split()
+    return float(ratio), int(yielded), np.load(out)
+
+
+def test_compiled_equals_interpreted(tmp_path):
+    ratio, yielded, plain = run(tmp_path, "1")
+    compiled_ratio, compiled_yielded, compiled = run(tmp_path, "0")
+    assert yielded > 10
+    assert yielded == compiled_yielded
+    np.testing.assert_allclose(compiled_ratio, ratio, rtol=1e-12)
+    for name in plain.files:
+        scale = np.abs(plain[name]).max()
+        assert (np.abs(compiled[name] - plain[name]) <= 1e-12 * scale).all(), name
