@@ -7,7 +7,6 @@ may have recorded nothing.
 
 import json
 import re
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +30,7 @@ class Run:
 
     def __init__(self, folders: list[Path]) -> None:
         self.folders = folders
-        self.files = {rank: RankFile(path) for rank, path in sorted(_rank_files(folders))}
+        self.files = {rank: RankFile(path) for rank, path in sorted(_rank_paths(folders).items())}
         if not self.files:
             raise FileNotFoundError(f"no file NAME.rankN.vtkhdf in {' or '.join(map(str, folders))}")
         self.info = _first_json(folders, "run.json")
@@ -54,6 +53,10 @@ class Run:
     def contacts(self, frame: int, rank: int = 1) -> Fields:
         """normal_force, shear_force, ... and `ends` (C, 2): rows of the two discs in `discs(frame)`."""
         return self._file(rank, "discrete").contacts(self._row(frame, rank))
+
+    def bodies(self, frame: int) -> list[Fields]:
+        """Gridpoints and discs of all ranks that recorded a frame: what has a place and a displacement."""
+        return [self.files[rank].points(row) for rank, row in sorted(self._rows[frame].items())]
 
     def fabric(self, frame: int, rank: int = 1) -> Fabric:
         """Statistics of contact normals and forces, contacts of the ring's control discs left out."""
@@ -98,8 +101,12 @@ class Run:
 
     @property
     def windows(self) -> list[int]:
-        """Ranks of the discrete side."""
-        return [rank for rank, file in self.files.items() if file.kind == "discrete"]
+        """Ranks of the discrete side that recorded a frame."""
+        return [rank for rank, file in self.files.items() if file.kind == "discrete" and file.frames]
+
+    def recorded(self, rank: int) -> bool:
+        """Whether a rank recorded any frame."""
+        return rank in self.files and bool(self.files[rank].frames)
 
     def close(self) -> None:
         """Close the files; arrays already read stay."""
@@ -149,11 +156,10 @@ class Run:
         return self._rows[frame][rank]
 
 
-def _rank_files(folders: list[Path]) -> Iterable[tuple[int, Path]]:
-    for folder in reversed(folders):  # where both hold a rank, the first folder counts
-        for path in folder.glob("*.vtkhdf"):
-            if match := _RANK_FILE.fullmatch(path.name):
-                yield int(match[1]), path
+def _rank_paths(folders: list[Path]) -> dict[int, Path]:
+    """The file of every rank; where both folders hold a rank, the first folder counts."""
+    paths = [path for folder in reversed(folders) for path in folder.glob("*.vtkhdf")]
+    return {int(match[1]): path for path in paths if (match := _RANK_FILE.fullmatch(path.name))}
 
 
 def _first_json(folders: list[Path], name: str) -> dict[str, Any]:

@@ -1,11 +1,13 @@
-"""Stress and strain inside a window, from contacts and discs, in bins as large as a zone: what zones show
-outside it.
+"""Stress and strain inside a window, in bins as large as a zone: what zones show outside it.
 
 stress_ij = -1/A sum over contacts of branch_i force_j, with the branch from the first to the second disc and
-the force on the second, tension positive (J. Christoffersen, M.M. Mehrabadi, S. Nemat-Nasser, J. Appl. Mech.
-48 (1981) 339-344). Strain: the displacement gradient that fits the discs of a bin best (least squares over u
-= u0 + G (x - x0)). Bins and places are those at the start, as the zones' are: a disc or contact stays in its
-bin while the window deforms.
+the force on the second, tension positive (J. Christoffersen, M.M. Mehrabadi, S. Nemat-Nasser, J. Appl. Mech. 48
+(1981) 339-344).
+
+Strain: the displacement gradient G that fits the discs of a bin best (least squares, u = u0 + G (x - x0)).
+
+Bins and places are those at the start, as the zones' are: a disc or contact stays in its bin while the window
+deforms.
 """
 
 from typing import NamedTuple
@@ -52,7 +54,7 @@ def bins(run: Run, frame: int, rank: int = 1) -> Bins:
     """Bins as large as a zone (without zones: ten discs wide) over the outline of a window."""
     outline = shapely.Polygon(outline_of(run, frame, rank))
     low, high = np.reshape(outline.bounds, (2, 2))
-    columns, rows = (max(1, round(float(length / _bin_length(run, frame, rank)))) for length in high - low)
+    columns, rows = np.maximum(np.rint((high - low) / _bin_length(run, frame, rank)), 1).astype(int).tolist()
     size = (high - low) / (columns, rows)
     empty = Bins(low, size, (columns, rows), np.zeros(columns * rows))
     return empty._replace(
@@ -123,7 +125,7 @@ def _gradients(xy: np.ndarray, values: np.ndarray, grid: Bins) -> np.ndarray:
 
 
 def _bin_length(run: Run, frame: int, rank: int) -> float:
-    if 0 in run.files and run.has(frame, 0):
+    if run.has(frame, 0):
         zones, xy = run.zones(frame), run.gridpoints(frame).xy
         return float(np.sqrt(np.median(shapely.area(shapely.polygons(xy[zones.corners])))))
     return 10.0 * 2.0 * float(np.median(run.discs(frame, rank).radius))

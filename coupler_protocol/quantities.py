@@ -19,7 +19,7 @@ _PLANE = ("x", "y")
 
 FIELDS = {
     # gridpoints and discs
-    "displacement": Quantity("m", "displacement since the start", _PLANE),
+    "displacement": Quantity("m", "displacement since it was last set to zero", _PLANE),
     "velocity": Quantity("m/s", "velocity", _PLANE),
     # zones
     "stress": Quantity("Pa", "stress, tension positive", ("xx", "yy", "zz", "xy")),
@@ -60,9 +60,7 @@ HISTORIES = {
     "interface_force_x": Quantity("N", "sum of the discs' forces on the rim, x"),
     "interface_force_y": Quantity("N", "sum of the discs' forces on the rim, y"),
     "max_displacement": Quantity("m", "largest displacement"),
-    "max_velocity": Quantity("m/s", "largest velocity"),
     "bonds_broken": Quantity("-", "contact bonds broken since the start"),
-    "contacts": Quantity("-", "contacts that carry a force or a bond"),
     "velocity_caps": Quantity("-", "times the velocity of a disc was capped since the start"),
 }
 

@@ -1,5 +1,4 @@
-"""Takes frames and histories from a time loop and writes them in a thread of its own, so that the loop need
-not wait.
+"""Takes frames and histories from a time loop and writes them in a thread of its own: the loop need not wait.
 
 The caller pays for a copy of the arrays. HDF5 and gzip work without the interpreter lock, beside the next
 steps. At most `QUEUE_FRAMES` frames wait; a loop that records faster than the disk writes is held back, not

@@ -21,10 +21,7 @@ from coupler_protocol.vtk_cells import TOPOLOGIES, cell_groups, cell_rows, zone_
 VERSION = (2, 0)
 HISTORY_ROW = np.dtype([("step", "<i8"), ("value", "<f8")])
 FRAME_TYPES = {"step": "<i8", "time": "<f8", "stage": "S64", "gravity_factor": "<f8"}
-SHOWN_BY_VTK = (
-    "step",
-    "gravity_factor",
-)  # as field data, to annotate a picture with; its readers fail on texts
+SHOWN_BY_VTK = ("step", "gravity_factor")  # as field data, to write beside a picture; VTK cannot read texts
 
 
 class FrameInfo(NamedTuple):

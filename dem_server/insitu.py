@@ -1,18 +1,21 @@
 """Bringing a packing to a given stress field by virtual strain, and bonding it there.
 
-The ring is held. On a coarse grid the missing stress is turned into a strain, which is applied to the
-contacts, not to the discs:
+The ring is held. On a coarse grid the missing stress is turned into a strain, which is applied to the contacts, not
+to the discs:
 
     eps = 0.8 S : (sigma* - sigma)                                               (1)
     gr <- gr - d n.eps.n,    Fs <- Fs - ks d t.eps.n                             (2)
 
-at every closed contact (d: distance of centres), as if the discs had been strained by eps and put back.
-Then they relax with friction and gravity, and all is repeated. S is the compliance of an isotropic packing
-strained uniformly (Bathurst & Rothenburg 1988, J. Appl. Mech. 55, 17-23):
+at every contact (d: distance of centres), as if the discs had been strained by eps and put back. Then they relax
+with friction and gravity, and all is repeated. S is the compliance of an isotropic packing strained uniformly
+(Bathurst & Rothenburg 1988, J. Appl. Mech. 55, 17-23):
 
     C11 + C12 = sum kn d^2 / 2A,    2 G = sum (kn + ks) d^2 / 4A                 (3)
 
-sigma* is first brought inside the packing's friction cone, and the share of it that had to be is reported.
+A slope stands by its cohesion: its stress lies outside the cone that friction alone can carry. So the first half of
+the rounds brings the discs as near as friction allows, and in the second half the contacts are bonded, round by
+round, so that the bonds share in carrying sigma*. What lies outside the strength of the bonded packing is brought
+inside first, and the share of it reported.
 """
 
 from typing import NamedTuple
@@ -25,11 +28,11 @@ from coupler_protocol.interface import polygon_area
 from dem_server.balance import unbalanced_ratio
 from dem_server.bins import bins_over
 from dem_server.contacts import contact_forces
-from dem_server.effects import SOIL
-from dem_server.effects.bond import BONDED
+from dem_server.effects.bond import BONDED, NONE
 from dem_server.fields import contacts, coordination, porosity
 from dem_server.model import SPIN, VX
 from dem_server.motion import move_free
+from dem_server.strength import friction_sine, inside_cone, tensile_strength
 from dem_server.stress import circle_stress, contact_moments
 
 ROUNDS = 12
@@ -38,14 +41,13 @@ RELAXATION = 0.8  # of the missing stress corrected a round, Eq (1)
 REST = 1e-6  # unbalanced ratio at the end
 BIN = 8.0  # size of a bin and least radius of a measuring circle, in mean radii
 CIRCLE = 0.25  # radius of the measuring circles [m], larger for discs so large that too few fit in
-CONE = 0.85  # sine of the packing's friction angle over sine of the contacts': discs roll
 
 
 class Report(NamedTuple):
     """What came out.
 
-    Errors of the stress (rms over measuring circles, over mean |yy|), share of the target outside the
-    friction cone, rounds, unbalanced ratio, coordination number, porosity.
+    Errors of the stress (rms over measuring circles, over mean |yy|), share of the target beyond the packing's
+    strength, rounds, unbalanced ratio, coordination number, porosity.
     """
 
     error_xx: float
@@ -66,23 +68,23 @@ def match_weight(model, state, target):
 
 
 def bring_to_stress(model, state, target, gravity, report=None):
-    """Bring the discs to the stress of the removed zones under `gravity` [m/s2].
+    """Bring the discs to the stress of the removed zones under `gravity` [m/s2]; with bonds in the law most are set.
 
     target (z, 7): x, y, area, xx, yy, xy, density of the zones (tension positive); report(text, fraction):
     progress, if wanted.
     """
     polygon = state.x[: model.ring].copy()
     size = BIN * float(state.radius[model.ring :].mean())
-    grid = bins_over(polygon, size)
-    wanted = stress_field(target)
-    at_points, projected = inside_cone(wanted(grid.points), friction_sine(model))
-    goal = grid.integral(at_points)
-    area = grid.area()
-    area = np.maximum(area, 0.25 * area.max())  # cut-off bins at the edge: too few contacts to divide by less
-    centres, circle = measuring_circles(polygon, max(CIRCLE, size))
-    aim = inside_cone(wanted(centres), friction_sine(model))[0]
+    grid, (centres, circle) = bins_over(polygon, size), measuring_circles(polygon, max(CIRCLE, size))
+    field, sine, tension = stress_field(target), friction_sine(model), tensile_strength(model, state)
+    wanted, projected = inside_cone(field(grid.points), sine, tension)
     for round_ in range(ROUNDS):
-        strain_contacts(model, state, grid, goal, area)
+        if tension > 0.0 and round_ >= ROUNDS // 2:
+            add_bonds(model, state)
+            goal = grid.integral(wanted)
+        else:
+            goal = grid.integral(inside_cone(wanted, sine)[0])
+        strain_contacts(model, state, grid, goal)
         relax(model, state, gravity, STEPS)
         if report:
             report(f"in-situ stress, round {round_ + 1} of {ROUNDS}", (round_ + 1) / ROUNDS)
@@ -90,8 +92,9 @@ def bring_to_stress(model, state, target, gravity, report=None):
         if unbalanced_ratio(model, state, gravity) <= REST:
             break
         relax(model, state, gravity, STEPS)
+    forget_breakage(state)
     return Report(
-        *stress_error(state, centres, circle, aim).tolist(),
+        *stress_error(state, centres, circle, inside_cone(field(centres), sine, tension)[0]).tolist(),
         projected=projected,
         rounds=ROUNDS,
         ratio=unbalanced_ratio(model, state, gravity),
@@ -116,32 +119,11 @@ def stress_field(target):
     )
 
 
-def friction_sine(model):
-    """Sine of the friction angle the packing itself can carry."""
-    if model.law.friction is None:
-        return 0.0
-    mu = model.law.friction.coefficient[SOIL * model.materials + SOIL]
-    return CONE * mu / np.sqrt(1.0 + mu * mu)
-
-
-def inside_cone(stress, sine):
-    """Stresses (m, 3) brought inside the cone (s1 - s3)/2 <= -sine sm, and the share that had to be.
-
-    The mean stress sm stays; where it is tensile nothing is left.
-    """
-    mean = np.minimum(0.5 * (stress[:, 0] + stress[:, 1]), 0.0)
-    half, shear = 0.5 * (stress[:, 0] - stress[:, 1]), stress[:, 2]
-    deviator = np.hypot(half, shear)
-    limit = -sine * mean
-    outside = deviator > limit
-    scale = np.divide(limit, deviator, out=np.ones_like(limit), where=outside)
-    changed = outside | (stress[:, 0] + stress[:, 1] > 0.0)
-    return np.column_stack([mean + scale * half, mean - scale * half, scale * shear]), float(changed.mean())
-
-
-def strain_contacts(model, state, grid, goal, area):
-    """Eqs (1) to (3): `goal` (nodes, 3) integral of sigma* over each bin, `area` (nodes,): the divisor."""
+def strain_contacts(model, state, grid, goal):
+    """Eqs (1) to (3); `goal` (nodes, 3): integral of sigma* over each bin. The discs stand still afterwards."""
     pairs = contacts(state)
+    area = grid.area()
+    area = np.maximum(area, 0.25 * area.max())  # bins cut off by the edge: too few contacts to divide by less
     hats = grid.weights(state.x[pairs.disc_a] + 0.5 * pairs.branch)
     missing = RELAXATION * (goal - hats.T @ contact_moments(pairs)) / area[:, None]
     d = np.hypot(*pairs.branch.T)
@@ -161,7 +143,7 @@ def strain_contacts(model, state, grid, goal, area):
 
 
 def measuring_circles(polygon, radius):
-    """Centres (q, 2) of circles inside the polygon, and their radius, `radius` where the polygon is wide enough.
+    """Centres (q, 2) of circles inside the polygon, and their radius: `radius` if the polygon is wide enough.
 
     They stand on a square grid and in the middle of the widest place.
     """
@@ -184,11 +166,17 @@ def stress_error(state, centres, radius, aim):
 def add_bonds(model, state):
     """Bond all closed contacts, the ring's too, whose materials have bonds; return how many.
 
-    A contact whose shear force is already beyond the bond's strength stays unbonded: its bond would break
-    at once.
+    A contact whose shear force is already beyond the bond's strength stays unbonded: its bond would break at once.
     """
     pairs = contacts(state)
     strength = model.law.bond.shear[pairs.kind]
     chosen = pairs.slot[(pairs.gap < 0.0) & (strength > 0.0) & (np.abs(pairs.shear_force) <= strength)]
     state.bond_state.ravel()[chosen] = BONDED
     return len(chosen)
+
+
+def forget_breakage(state):
+    """Bonds that broke while the stress was brought in are no damage: they were never there."""
+    if state.bond_state is not None:
+        state.bond_state[state.bond_state != BONDED] = NONE
+    state.counters[BROKEN] = 0

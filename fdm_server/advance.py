@@ -12,7 +12,7 @@ from fdm_server.stress import RETURN_ROWS, limit, load
 @jit
 def advance_kernel(
     corner, x, y, inverse_double_area, share, start, place,
-    elastic, mohr_coulomb, tension, plastic,
+    pattern, elastic, mohr_coulomb, tension, plastic,
     velocity, displacement, stress, corner_force, force,
 ):  # fmt: skip
     """One step of all blocks; `mohr_coulomb`, `tension` and `plastic` are None where nothing yields."""
@@ -26,9 +26,9 @@ def advance_kernel(
     for b in range(corner.shape[0]):
         gather_velocities(b, corner, velocity, u)
         strain_increments(b, x, y, inverse_double_area, u, strain)
-        load(b, elastic, strain, stress)
+        load(b, pattern[b], elastic, strain, stress)
         if plastic is not None:
-            limit(b, share, mohr_coulomb, tension, stress, plastic, limited)
+            limit(b, pattern[b], share, mohr_coulomb, tension, stress, plastic, limited)
         corner_forces(b, x, y, stress, corner_force)
     sum_at_gridpoints(start, place, corner_force, force)
 
@@ -38,6 +38,6 @@ def advance(model, state):
     g, law = model.geometry, model.law
     advance_kernel(
         g.corner, g.x, g.y, g.inverse_double_area, g.share, model.start, model.place,
-        law.elastic, law.mohr_coulomb, law.tension, state.plastic,
+        model.pattern, law.elastic, law.mohr_coulomb, law.tension, state.plastic,
         state.velocity, state.displacement, state.stress, state.corner_force, state.force,
     )  # fmt: skip

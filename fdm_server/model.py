@@ -29,7 +29,8 @@ class Model:
     fixed: NDArray[np.bool_]  # (N,2) components held at zero velocity; both where no zone is left
     density: NDArray[np.float64]  # (materials,) [kg/m3]
     material_law: Law  # parameters by material
-    law: Law  # the same by zone, in blocks
+    pattern: NDArray[np.int64]  # (B,) row of the parameters of a block; blocks of the same materials share it
+    law: Law  # parameters by zone, (patterns, rows of 16)
 
     @property
     def zones(self):
@@ -69,6 +70,7 @@ def model_of(grid, zone, density, material_law, fixed):
     check_zones(grid.xy, zones)
     attached = np.bincount(zones.ravel(), minlength=len(grid.xy)) > 0
     start, place = build_gather(zones, len(grid.xy))
+    patterns, pattern = np.unique(to_blocks(material[:, None]), axis=0, return_inverse=True)
     modulus = material_law.elastic[material, :2].sum(axis=1)  # (K + G/3) + G
     return Model(
         grid=grid,
@@ -81,16 +83,19 @@ def model_of(grid, zone, density, material_law, fixed):
         fixed=fixed | ~attached[:, None],
         density=density,
         material_law=material_law,
-        law=_by_zone(material_law, material),
+        pattern=pattern.ravel().astype(np.int64),
+        law=_by_lane(material_law, patterns),
     )
 
 
-def _by_zone(law, material):
-    def blocks(rows):
-        return None if rows is None else to_blocks(rows[material])
+def _by_lane(law, patterns):
+    """The law's parameters for the materials of 16 lanes (patterns, 16)."""
+
+    def rows(by_material):
+        return None if by_material is None else np.concatenate([p[patterns] for p in by_material.T], axis=1)
 
     return law._replace(
-        elastic=blocks(law.elastic), mohr_coulomb=blocks(law.mohr_coulomb), tension=blocks(law.tension)
+        elastic=rows(law.elastic), mohr_coulomb=rows(law.mohr_coulomb), tension=rows(law.tension)
     )
 
 

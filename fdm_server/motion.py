@@ -69,7 +69,7 @@ def unbalanced_ratio(model, state, gravity):
         model.start, model.place, state.corner_force, state.force, state.applied, model.weight_mass,
         model.fixed, float(gravity),
     )  # fmt: skip
-    return largest * free / total if total > 0.0 else 0.0
+    return 0.0 if total == 0.0 else largest * free / total  # not a number stays not a number
 
 
 def kinetic_energy(model, state):

@@ -32,20 +32,20 @@ cut_off = jit(tension_law.cut_off, forceinline=True)
 
 
 @jit
-def load(b, elastic, strain, stress):
-    """Add the elastic stress of the strain increments of block b."""
+def load(b, m, elastic, strain, stress):
+    """Add the elastic stress of the strain increments of block b, whose parameters stand in row m."""
     for i in range(LANES):
-        sm, zz = pressure_increment(strain[DILATION + i], elastic[b, i], elastic[b, 2 * LANES + i])
+        sm, zz = pressure_increment(strain[DILATION + i], elastic[m, i], elastic[m, 2 * LANES + i])
         stress[b, SM + i] += sm
         stress[b, ZZ + i] += zz
         for o in (T0, T1, T2, T3):
-            sd, xy = shear_increment(strain[DIFFERENCE + o + i], strain[GAMMA + o + i], elastic[b, LANES + i])
+            sd, xy = shear_increment(strain[DIFFERENCE + o + i], strain[GAMMA + o + i], elastic[m, LANES + i])
             stress[b, SD + o + i] += sd
             stress[b, XY + o + i] += xy
 
 
 @jit
-def return_triangles(b, share, mohr_coulomb, tension, stress, limited):
+def return_triangles(b, m, share, mohr_coulomb, tension, stress, limited):
     """What the law makes of the trial stresses of block b, written to the rows of `limited`."""
     for t in range(4):
         o = t * LANES
@@ -63,21 +63,21 @@ def return_triangles(b, share, mohr_coulomb, tension, stress, limited):
             if mohr_coulomb is not None:
                 s1, s2, s3, sheared = plastic_return(
                     *(s1, s2, s3),
-                    mohr_coulomb[b, i],
-                    mohr_coulomb[b, LANES + i],
-                    mohr_coulomb[b, 2 * LANES + i],
-                    mohr_coulomb[b, 3 * LANES + i],
-                    mohr_coulomb[b, 4 * LANES + i],
-                    mohr_coulomb[b, 5 * LANES + i],
-                    mohr_coulomb[b, 6 * LANES + i],
-                    mohr_coulomb[b, 7 * LANES + i],
-                    mohr_coulomb[b, 8 * LANES + i],
-                    mohr_coulomb[b, 9 * LANES + i],
+                    mohr_coulomb[m, i],
+                    mohr_coulomb[m, LANES + i],
+                    mohr_coulomb[m, 2 * LANES + i],
+                    mohr_coulomb[m, 3 * LANES + i],
+                    mohr_coulomb[m, 4 * LANES + i],
+                    mohr_coulomb[m, 5 * LANES + i],
+                    mohr_coulomb[m, 6 * LANES + i],
+                    mohr_coulomb[m, 7 * LANES + i],
+                    mohr_coulomb[m, 8 * LANES + i],
+                    mohr_coulomb[m, 9 * LANES + i],
                 )
                 flow += 1.0 if sheared else 0.0
             if tension is not None:
                 s1, s2, s3, opened = cut_off(
-                    *(s1, s2, s3), tension[b, i], tension[b, LANES + i], tension[b, 2 * LANES + i]
+                    *(s1, s2, s3), tension[m, i], tension[m, LANES + i], tension[m, 2 * LANES + i]
                 )
                 flow += 2.0 if opened else 0.0
 
@@ -95,9 +95,9 @@ def return_triangles(b, share, mohr_coulomb, tension, stress, limited):
 
 
 @jit
-def limit(b, share, mohr_coulomb, tension, stress, plastic, limited):
+def limit(b, m, share, mohr_coulomb, tension, stress, plastic, limited):
     """Bring the stresses of block b back to where the law allows them and update the zones' plastic state."""
-    return_triangles(b, share, mohr_coulomb, tension, stress, limited)
+    return_triangles(b, m, share, mohr_coulomb, tension, stress, limited)
     for i in range(LANES):
         for o in (T0, T1, T2, T3):
             stress[b, SM + i] += limited[CHANGE_SM + o + i]

@@ -4,11 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from colluvium.figures import domain, style
+from colluvium.figures import domain, frames, style
 from colluvium.results import Run
 
 WIDEST = 3.0  # points, where the force is as large as in the strongest contact but 0.5 % of them
 PART = 0.995
+PANELS = 4
 COMPRESSION, TENSION = "#123a5e", "#d0472f"
 KINDS = ((COMPRESSION, "compression"), (TENSION, "tension in a bond"))
 
@@ -18,12 +19,6 @@ def applies(run: Run) -> bool:
     return bool(run.windows)
 
 
-def moments(run: Run, rank: int) -> list[int]:
-    """The last frame of each stage with discs, at most four, the last stages."""
-    last = {info.stage: i for i, info in enumerate(run.frames) if run.has(i, rank)}
-    return sorted(last.values())[-4:]
-
-
 @style.styled
 def draw(run: Run) -> Any:
     """The first window at the ends of its stages; each panel says which force its widest lines carry."""
@@ -31,11 +26,11 @@ def draw(run: Run) -> Any:
     from matplotlib.lines import Line2D
 
     rank = run.windows[0]
-    frames = moments(run, rank)
+    moments = frames.last_of_stages(run, rank, PANELS)
     figure, axes = plt.subplots(
-        1, len(frames), figsize=(1.0 + 3.4 * len(frames), 7.0), squeeze=False, layout="compressed"
+        1, len(moments), figsize=(1.0 + 3.4 * len(moments), 7.0), squeeze=False, layout="compressed"
     )
-    for place, frame in zip(axes[0], frames, strict=True):
+    for place, frame in zip(axes[0], moments, strict=True):
         strongest = _strong(run, frame, rank)
         _draw_window(run, frame, rank, place, strongest)
         info = run.frames[frame]

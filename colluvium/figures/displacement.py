@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from colluvium.figures import domain, style
+from colluvium.figures import domain, frames, style
 from colluvium.results import Run
 from colluvium.window_fields import outline_of
 
@@ -15,15 +15,16 @@ def applies(run: Run) -> bool:
 
 
 @style.styled
-def draw(run: Run, frame: int = -1) -> Any:
-    """The whole slope and, beside it, the first window with its surroundings."""
+def draw(run: Run) -> Any:
+    """The whole slope and, beside it, the first window, in the last frame before a run-out."""
     import matplotlib.pyplot as plt
 
-    sizes = [np.linalg.norm(body.displacement, axis=1) for body in _bodies(run, frame)]
+    frame = frames.before_run_out(run)[-1]
+    sizes = [np.linalg.norm(body.displacement, axis=1) for body in run.bodies(frame)]
     factor, unit = style.readable("m", *sizes)
     low, high = style.limits(*(factor * size for size in sizes))
     windows = [rank for rank in run.windows if run.has(frame, rank)]
-    columns = 2 if windows and 0 in run.files else 1
+    columns = 2 if windows and run.has(frame, 0) else 1
     figure, axes = plt.subplots(
         1,
         columns,
@@ -45,15 +46,10 @@ def draw(run: Run, frame: int = -1) -> Any:
     return figure
 
 
-def _bodies(run: Run, frame: int) -> list[Any]:
-    zones = [run.gridpoints(frame)] if 0 in run.files and run.has(frame, 0) else []
-    return zones + [run.discs(frame, rank) for rank in run.windows if run.has(frame, rank)]
-
-
 def _draw_bodies(run: Run, frame: int, axes: Any, factor: float) -> list[Any]:
     drawn = []
     colours = {"cmap": style.colour_map("displacement")}
-    if 0 in run.files and run.has(frame, 0):
+    if run.has(frame, 0):
         corners, xy = run.zones(frame).corners, domain.gridpoints_now(run, frame)
         size = factor * np.linalg.norm(run.gridpoints(frame).displacement, axis=1)
         triangles = np.concatenate(

@@ -9,8 +9,9 @@ ROWS = (  # histories drawn in a row of their own, where any rank has them; loga
     ("unbalanced_ratio", "unbalanced force ratio", True),
     ("gravity_factor", "gravity factor", False),
     ("bonds_broken", "bonds broken", False),
-    ("max_displacement", "largest displacement", False),
+    ("max_displacement", "largest displacement", True),
 )
+NAME_ROOM = 0.025  # part of the axis that the name of a stage takes
 COLOURS = ("#123a5e", "#d0472f", "#5c8a3a", "#8a5c9e")
 
 
@@ -40,7 +41,7 @@ def draw(run: Run) -> Any:
         place.grid(color=style.PALE, linewidth=0.3)
         _mark_stages(run, place)
     _name_stages(run, axes[0, 0])
-    axes[0, 0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.1), ncols=len(run.files), borderaxespad=0.0)
+    axes[0, 0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.02), ncols=len(run.files), borderaxespad=0.0)
     axes[-1, 0].set_xlabel("step [-]")
     return figure
 
@@ -50,9 +51,15 @@ def _rows(run: Run) -> list[tuple[str, str, bool]]:
 
 
 def _stage_starts(run: Run) -> list[tuple[int, str]]:
-    starts = []
+    """First step of each stage; stages that begin too close to each other to be named apart share a name."""
+    starts: list[tuple[int, str]] = []
+    end = 0
     for stage in run.stages:
-        starts.append((min(info.step for info in run.frames if info.stage == stage), stage))
+        if starts and end - starts[-1][0] < NAME_ROOM * run.frames[-1].step:
+            starts[-1] = (starts[-1][0], f"{starts[-1][1]}, {stage}")
+        else:
+            starts.append((end, stage))
+        end = run.frames[run.last_frame(stage)].step
     return starts
 
 
@@ -63,5 +70,6 @@ def _mark_stages(run: Run, axes: Any) -> None:
 
 def _name_stages(run: Run, axes: Any) -> None:
     for step, stage in _stage_starts(run):
-        axes.annotate(f" {stage}", (step, 1.0), xycoords=("data", "axes fraction"), va="bottom", fontsize=8.0)
-    axes.set_title("the run, step by step", pad=16.0)
+        axes.annotate(
+            stage, (step, 1.02), xycoords=("data", "axes fraction"), va="bottom", rotation=25.0, fontsize=8.0
+        )

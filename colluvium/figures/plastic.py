@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from colluvium.figures import domain, style
+from colluvium.figures import domain, frames, style
 from colluvium.results import Run
 from colluvium.window_fields import starting_places
 
@@ -18,17 +18,17 @@ ELASTIC = "#eef1f4"
 
 
 def applies(run: Run) -> bool:
-    """Zones can yield or bonds can break."""
-    return 0 in run.files and "plastic_state" in run.zones(_last(run))
+    """Zones can yield."""
+    return run.recorded(0) and "plastic_state" in run.zones(frames.of_last_stage(run, 0, 1)[-1])
 
 
 @style.styled
 def draw(run: Run) -> Any:
-    """Zones coloured by state, broken bonds as dots, in the last frame."""
+    """Zones coloured by state, broken bonds as dots, in the last frame before a run-out."""
     import matplotlib.pyplot as plt
     from matplotlib.patches import Patch
 
-    frame = _last(run)
+    frame = frames.of_last_stage(run, 0, 1)[-1]
     figure, axes = plt.subplots(figsize=(8.0, 4.8), layout="compressed")
     zones, xy = run.zones(frame), run.gridpoints(frame).xy
     colours = np.full(len(zones.corners), ELASTIC, dtype=object)
@@ -54,8 +54,4 @@ def _broken_bonds(run: Run, frame: int, rank: int, axes: Any) -> list[Any]:
     broken = contacts.bond_state >= 2
     middle = starting_places(run.discs(frame, rank))[contacts.ends[broken]].mean(axis=1)
     label = f"broken bonds still in contact: {broken.sum():,}"
-    return axes.plot(*middle.T, ".", markersize=1.5, color=style.INK, label=label)
-
-
-def _last(run: Run) -> int:
-    return max(i for i in range(len(run.frames)) if run.has(i, 0))
+    return axes.plot(*middle.T, ".", markersize=1.0, color=style.INK, label=label)

@@ -5,28 +5,22 @@ from typing import Any
 
 import numpy as np
 
-from colluvium.figures import domain, style
+from colluvium.figures import domain, frames, style
 from colluvium.results import Run
 from colluvium.window_fields import bins, shear_strain
 
 PANELS = 4
-DECADES = 4.0
+DECADES = 3.0
 
 
 def applies(run: Run) -> bool:
     """A continuum was recorded."""
-    return 0 in run.files
-
-
-def moments(run: Run) -> list[int]:
-    """Up to four frames from the last stage, evenly spread, its last frame among them."""
-    stage = [i for i, info in enumerate(run.frames) if info.stage == run.frames[-1].stage and run.has(i, 0)]
-    return sorted({stage[round(part)] for part in np.linspace(len(stage) - 1, 0, PANELS + 1)[:-1]})
+    return run.recorded(0)
 
 
 @style.styled
 def draw_rate(run: Run) -> Any:
-    """Shear strain rate, logarithmic over four decades below the largest."""
+    """Shear strain rate, logarithmic over three decades below the largest."""
     from matplotlib.colors import LogNorm
 
     def scale(largest: float) -> LogNorm:
@@ -50,9 +44,9 @@ def _panels(run: Run, field: str, motion: str, name: str, colours: str, scale: C
     """One axes a moment, all in one colour scale."""
     import matplotlib.pyplot as plt
 
-    frames = moments(run)
-    columns = min(len(frames), 2)
-    rows = -(-len(frames) // columns)
+    moments = frames.of_last_stage(run, 0, PANELS)
+    columns = min(len(moments), 2)
+    rows = -(-len(moments) // columns)
     figure, axes = plt.subplots(
         rows,
         columns,
@@ -62,15 +56,15 @@ def _panels(run: Run, field: str, motion: str, name: str, colours: str, scale: C
         squeeze=False,
         layout="compressed",
     )
-    parts = {frame: _fields(run, frame, field, motion) for frame in frames}
+    parts = {frame: _fields(run, frame, field, motion) for frame in moments}
     norm = scale(style.limits(*(value for part in parts.values() for _, value in part))[1])
-    for place, frame in zip(axes.flat, frames, strict=False):
+    for place, frame in zip(axes.flat, moments, strict=False):
         for corners, value in parts[frame]:
             shown = np.maximum(value, norm.vmin)
             drawn = domain.fill_polygons(place, corners, shown, norm=norm, cmap=style.colour_map(colours))
         domain.outline(place, run.gridpoints(frame).xy, run.zones(frame).corners)
         domain.finish(place, f"{name}: {style.moment(run.frames[frame])}")
-    for place in list(axes.flat)[len(frames) :]:
+    for place in list(axes.flat)[len(moments) :]:
         place.set_axis_off()
     domain.colour_bar(figure, drawn, axes, f"{name} [{run.units(field)}]", extend="max")
     return figure

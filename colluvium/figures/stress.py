@@ -20,11 +20,11 @@ class Cells(NamedTuple):
 
 def applies(run: Run) -> bool:
     """A continuum was recorded."""
-    return 0 in run.files
+    return run.recorded(0)
 
 
 def moments(run: Run) -> tuple[int, int]:
-    """The last frame without discs at the same gravity, and the last of stage `couple`, which brings them in."""
+    """The last frame without discs at the same gravity, and the last of `couple`, which brings them in."""
     own = [i for i in range(len(run.frames)) if run.has(i, 0)]
     both = [i for i in own if any(run.has(i, rank) for rank in run.windows)]
     if not both:

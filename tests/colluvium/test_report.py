@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from colluvium import report
-from colluvium.figures import shear, stress, style
+from colluvium.figures import frames, stress, style
 from colluvium.results import open_run
 
 pytest.importorskip("matplotlib")
@@ -45,7 +45,6 @@ def test_one_side_alone_is_drawn(run_folder, tmp_path, file, drawn):
 def test_stress_is_compared_before_and_after_the_discs_come_in(run_folder):
     with open_run(run_folder) as run:
         assert stress.moments(run) == (1, 3)
-        assert shear.moments(run) == [4, 5]
         figure = stress.draw(run)
         titles = [axes.get_title(loc="left") for axes in figure.axes]
         assert titles[0] == "vertical stress: equilibrium, step 1,000, time 1000 s"
@@ -57,6 +56,23 @@ def test_stress_is_compared_before_and_after_the_discs_come_in(run_folder):
         ]
         assert len(shown) == 2
         assert len(set(shown)) == 1  # one colour scale
+
+
+def test_pictures_stop_before_the_slope_runs_away(run_folder):
+    """The model is 20 m long; the last frame has moved by .8 m, less than a twentieth of it."""
+    with open_run(run_folder) as run:
+        assert frames.farthest(run, -1) == pytest.approx(0.8, rel=1e-3)
+        assert frames.before_run_out(run) == [0, 1, 2, 3, 4, 5]
+        assert frames.of_last_stage(run, 0, 4) == [4, 5]
+        assert frames.last_of_stages(run, 1, 4) == [3, 5]
+
+
+def test_a_run_away_is_left_out(run_folder, monkeypatch):
+    monkeypatch.setattr(frames, "REACH", 0.03)
+    with open_run(run_folder) as run:
+        assert frames.before_run_out(run) == [0, 1, 2, 3, 4]
+        assert frames.of_last_stage(run, 0, 4) == [4]
+        assert frames.last_of_stages(run, 1, 1) == [4]
 
 
 @pytest.mark.parametrize(

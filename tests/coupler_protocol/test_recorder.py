@@ -214,7 +214,7 @@ WRITER = """
     recorder = Recorder(sys.argv[1], "discrete")
     for number in range(100_000):
         contacts = np.column_stack((np.arange(1000 + number % 7), np.arange(1000 + number % 7) + 1))
-        recorder.history(number, contacts=float(len(contacts)))
+        recorder.history(number, bonds_broken=float(len(contacts)))
         recorder.frame(
             FrameInfo(number, float(number), "couple", 1.0),
             points=discs + number,
@@ -243,7 +243,7 @@ def test_no_acknowledged_frame_is_lost_when_the_writer_is_killed(tmp_path, secon
         acknowledged + 2,
     )  # the last may have been safe but not yet said so
     with h5py.File(path) as file:
-        assert len(file["Histories/contacts"]) >= len(frames)
+        assert len(file["Histories/bonds_broken"]) >= len(frames)
         steps = file["VTKHDF/Steps"]
         assert len(steps["Values"]) <= len(frames)  # VTK reads all times into memory for NSteps of them
         for number in range(len(frames)):

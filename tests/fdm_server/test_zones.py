@@ -113,6 +113,13 @@ def test_ratio_of_a_model_at_rest_under_gravity_is_that_of_its_weights():
     assert unbalanced_ratio(model, new_state(model), 0.0) == 0.0
 
 
+def test_a_failed_state_has_no_ratio_that_ends_a_stage():
+    model = elastic_slope()
+    state = new_state(model)
+    state.corner_force[0] = np.nan
+    assert np.isnan(unbalanced_ratio(model, state, 9.81))
+
+
 def test_blocks_keep_values():
     values = np.arange(37 * 3).reshape(37, 3)
     assert to_blocks(values).shape == (3, 48)

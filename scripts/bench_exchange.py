@@ -1,0 +1,222 @@
+"""What a coupled step costs beside its parts: grid alone, discs alone, the bare exchange, and all of it coupled.
+
+    python scripts/bench_exchange.py [SCENE] [--steps N] [--repeats R] [--json FILE]
+
+Runs SCENE (default configs/paper_slope.toml) to the end of its couple stage in two processes, goes on for R x N coupled steps without
+recording, then loads both checkpoints and times each side alone on the same states, and the same messages without anything
+to compute. A triad in the same run says what the memory of this machine gave. Medians; seconds of wall time.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from colluvium import launch
+from coupler_protocol import checkpoint, link, messages
+from coupler_protocol.interface import build_ring
+from coupler_protocol.interrupt import StopRequest
+from coupler_protocol.lockstep import Clocks, Conversation
+from coupler_protocol.scene_reader import build_scene, read_scene
+from coupler_protocol.wire import StepFrame
+from dem_server import contacts as dem_contacts
+from dem_server import model as dem_model
+from dem_server import motion as dem_motion
+from dem_server.packing import Packing
+from dem_server.rim import Rim
+from fdm_server import advance as fdm_advance
+from fdm_server import grid as fdm_grid
+from fdm_server import model as fdm_model
+from fdm_server import motion as fdm_motion
+from fdm_server.hole import cut_window
+from fdm_server.windows import rim_of, window_zones
+
+
+def with_measured_stages(scene, steps, repeats):
+    """The scene up to its couple stage, then `repeats` stages of `steps` coupled steps at rest, nothing recorded."""
+    data = scene.model_dump(mode="json", exclude_none=True)
+    last = next(i for i, stage in enumerate(scene.stage) if stage.kind == "couple")
+    data["stage"] = data["stage"][: last + 1] + [
+        {"name": f"measured {i}", "kind": "overload", "until": {"steps": steps}} for i in range(repeats)
+    ]
+    data["record"] = {"every": 10**9, "history": data["record"]["history"]}
+    return build_scene(data)
+
+
+def coupled(scene, out):
+    """Seconds a step of each measured stage in two processes, and peak memory is left to the system's tools."""
+    launch.run_scene(scene, out)
+    info = json.loads((out / "run.json").read_text(encoding="utf-8"))
+    rows = [row for row in info["stages"] if row["name"].startswith("measured")]
+    return [sum(row["seconds"][c] for c in ("continuum", "waiting", "recording")) / row["steps"] for row in rows]
+
+
+def continuum_alone(scene, out, steps, repeats):
+    """Seconds a step of the cut grid on the coupled state, forces of the discs held."""
+    grid = fdm_grid.build_grid(scene)
+    model = fdm_model.build_model(scene, grid)
+    state = fdm_model.new_state(model)
+    for window in scene.window:
+        model, state, _ = cut_window(model, state, window_zones(grid, window))
+    fields, _ = checkpoint.load(out / "fdm.rank0.couple.h5")
+    state = fdm_model.State(**fields)
+    gravity = scene.stage[0].gravity
+
+    def step():
+        fdm_motion.update_velocities(model, state, gravity)
+        fdm_advance.advance(model, state)
+
+    return repeated(step, steps, repeats)
+
+
+def discs_alone(scene, out, steps, repeats):
+    """Seconds a step of the discs of rank 1 on the coupled state, with the ring held."""
+    grid = fdm_grid.build_grid(scene)
+    nodes = grid.xy[rim_of(grid, window_zones(grid, scene.window[0]))]
+    ring = build_ring(nodes, scene.discs.radius)
+    fields, _ = checkpoint.load(out / "dem.rank1.couple.h5")
+    state = dem_model.State(**fields)
+    R = len(ring.radius)
+    packing = Packing(state.x[R:].copy(), state.radius[R:].copy())
+    model, _ = dem_model.build_model(ring.xy, ring.radius, packing, scene.discs, scene.ring)
+    rim, still, gravity = Rim(ring, scene.coupling.mapping), np.zeros_like(nodes), scene.stage[0].gravity
+
+    def step():
+        rim.nodal_forces(state)
+        rim.stiffness_sums(model, state)
+        dem_motion.move_free(model, state, gravity)
+        rim.move(state, still)
+        dem_contacts.contact_forces(model, state)
+
+    return repeated(step, steps, repeats)
+
+
+def repeated(step, steps, repeats):
+    """Seconds a call of `step`, `repeats` times over `steps` calls, after a warm-up."""
+    for _ in range(min(50, steps)):
+        step()
+    found = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        for _ in range(steps):
+            step()
+        found.append((time.perf_counter() - begin) / steps)
+    return found
+
+
+def exchange(nodes, steps, repeats):
+    """Seconds a bare round trip: FORCE out, VELOCITY back, between two processes, nothing computed."""
+    hub = link.HubTransport("tcp://127.0.0.1:*")
+    child = subprocess.Popen([sys.executable, __file__, "--echo", hub.endpoint, str(nodes), str(steps * repeats + 50)])
+    try:
+        talk, force, velocity = _ends(hub, 1, nodes)
+        while True:
+            received = hub.receive(5.0)
+            if received is not None:
+                hub.admit(received[0], 1)
+                break
+
+        def trip():
+            velocity.scalars[:] = 0.0
+            talk.say(velocity.seal(talk.sequence))
+            talk.sequence += 1
+            force.accept(talk.hear((messages.FORCE,), in_step=True)[1])
+
+        trip()
+        return repeated(trip, steps, repeats)
+    finally:
+        child.terminate()
+        child.wait()
+        hub.close()
+
+
+def _ends(transport, peer, nodes):
+    class Clock:
+        timeout, give_up = 5.0, 60.0
+
+    talk = Conversation(transport, 1, peer, Clocks(Clock), StopRequest())
+    force = StepFrame(messages.FORCE, 0, 1, len(messages.Answer._fields), 3 * nodes)
+    return talk, force, StepFrame(messages.VELOCITY, 0, 1, len(messages.Order._fields), 2 * nodes)
+
+
+def echo(endpoint, nodes, turns):
+    """The other end of `exchange`."""
+    transport = link.RankTransport(endpoint)
+    talk, force, velocity = _ends(transport, 0, nodes)
+    for _ in range(turns + 1):
+        talk.say(force.seal(talk.sequence))
+        velocity.accept(talk.hear((messages.VELOCITY,), in_step=True)[1])
+        talk.sequence += 1
+    talk.say(force.seal(talk.sequence))
+    time.sleep(5.0)
+
+
+def triad(repeats, n=4_000_000):
+    """Bandwidth [GB/s] of a = b + 3 c over arrays far larger than the caches (24 bytes an element)."""
+    b, c, a = np.ones(n), np.ones(n), np.empty(n)
+    found = []
+    for _ in range(repeats + 1):
+        begin = time.perf_counter()
+        np.multiply(c, 3.0, out=a)
+        np.add(a, b, out=a)
+        found.append(2 * 24 * n / (time.perf_counter() - begin) / 1e9)
+    return found[1:]
+
+
+def row(name, size, values, unit, companion, note=""):
+    """One row in the form of all our benchmarks."""
+    spread = (max(values) - min(values)) / median(values)
+    return {
+        "name": name, "size": size, "threads": 1, "value": median(values), "unit": unit, "repeats": len(values),
+        "spread": spread, "companion": companion, "note": note,
+    }  # fmt: skip
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scene", nargs="?", default=Path(__file__).parent.parent / "configs" / "paper_slope.toml")
+    parser.add_argument("--steps", type=int, default=2000)
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--json", metavar="FILE")
+    parser.add_argument("--echo", nargs=3, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.echo:
+        return echo(options.echo[0], int(options.echo[1]), int(options.echo[2]))
+
+    scene = with_measured_stages(read_scene(options.scene), options.steps, options.repeats)
+    with tempfile.TemporaryDirectory() as folder:
+        together = coupled(scene, Path(folder))
+        grid = continuum_alone(scene, Path(folder), options.steps, options.repeats)
+        discs = discs_alone(scene, Path(folder), options.steps, options.repeats)
+    window = scene.window[0]
+    nodes = 2 * (window.columns[1] - window.columns[0] + window.rows[1] - window.rows[0] + 2)
+    trips = exchange(nodes, options.steps, options.repeats)
+    bandwidth = median(triad(options.repeats))
+    companion = {"triad_GB_per_s": bandwidth}
+    size = {"rim_nodes": nodes}
+    rows = [
+        row("continuum alone", size, grid, "s/step", companion),
+        row("discs alone", size, discs, "s/step", companion),
+        row("bare round trip", size, trips, "s", companion),
+        row("coupled step", size, together, "s/step", companion, "two processes, nothing recorded"),
+    ]
+    bound = max(rows[0]["value"], rows[1]["value"]) + 1.5 * rows[2]["value"]
+    rows.append(row("bound: max(sides) + 1.5 round trips", size, [bound], "s/step", companion))
+    for r in rows:
+        print(f"{r['name']:<38} {1e6 * r['value']:9.1f} us   spread {100 * r['spread']:5.1f} %")
+    print(f"coupled / bound {rows[3]['value'] / bound:.2f}; triad {bandwidth:.1f} GB/s")
+    if options.json:
+        Path(options.json).write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

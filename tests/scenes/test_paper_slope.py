@@ -1,0 +1,54 @@
+"""configs/paper_slope.toml up to the coupled state and the first steps of the overload."""
+
+import subprocess
+
+import numpy as np
+import pytest
+
+from colluvium import open_run
+from tests.conftest import command
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory, configs):
+    out = tmp_path_factory.mktemp("paper")
+    words = ["run", configs / "paper_slope.toml", "--out", out, "--force", "--quiet", "--set", "stage.3.until.steps=1500"]
+    done = subprocess.run(command("colluvium.cli", *words), capture_output=True, text=True, timeout=400)
+    assert done.returncode == 0, done.stderr
+    with open_run(out) as found:
+        yield found
+
+
+def test_mesh_is_the_papers(run):
+    corners = run.zones(0).corners
+    triangles = corners[:, 2] == corners[:, 3]
+    assert (~triangles).sum() == 1596
+    assert triangles.sum() == 24
+    window = run.info["windows"][0]
+    assert window["control_nodes"] == 46
+    assert window["control_discs"] == 276
+    assert len(run.zones(-1).corners) == 1596 + 24 - 6 * 17
+
+
+def test_both_codes_are_at_rest_when_coupled(run):
+    couple = next(row for row in run.info["stages"] if row["name"] == "couple")
+    assert couple["ratio_continuum"] <= 1e-5
+    assert max(couple["ratio_discrete"]) <= 1e-5
+    assert sum(couple["bonds_broken"]) < 60
+    assert max(couple["traction_difference"]) < 0.2
+
+
+def test_packing_is_dense_and_carries_the_slopes_stress(run):
+    window = run.info["windows"][0]
+    assert 3000 < window["discs"] < 3600
+    assert 0.15 < window["porosity"] < 0.162
+    assert window["error_yy"] < 0.07
+    assert window["projected"] > 0.0  # near the face the slope's stress lies outside what these discs can carry
+
+
+def test_gravity_grows_and_the_window_follows(run):
+    overload = next(row for row in run.info["stages"] if row["name"] == "overload")
+    assert overload["gravity_factor"] == pytest.approx(1.0 + 11.0 * 1500 / 20000)
+    last = run.discs(-1)
+    assert np.isfinite(last.xy).all()
+    assert last.displacement[:, 1].min() < 0.0
