@@ -35,9 +35,7 @@ class Fields:
     def __getitem__(self, name: str) -> np.ndarray:
         if name not in self._arrays:
             if name not in self:
-                raise NotRecordedError(
-                    f"{self._file.path.name} has no field {name!r} here; it has {', '.join(self.names)}"
-                )
+                raise NotRecordedError(f"{self._file.path.name} has no field {name!r} here; it has {', '.join(self.names)}")
             self._arrays[name] = self._file.read_field(self._place, name, self._frame, self._rows)
         return self._arrays[name]
 
@@ -120,10 +118,7 @@ class RankFile:
         if not count:
             return []
         columns = [self._file[f"Frames/{name}"][:count].tolist() for name in FrameInfo._fields]
-        return [
-            FrameInfo(step, time, stage.decode(), factor)
-            for step, time, stage, factor in zip(*columns, strict=True)
-        ]
+        return [FrameInfo(step, time, stage.decode(), factor) for step, time, stage, factor in zip(*columns, strict=True)]
 
     def _part(self, frame: int, name: str) -> int:
         return int(self._vtk[name][int(self._steps["PartOffsets"][frame])])
@@ -137,8 +132,6 @@ class RankFile:
         part = int(self._steps["PartOffsets"][frame])
         first_id = int(self._steps["ConnectivityIdOffsets"][frame, column])
         first_offset = int(self._steps["CellOffsets"][frame, column]) + part
-        ids = self._vtk[group + "Connectivity"][
-            first_id : first_id + self._part(frame, group + "NumberOfConnectivityIds")
-        ]
+        ids = self._vtk[group + "Connectivity"][first_id : first_id + self._part(frame, group + "NumberOfConnectivityIds")]
         count = self._part(frame, group + "NumberOfCells")
         return ids, self._vtk[group + "Offsets"][first_offset + 1 : first_offset + 1 + count]

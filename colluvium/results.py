@@ -68,9 +68,7 @@ class Run:
         if name not in file.history_names():
             elsewhere = [str(r) for r, other in self.files.items() if name in other.history_names()]
             hint = f" (rank {', '.join(elsewhere)} has it)" if elsewhere else ""
-            raise NotRecordedError(
-                f"rank {rank} has no history {name!r}{hint}; it has {', '.join(file.history_names())}"
-            )
+            raise NotRecordedError(f"rank {rank} has no history {name!r}{hint}; it has {', '.join(file.history_names())}")
         return file.history(name)
 
     def has_history(self, name: str, rank: int = 0) -> bool:
@@ -81,18 +79,14 @@ class Run:
         """Unit of a field or history."""
         known = {key: unit for file in self.files.values() for key, unit in file.units().items()}
         if name not in known:
-            raise NotRecordedError(
-                f"nothing named {name!r} was recorded; there are {', '.join(sorted(known))}"
-            )
+            raise NotRecordedError(f"nothing named {name!r} was recorded; there are {', '.join(sorted(known))}")
         return known[name]
 
     def last_frame(self, stage: str) -> int:
         """Number of the last frame of a stage."""
         found = [i for i, frame in enumerate(self.frames) if frame.stage == stage]
         if not found:
-            raise NotRecordedError(
-                f"no frame of a stage {stage!r}; stages with frames: {', '.join(self.stages)}"
-            )
+            raise NotRecordedError(f"no frame of a stage {stage!r}; stages with frames: {', '.join(self.stages)}")
         return found[-1]
 
     def has(self, frame: int, rank: int) -> bool:
@@ -150,9 +144,7 @@ class Run:
             info = self.frames[frame]
             own = [i for i in range(len(self.frames)) if self.has(i, rank)]
             span = f"its frames lie between {own[0]} and {own[-1]}" if own else "it has no frame"
-            raise NotRecordedError(
-                f"rank {rank} recorded nothing at frame {frame} (step {info.step}, {info.stage}); {span}"
-            )
+            raise NotRecordedError(f"rank {rank} recorded nothing at frame {frame} (step {info.step}, {info.stage}); {span}")
         return self._rows[frame][rank]
 
 

@@ -1,8 +1,8 @@
 """Stress and strain inside a window, in bins as large as a zone: what zones show outside it.
 
 stress_ij = -1/A sum over contacts of branch_i force_j, with the branch from the first to the second disc and
-the force on the second, tension positive (J. Christoffersen, M.M. Mehrabadi, S. Nemat-Nasser, J. Appl. Mech. 48
-(1981) 339-344).
+the force on the second, tension positive (J. Christoffersen, M.M. Mehrabadi, S. Nemat-Nasser, J. Appl. Mech.
+48 (1981) 339-344).
 
 Strain: the displacement gradient G that fits the discs of a bin best (least squares, u = u0 + G (x - x0)).
 
@@ -57,9 +57,7 @@ def bins(run: Run, frame: int, rank: int = 1) -> Bins:
     columns, rows = np.maximum(np.rint((high - low) / _bin_length(run, frame, rank)), 1).astype(int).tolist()
     size = (high - low) / (columns, rows)
     empty = Bins(low, size, (columns, rows), np.zeros(columns * rows))
-    return empty._replace(
-        area=shapely.area(shapely.intersection(shapely.polygons(empty.rectangles), outline))
-    )
+    return empty._replace(area=shapely.area(shapely.intersection(shapely.polygons(empty.rectangles), outline)))
 
 
 def outline_of(run: Run, frame: int, rank: int = 1) -> np.ndarray:

@@ -51,15 +51,11 @@ def _fields(state: Any) -> dict[str, Any]:
         return {field.name: getattr(state, field.name) for field in dataclasses.fields(state)}
     if hasattr(state, "_asdict"):
         return state._asdict()
-    raise TypeError(
-        f"a State is made of arrays, numbers, None and named tuples of them, not of {type(state).__name__}"
-    )
+    raise TypeError(f"a State is made of arrays, numbers, None and named tuples of them, not of {type(state).__name__}")
 
 
 def _load(group: h5py.Group) -> dict[str, Any]:
-    return {
-        name: _load(item) if isinstance(item, h5py.Group) else _value(item) for name, item in group.items()
-    }
+    return {name: _load(item) if isinstance(item, h5py.Group) else _value(item) for name, item in group.items()}
 
 
 def _value(data: h5py.Dataset) -> Any:

@@ -76,9 +76,7 @@ def _create(
     group: h5py.Group, path: str, rows: np.ndarray, chunk: int, about: Quantity | None, **filters: object
 ) -> h5py.Dataset:
     row = rows.shape[1:]
-    data = group.create_dataset(
-        path, (0, *row), rows.dtype, maxshape=(None, *row), chunks=(chunk, *row), **filters
-    )
+    data = group.create_dataset(path, (0, *row), rows.dtype, maxshape=(None, *row), chunks=(chunk, *row), **filters)
     if about is not None:
         data.attrs["unit"] = about.unit
         data.attrs["long_name"] = about.long_name

@@ -89,7 +89,6 @@ class HubTransport(_Socket):
         """Send to the process that holds `rank`, or to a sender not admitted yet."""
         with contextlib.suppress(zmq.Again):
             self.socket.send_multipart([self._route.get(rank, rank), frame], zmq.NOBLOCK)
-        os.sched_yield()
 
     def receive(self, seconds):
         """(rank, or the sender's routing id while it has none; frame), or None after `seconds` of silence."""
@@ -130,7 +129,6 @@ class RankTransport(_Socket):
         """Send to the continuum."""
         with contextlib.suppress(zmq.Again):
             self.socket.send(frame, zmq.NOBLOCK)
-        os.sched_yield()
 
     def receive(self, seconds):
         """(0, frame), or None after `seconds` of silence."""

@@ -25,9 +25,7 @@ FIELDS = {
     "stress": Quantity("Pa", "stress, tension positive", ("xx", "yy", "zz", "xy")),
     "shear_strain_rate": Quantity("1/s", "maximum engineering shear strain rate"),
     "shear_strain": Quantity("-", "maximum engineering shear strain"),
-    "plastic_state": Quantity(
-        "-", "yielding: 1 shear now, 2 tension now, 4 shear past, 8 tension past (sum)"
-    ),
+    "plastic_state": Quantity("-", "yielding: 1 shear now, 2 tension now, 4 shear past, 8 tension past (sum)"),
     "group": Quantity("-", "index of the zone's material in the scene"),
     # discs
     "id": Quantity("-", "number of the disc, the same in every frame"),
@@ -40,9 +38,7 @@ FIELDS = {
     "disc_a": Quantity("-", "id of the first disc of the contact"),
     "disc_b": Quantity("-", "id of the second disc of the contact"),
     "normal_force": Quantity("N", "normal contact force per unit thickness, compression positive"),
-    "shear_force": Quantity(
-        "N", "shear contact force per unit thickness on the second disc, along (-n_y, n_x)"
-    ),
+    "shear_force": Quantity("N", "shear contact force per unit thickness on the second disc, along (-n_y, n_x)"),
     "bond_state": Quantity("-", "0 never bonded, 1 bonded, 2 broken in tension, 3 broken in shear"),
 }
 

@@ -32,9 +32,7 @@ class Recorder:
     `seconds` is the time the caller has spent here, `writer_seconds` the time the thread has worked.
     """
 
-    def __init__(
-        self, path: str | Path, kind: str, title: str = "", attributes: Mapping[str, Any] | None = None
-    ) -> None:
+    def __init__(self, path: str | Path, kind: str, title: str = "", attributes: Mapping[str, Any] | None = None) -> None:
         if kind not in TOPOLOGIES:
             raise ValueError(f"kind {kind!r} is not one of {', '.join(TOPOLOGIES)}")
         self.seconds = 0.0
@@ -163,8 +161,6 @@ def _check(frame: Frame, last: Frame | None) -> None:
         return
     names, before = ({*f.point_fields, *f.cell_fields} for f in (frame, last))
     if names != before:
-        raise ValueError(
-            f"every frame has the same fields; added or missing: {', '.join(sorted(names ^ before))}"
-        )
+        raise ValueError(f"every frame has the same fields; added or missing: {', '.join(sorted(names ^ before))}")
     if frame.info.step < last.info.step or frame.info.time < last.info.time:
         raise ValueError(f"frames come in order of time: {frame.info} after {last.info}")

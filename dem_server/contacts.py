@@ -22,6 +22,7 @@ from dem_server.effects import bond as bond_law
 from dem_server.effects import friction as friction_law
 from dem_server.effects import spring as spring_law
 from dem_server.effects.bond import BONDED, BROKEN_TENSION
+from dem_server.model import SHEAR_BREAKS, TENSION_BREAKS
 
 normal_force = jit(spring_law.normal_force)
 shear_force = jit(spring_law.shear_force)
@@ -96,7 +97,7 @@ def force_pass(
                         if now != BONDED:
                             bonded = False
                             bond_state[i, s] = now
-                            counters[1 if now == BROKEN_TENSION else 2] += 1
+                            counters[TENSION_BREAKS if now == BROKEN_TENSION else SHEAR_BREAKS] += 1
                 if not bonded:
                     Fn = max(Fn, 0.0)
                     limit = 0.0

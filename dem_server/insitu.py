@@ -1,21 +1,21 @@
 """Bringing a packing to a given stress field by virtual strain, and bonding it there.
 
-The ring is held. On a coarse grid the missing stress is turned into a strain, which is applied to the contacts, not
-to the discs:
+The ring is held. On a coarse grid the missing stress is turned into a strain, which is applied to the
+contacts, not to the discs:
 
     eps = 0.8 S : (sigma* - sigma)                                               (1)
     gr <- gr - d n.eps.n,    Fs <- Fs - ks d t.eps.n                             (2)
 
-at every contact (d: distance of centres), as if the discs had been strained by eps and put back. Then they relax
-with friction and gravity, and all is repeated. S is the compliance of an isotropic packing strained uniformly
-(Bathurst & Rothenburg 1988, J. Appl. Mech. 55, 17-23):
+at every contact (d: distance of centres), as if the discs had been strained by eps and put back. Then they
+relax with friction and gravity, and all is repeated. S is the compliance of an isotropic packing strained
+uniformly (Bathurst & Rothenburg 1988, J. Appl. Mech. 55, 17-23):
 
     C11 + C12 = sum kn d^2 / 2A,    2 G = sum (kn + ks) d^2 / 4A                 (3)
 
-A slope stands by its cohesion: its stress lies outside the cone that friction alone can carry. So the first half of
-the rounds brings the discs as near as friction allows, and in the second half the contacts are bonded, round by
-round, so that the bonds share in carrying sigma*. What lies outside the strength of the bonded packing is brought
-inside first, and the share of it reported.
+A slope stands by its cohesion: its stress lies outside the cone that friction alone can carry. So the first
+half of the rounds brings the discs as near as friction allows, and in the second half the contacts are
+bonded, round by round, so that the bonds share in carrying sigma*. What lies outside the strength of the
+bonded packing is brought inside first, and the share of it reported.
 """
 
 from typing import NamedTuple
@@ -30,7 +30,7 @@ from dem_server.bins import bins_over
 from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BONDED, NONE
 from dem_server.fields import contacts, coordination, porosity
-from dem_server.model import SPIN, VX
+from dem_server.model import SHEAR_BREAKS, SPIN, TENSION_BREAKS, VX
 from dem_server.motion import move_free
 from dem_server.strength import friction_sine, inside_cone, tensile_strength
 from dem_server.stress import circle_stress, contact_moments
@@ -46,8 +46,8 @@ CIRCLE = 0.25  # radius of the measuring circles [m], larger for discs so large 
 class Report(NamedTuple):
     """What came out.
 
-    Errors of the stress (rms over measuring circles, over mean |yy|), share of the target beyond the packing's
-    strength, rounds, unbalanced ratio, coordination number, porosity.
+    Errors of the stress (rms over measuring circles, over mean |yy|), share of the target beyond the
+    packing's strength, rounds, unbalanced ratio, coordination number, porosity.
     """
 
     error_xx: float
@@ -68,7 +68,7 @@ def match_weight(model, state, target):
 
 
 def bring_to_stress(model, state, target, gravity, report=None):
-    """Bring the discs to the stress of the removed zones under `gravity` [m/s2]; with bonds in the law most are set.
+    """Bring the discs to the stress of the removed zones under `gravity` [m/s2], bonding most of them on the way.
 
     target (z, 7): x, y, area, xx, yy, xy, density of the zones (tension positive); report(text, fraction):
     progress, if wanted.
@@ -120,7 +120,7 @@ def stress_field(target):
 
 
 def strain_contacts(model, state, grid, goal):
-    """Eqs (1) to (3); `goal` (nodes, 3): integral of sigma* over each bin. The discs stand still afterwards."""
+    """Eqs (1) to (3); `goal` (nodes, 3): integral of sigma* over each bin. The discs stand still after it."""
     pairs = contacts(state)
     area = grid.area()
     area = np.maximum(area, 0.25 * area.max())  # bins cut off by the edge: too few contacts to divide by less
@@ -166,7 +166,8 @@ def stress_error(state, centres, radius, aim):
 def add_bonds(model, state):
     """Bond all closed contacts, the ring's too, whose materials have bonds; return how many.
 
-    A contact whose shear force is already beyond the bond's strength stays unbonded: its bond would break at once.
+    A contact whose shear force is already beyond the bond's strength stays unbonded: its bond would break
+    at once.
     """
     pairs = contacts(state)
     strength = model.law.bond.shear[pairs.kind]
@@ -179,4 +180,4 @@ def forget_breakage(state):
     """Bonds that broke while the stress was brought in are no damage: they were never there."""
     if state.bond_state is not None:
         state.bond_state[state.bond_state != BONDED] = NONE
-    state.counters[BROKEN] = 0
+    state.counters[[TENSION_BREAKS, SHEAR_BREAKS]] = 0

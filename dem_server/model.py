@@ -15,6 +15,7 @@ from dem_server.ring import inner_share
 
 X, Y, VX, VY, SPIN, RADIUS, MASS, INERTIA = range(8)  # columns of State.disc
 FX, FY, MOMENT = range(3)  # columns of State.load (a fourth keeps rows aligned)
+BUILDS, TENSION_BREAKS, SHEAR_BREAKS, CAPS = range(4)  # places in State.counters
 SLOTS = 6  # slots a disc at first; the neighbour list widens them where they do not suffice
 
 
@@ -78,10 +79,10 @@ class State:
     force = property(lambda self: self.load[:, : FY + 1], doc="contact forces (n, 2) [N], a view")
     moment = property(lambda self: self.load[:, MOMENT], doc="contact moments (n,) [N m], a view")
     displacement = property(lambda self: self.x - self.origin, doc="displacements since `origin` (n, 2) [m]")
-    builds = property(lambda self: int(self.counters[0]), doc="how often the neighbour list was built")
-    broken_tension = property(lambda self: int(self.counters[1]), doc="bonds broken in tension so far")
-    broken_shear = property(lambda self: int(self.counters[2]), doc="bonds broken in shear so far")
-    capped = property(lambda self: int(self.counters[3]), doc="how often a velocity was capped")
+    builds = property(lambda self: int(self.counters[BUILDS]), doc="lists built so far")
+    broken_tension = property(lambda self: int(self.counters[TENSION_BREAKS]), doc="bonds broken in tension so far")
+    broken_shear = property(lambda self: int(self.counters[SHEAR_BREAKS]), doc="bonds broken in shear so far")
+    capped = property(lambda self: int(self.counters[CAPS]), doc="velocities capped so far")
 
 
 def build_model(ring_xy, ring_radius, packing, discs, ring=None, insitu=True):

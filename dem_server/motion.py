@@ -8,6 +8,7 @@ step, so that no disc can pass through another one; every cap is counted.
 
 from coupler_protocol.jit import jit
 from dem_server.effects import damping as damping_law
+from dem_server.model import CAPS
 
 damped = jit(damping_law.damped)
 
@@ -39,7 +40,7 @@ def move(disc, load, weight, angle, counters, damping, first, gravity, fastest):
             scale = fastest / speed2**0.5
             u *= scale
             v *= scale
-            counters[3] += 1
+            counters[CAPS] += 1
         disc[i, 0] += u
         disc[i, 1] += v
         disc[i, 2], disc[i, 3], disc[i, 4] = u, v, w

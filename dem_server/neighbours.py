@@ -9,6 +9,7 @@ import numpy as np
 
 from coupler_protocol.jit import jit
 from dem_server.effects.bond import BONDED
+from dem_server.model import BUILDS
 from dem_server.timestep import set_static_masses
 
 SKIN = 0.3  # of the smallest radius
@@ -42,7 +43,7 @@ def rebuild(model, state):
         slots += 2
     number_kinds(state.used, state.partner, state.kind, model.material, model.materials)
     set_static_masses(model, state)
-    state.counters[0] += 1
+    state.counters[BUILDS] += 1
 
 
 @jit

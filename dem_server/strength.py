@@ -3,9 +3,9 @@
     (s1 - s3)/2 <= sin(phi) (pt - sm)                                            (1)
     sin(phi) = 0.85 sin(atan mu),    pt = sum Fnb d / 2A                         (2)
 
-sm: mean stress (tension positive). Discs roll, so friction counts less than at a single contact: biaxial tests of mu = 0.55
-give phi = 24 degrees, which is the factor in (2). pt is the isotropic tension at which all bonds would break together (branch x
-force over area, all contacts at their strength).
+sm: mean stress (tension positive). Discs roll, so friction counts less than at a single contact: biaxial
+tests of mu = 0.55 give phi = 24 degrees, which is the factor in (2). pt is the isotropic tension at which
+all bonds would break together (branch x force over area, all contacts at their strength).
 """
 
 import numpy as np

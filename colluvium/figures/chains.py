@@ -27,9 +27,7 @@ def draw(run: Run) -> Any:
 
     rank = run.windows[0]
     moments = frames.last_of_stages(run, rank, PANELS)
-    figure, axes = plt.subplots(
-        1, len(moments), figsize=(1.0 + 3.4 * len(moments), 7.0), squeeze=False, layout="compressed"
-    )
+    figure, axes = plt.subplots(1, len(moments), figsize=(1.0 + 3.4 * len(moments), 7.0), squeeze=False, layout="compressed")
     for place, frame in zip(axes[0], moments, strict=True):
         strongest = _strong(run, frame, rank)
         _draw_window(run, frame, rank, place, strongest)
@@ -42,9 +40,7 @@ def draw(run: Run) -> Any:
         )
         place.tick_params(labelleft=True)
     lines = [Line2D([], [], color=colour, label=words) for colour, words in KINDS]
-    figure.legend(
-        handles=lines, loc="outside lower center", ncols=2, title="normal contact force per m thickness"
-    )
+    figure.legend(handles=lines, loc="outside lower center", ncols=2, title="normal contact force per m thickness")
     return figure
 
 
@@ -57,11 +53,7 @@ def _draw_window(run: Run, frame: int, rank: int, axes: Any, strongest: float) -
     order = np.argsort(np.abs(force))  # the strongest on top
     width = WIDEST * np.minimum(np.abs(force[order]) / strongest, 1.0)
     colours = np.where(force[order] >= 0.0, COMPRESSION, TENSION)
-    axes.add_collection(
-        LineCollection(
-            discs.xy[contacts.ends[order]], linewidths=width, colors=list(colours), capstyle="round"
-        )
-    )
+    axes.add_collection(LineCollection(discs.xy[contacts.ends[order]], linewidths=width, colors=list(colours), capstyle="round"))
 
 
 def _strong(run: Run, frame: int, rank: int) -> float:

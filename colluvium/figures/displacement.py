@@ -52,9 +52,7 @@ def _draw_bodies(run: Run, frame: int, axes: Any, factor: float) -> list[Any]:
     if run.has(frame, 0):
         corners, xy = run.zones(frame).corners, domain.gridpoints_now(run, frame)
         size = factor * np.linalg.norm(run.gridpoints(frame).displacement, axis=1)
-        triangles = np.concatenate(
-            (corners[:, [0, 1, 2]], corners[corners[:, 3] != corners[:, 2]][:, [0, 2, 3]])
-        )
+        triangles = np.concatenate((corners[:, [0, 1, 2]], corners[corners[:, 3] != corners[:, 2]][:, [0, 2, 3]]))
         drawn.append(axes.tripcolor(*xy.T, triangles, size, shading="gouraud", rasterized=True, **colours))
         domain.outline(axes, xy, corners)
     for rank in run.windows:

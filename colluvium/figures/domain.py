@@ -24,9 +24,7 @@ def fill_polygons(axes: Any, corners: np.ndarray, values: np.ndarray | str, **co
     return filled
 
 
-def fill_discs(
-    axes: Any, xy: np.ndarray, radius: np.ndarray, values: np.ndarray | str, **colours: Any
-) -> Any:
+def fill_discs(axes: Any, xy: np.ndarray, radius: np.ndarray, values: np.ndarray | str, **colours: Any) -> Any:
     """Discs in their true size, filled by values (n,) or with one colour."""
     from matplotlib.collections import EllipseCollection
 

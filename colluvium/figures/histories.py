@@ -70,6 +70,4 @@ def _mark_stages(run: Run, axes: Any) -> None:
 
 def _name_stages(run: Run, axes: Any) -> None:
     for step, stage in _stage_starts(run):
-        axes.annotate(
-            stage, (step, 1.02), xycoords=("data", "axes fraction"), va="bottom", rotation=25.0, fontsize=8.0
-        )
+        axes.annotate(stage, (step, 1.02), xycoords=("data", "axes fraction"), va="bottom", rotation=25.0, fontsize=8.0)

@@ -35,9 +35,7 @@ def draw_strain(run: Run) -> Any:
     """Shear strain, from zero to nearly the largest."""
     from matplotlib.colors import Normalize
 
-    return _panels(
-        run, "shear_strain", "displacement", "shear strain", "strain", lambda largest: Normalize(0.0, largest)
-    )
+    return _panels(run, "shear_strain", "displacement", "shear strain", "strain", lambda largest: Normalize(0.0, largest))
 
 
 def _panels(run: Run, field: str, motion: str, name: str, colours: str, scale: Callable[[float], Any]) -> Any:

@@ -53,9 +53,7 @@ def draw(run: Run) -> Any:
             (row[1], after, "stress", scale),
             (row[2], change, "change", (-extreme, extreme)),
         ):
-            filled = domain.fill_polygons(
-                place, cells.corners, factor * cells.stress, cmap=style.colour_map(colours)
-            )
+            filled = domain.fill_polygons(place, cells.corners, factor * cells.stress, cmap=style.colour_map(colours))
             filled.set_clim(clim)
             if place is not row[0]:
                 bar = row[:2] if place is row[1] else place

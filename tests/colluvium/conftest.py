@@ -76,9 +76,7 @@ def contacts_under(xy, free_from, factor):
     normal = (xy[ends[:, 1]] - xy[ends[:, 0]]) / (2 * RADIUS)
     tangent = np.column_stack((-normal[:, 1], normal[:, 0]))
     xx, yy, _, shear = factor * stress_at(xy[ends].mean(axis=1)).T
-    traction = np.column_stack(
-        (xx * normal[:, 0] + shear * normal[:, 1], shear * normal[:, 0] + yy * normal[:, 1])
-    )
+    traction = np.column_stack((xx * normal[:, 0] + shear * normal[:, 1], shear * normal[:, 0] + yy * normal[:, 1]))
     force = -2 * RADIUS * traction
     return ends, (force * normal).sum(axis=1), (force * tangent).sum(axis=1)
 

@@ -74,13 +74,9 @@ def test_histories_units_and_the_scene(run):
 
 
 def test_errors_say_what_there_is(run, tmp_path):
-    with pytest.raises(
-        AttributeError, match="no field 'porosity' here; it has corners, group, plastic_state"
-    ):
+    with pytest.raises(AttributeError, match="no field 'porosity' here; it has corners, group, plastic_state"):
         _ = run.zones(0).porosity
-    with pytest.raises(
-        NotRecordedError, match=r"nothing at frame 0 \(step 0, equilibrium\).*between 2 and 5"
-    ):
+    with pytest.raises(NotRecordedError, match=r"nothing at frame 0 \(step 0, equilibrium\).*between 2 and 5"):
         run.discs(0)
     with pytest.raises(NotRecordedError, match="rank 1 has it"):
         run.history("bonds_broken")

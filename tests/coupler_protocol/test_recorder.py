@@ -72,9 +72,7 @@ def test_vtk_reads_zones_also_after_the_hole_is_cut(tmp_path):
     with Recorder(path, "continuum") as recorder:
         written = [record_zones(recorder, number, zones) for number, zones in enumerate(meshes)]
     read = 0
-    for number, (grid, zones, (displacement, stress)) in enumerate(
-        zip(vtk_frames(path), meshes, written, strict=True)
-    ):
+    for number, (grid, zones, (displacement, stress)) in enumerate(zip(vtk_frames(path), meshes, written, strict=True)):
         assert grid.GetClassName() == "vtkUnstructuredGrid"
         ids = as_numpy(grid.GetCells().GetConnectivityArray())
         ends = as_numpy(grid.GetCells().GetOffsetsArray())
