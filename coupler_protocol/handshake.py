@@ -1,6 +1,7 @@
 """How both sides find out that they compute the same thing: HELLO, then WELCOME or REJECT."""
 
 import secrets
+import time
 from importlib.metadata import version
 
 import numpy as np
@@ -10,11 +11,11 @@ from coupler_protocol.exits import PeerLost
 
 
 def first_difference(a, b, path=""):
-    """The first key at which two resolved scenes differ, with both values; None when they are the same."""
+    """The first key at which two resolved scenes differ, with both values, the discrete side's first; None when there is none."""
     if isinstance(a, dict) and isinstance(b, dict):
         for key in sorted(a.keys() | b.keys()):
             if key not in a or key not in b:
-                return f"{path}{key}: only one side has it"
+                return f"{path}{key}: only the {'continuum' if key in b else 'discrete side'} has it"
             found = first_difference(a[key], b[key], f"{path}{key}.")
             if found:
                 return found
@@ -25,49 +26,61 @@ def first_difference(a, b, path=""):
             if found:
                 return found
         return None
-    return None if a == b else f"{path.rstrip('.')}: {a!r} there, {b!r} here"
+    return None if a == b else f"{path.rstrip('.')}: {_not_equal(a, b)}"
 
 
-def _objection(hello, scene, rank, conversations, taken):
+def _not_equal(discrete, continuum):
+    return f"{discrete!r} on the discrete side, {continuum!r} on the continuum's"
+
+
+def _objection(hello, scene):
     """Why a HELLO cannot be accepted, or None."""
-    if rank not in conversations:
-        return f"the scene has ranks {sorted(conversations)}, not {rank}"
-    if rank in taken:
-        return f"rank {rank} is taken and its holder lives"
-    if hello.get("package") != version("colluvium"):
-        return f"version {hello.get('package')} there, {version('colluvium')} here"
-    if hello.get("float") != "<f8":
-        return f"number format {hello.get('float')!r}, not '<f8'"
-    difference = first_difference(hello.get("scene"), scene.resolved())
+    if hello["package"] != version("colluvium"):
+        return f"versions differ: {_not_equal(hello['package'], version('colluvium'))}"
+    if hello["float"] != "<f8":
+        return f"number formats differ: {_not_equal(hello['float'], '<f8')}"
+    difference = first_difference(hello["scene"], scene.resolved())
     return f"the scenes differ: {difference}" if difference else None
 
 
 def welcome_all(hub, scene, rims):
     """Wait until every rank has said HELLO and send each its WELCOME with the nodes of its window's rim.
 
-    rims: {rank: (K,2) positions [m], counter-clockwise}. A HELLO that does not fit is answered with REJECT and its reason.
+    rims: {rank: (K,2) positions [m], counter-clockwise}. A HELLO that does not fit is answered with REJECT and its reason. Raises
+    PeerLost when somebody is missing for longer than the clock for arrivals.
     """
     session = secrets.randbits(63) | 1
-    taken = set()
-    while taken != set(hub.conversations):
-        heard = hub.hear_next((messages.HELLO,))
+    missing = set(hub.conversations)
+    deadline = time.monotonic() + hub.clocks.arrival
+    while missing:
+        heard = hub.hear_hello()
         if heard is None:
+            if time.monotonic() > deadline:
+                ranks = " and ".join(map(str, sorted(missing)))
+                raise PeerLost(f"no discrete process of rank {ranks} came within {hub.clocks.arrival:g} s")
             continue
         sender, rank, frame = heard
-        hello = wire.content_of(frame)
-        objection = _objection(hello, scene, rank, hub.conversations, taken)
+        objection = hub.objection(rank, hub.conversations.keys() - missing) or _heard_objection(frame, scene)
         if objection:
-            hub.transport.send(wire.control_frame(messages.REJECT, 0, rank, 0, {"reason": objection}), sender)
+            hub.turn_away(sender, rank, objection)
             continue
         hub.transport.admit(sender, rank)
-        taken.add(rank)
+        missing.discard(rank)
+        deadline = time.monotonic() + hub.clocks.arrival
         conversation = hub.conversations[rank]
-        conversation.session = session
+        conversation.begin(session)
         conversation.say_control(
             messages.WELCOME,
             {"session": session, "rim": wire.pack_array(rims[rank]), "dt": 1.0, "exchange_every": 1},
         )
         conversation.sequence += 1
+
+
+def _heard_objection(frame, scene):
+    try:
+        return _objection(wire.content_of(frame), scene)
+    except wire.WireError as error:
+        return str(error)
 
 
 def join(conversation, scene):
@@ -76,11 +89,15 @@ def join(conversation, scene):
         messages.HELLO,
         {"package": version("colluvium"), "float": "<f8", "scene": scene.resolved()},
     )
-    kind, frame = conversation.hear((messages.WELCOME, messages.REJECT))
+    kind, frame = conversation.hear((messages.WELCOME, messages.REJECT), within=conversation.clocks.arrival)
     content = wire.content_of(frame)
     if kind == messages.REJECT:
-        raise PeerLost(f"the continuum refused this process: {content.get('reason')}")
+        raise PeerLost(f"the continuum refused this process: {content['reason']}")
+    if content["session"] == 0:
+        raise PeerLost("the continuum gave no session")
+    rim = wire.unpack_array(content["rim"], columns=2)
+    if len(rim) < 3:
+        raise PeerLost(f"the continuum sent a rim of {len(rim)} nodes")
     conversation.session = content["session"]
     conversation.sequence += 1
-    rim = wire.unpack_array(content["rim"], columns=2)
     return np.ascontiguousarray(rim)

@@ -1,5 +1,6 @@
 """Stopping at a safe point: a request is only noted, and the run asks for it where its state is whole."""
 
+import contextlib
 import os
 import signal
 import threading
@@ -41,8 +42,9 @@ def stop_with_parent(stop):
     """Ask for a stop when standard input closes, and end the process if that takes too long: no orphan stays behind."""
 
     def watch():
-        while os.read(0, 4096):  # not sys.stdin: its lock must be free when the interpreter ends
-            pass
+        with contextlib.suppress(OSError):  # there is none: gone as well
+            while os.read(0, 4096):  # not sys.stdin: its lock must be free when the interpreter ends
+                pass
         stop.ask("the launcher is gone")
         threading.Event().wait(GRACE)
         os._exit(INTERRUPTED)

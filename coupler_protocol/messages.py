@@ -19,7 +19,22 @@ NAMES = (
     "?", "HELLO", "WELCOME", "REJECT", "PACKED", "FIELD", "READY", "GO", "FORCE", "VELOCITY", "STOP", "FAREWELL",
     "FAILURE",
 )  # fmt: skip
-ONE_WAY = (FAILURE, REJECT)
+ONE_WAY = (FAILURE, REJECT)  # ask for no answer
+SESSIONLESS = (HELLO, REJECT, FAILURE)  # may come before a session is agreed
+
+# What a control message must hold, at least: key -> type, [rows of a list]. A float may be written as an integer.
+CONTENT = {
+    HELLO: {"package": str, "float": str, "scene": dict},
+    WELCOME: {"session": int, "rim": bytes, "dt": float, "exchange_every": int},
+    REJECT: {"reason": str},
+    PACKED: {},
+    FIELD: {"field": bytes, "gravity": float, "insitu": bool},
+    READY: {"inner_mass": bytes, "report": dict},
+    GO: {"gravity": float, "step": int, "stage": int},
+    STOP: {"reason": str},
+    FAREWELL: {"report": dict, "stages": [{"name": str, "computing": float, "waiting": float, "recording": float}]},
+    FAILURE: {"reason": str},
+}
 
 RECORD, END_OF_STAGE, CHECKPOINT = 1, 2, 4
 

@@ -17,8 +17,15 @@ def common_options(parser):
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
     parser.add_argument("--quiet", action="store_true", help="no progress")
-    parser.add_argument("--threads", metavar="N", type=int, default=1, help="threads of each process (default 1)")
+    parser.add_argument("--threads", metavar="N", type=positive, default=1, help="threads of each process (default 1)")
     parser.add_argument("--force", action="store_true", help="write into OUT even if results are there")
+
+
+def positive(text):
+    """A whole number from 1, for options."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1")
+    return int(text)
 
 
 def server_parser(name, description):
@@ -58,7 +65,7 @@ def log_to(path):
 
 def set_threads(count):
     """Threads of the kernels; must come before numba is loaded."""
-    os.environ.setdefault("NUMBA_NUM_THREADS", str(max(1, count)))
+    os.environ.setdefault("NUMBA_NUM_THREADS", str(count))
 
 
 def ended(name, work):

@@ -6,7 +6,7 @@ import time
 
 
 class Progress:
-    """Reports of one process. `form`: "plain" (to standard error), "json" (to standard output), "none", or a function of a dict."""
+    """Reports of one process. `form`: "plain" (standard error), "json" (standard output), "none", or a function of a dict."""
 
     def __init__(self, rank, form="plain", interval=None):
         self.rank, self.form = rank, form
@@ -22,10 +22,14 @@ class Progress:
         row = {"rank": self.rank, "stage": stage, "text": text, "step": step, "of": of, "ratio": ratio, "factor": factor}
         if callable(self.form):
             self.form(row)
-        elif self.form == "json":
-            print(json.dumps(row), flush=True)
-        elif self.form == "plain":
-            print(f"{time_now - self._begin:7.1f} s  {as_line(row)}", file=sys.stderr, flush=True)
+            return
+        try:
+            if self.form == "json":
+                print(json.dumps(row), flush=True)
+            elif self.form == "plain":
+                print(f"{time_now - self._begin:7.1f} s  {as_line(row)}", file=sys.stderr, flush=True)
+        except BrokenPipeError:  # nobody reads it any more: no reason to end a run
+            self.form = "none"
 
 
 def as_line(row):

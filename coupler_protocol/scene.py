@@ -199,7 +199,7 @@ class SceneBase(Table):
 
     format: Literal[1] = quantity(meaning="version of the scene format")
     title: str = quantity("", meaning="shown in pictures and logs")
-    seed: int = quantity(meaning="every random choice derives from it, by name", ge=0)
+    seed: int = quantity(meaning="every random choice derives from it, by name", ge=0, lt=2**63)
     grid: Grid = Field(description="the continuum's mesh")
     boundary: list[Boundary] = Field(default_factory=list, description="what is held in place")
     window: list[Window] = Field(default_factory=list, description="windows of discs, rank 1 onwards")

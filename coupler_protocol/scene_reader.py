@@ -1,6 +1,7 @@
 """From a TOML file to a scene, or to the list of all that is wrong with it."""
 
 import difflib
+import re
 import tomllib
 from pathlib import Path
 from typing import get_args
@@ -12,6 +13,7 @@ from coupler_protocol.scene import scene_class
 from coupler_protocol.scene_rules import broken_rules
 from coupler_protocol.toml_lines import line_of, locate
 
+FROM_SET = 0  # stands for a line where the command line gave the value
 NOT_YET = {
     "stones": "stones are not placed yet by this version: remove the table",
     "stone": "stones are not placed yet by this version: remove the table",
@@ -27,7 +29,10 @@ def read_scene(path, overrides=()):
     Raises SceneError with every problem found: file, line, key, reason, remedy. Raises OSError where the file cannot be read.
     """
     path = Path(path)
-    text = path.read_text(encoding="utf-8")
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise SceneError([Problem(str(path), None, "", f"not a text in UTF-8: {error.reason}", "is it a TOML file?")]) from None
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -48,10 +53,18 @@ def build_scene(data, file="scene", lines=None):
         scene = scene_class().model_validate(data)
     except ValidationError as error:
         raise SceneError([_problem(e, file, lines) for e in error.errors()]) from None
-    broken = [Problem(file, line_of(lines, path), _dotted(path), why, remedy) for path, why, remedy in broken_rules(scene)]
+    broken = [
+        Problem(*_place(file, lines, path), _dotted(path), why, remedy) for path, why, remedy in broken_rules(scene)
+    ]
     if broken:
         raise SceneError(broken)
     return scene
+
+
+def _place(file, lines, path):
+    """File and line of a key, or where else its value came from."""
+    line = line_of(lines, path)
+    return ("--set", None) if line == FROM_SET else (file, line)
 
 
 def _dotted(path):
@@ -80,8 +93,9 @@ def _problem(error, file, lines):
     elif kind == "missing":
         reason, remedy = "missing", _meaning(path)
     elif kind == "literal_error":
-        remedy = f"known: {error['ctx']['expected']}"
-        close = difflib.get_close_matches(str(error["input"]), error["ctx"]["expected"].replace("'", "").replace(" or ", ", ").split(", "), n=1)
+        expected = error["ctx"]["expected"]
+        remedy = f"known: {expected}"
+        close = difflib.get_close_matches(str(error["input"]), re.findall(r"'([^']*)'", expected), n=1)
         remedy = f'did you mean "{close[0]}"? {remedy}' if close else remedy
         reason = f"{error['input']!r} is not known here"
     else:
@@ -89,7 +103,7 @@ def _problem(error, file, lines):
         if not isinstance(error["input"], dict | list):
             reason += f", not {error['input']!r}"
         remedy = _meaning(path)
-    return Problem(file, line_of(lines, path), _dotted(path), reason, remedy)
+    return Problem(*_place(file, lines, path), _dotted(path), reason, remedy)
 
 
 def _model_at(path):
@@ -131,7 +145,7 @@ def _meaning(path):
 def _override(data, text, lines):
     """Put one KEY=VALUE into `data`; returns problems."""
     key, equals, value = text.partition("=")
-    path = tuple(int(p) if p.isdigit() else p for p in key.strip().split("."))
+    path = tuple(int(p) if p.isdecimal() else p for p in key.strip().split("."))
     if not equals or not key.strip():
         return [Problem("--set", None, text, "not of the form KEY=VALUE", "for example --set record.every=100")]
     try:
@@ -148,5 +162,5 @@ def _override(data, text, lines):
         place[path[-1]] = value
     except (IndexError, TypeError):
         return [Problem("--set", None, key, f"there is no {path[-1]!r} here", "items of a list are numbered from 0")]
-    lines[path] = lines.get(path)
+    lines[path] = FROM_SET
     return []

@@ -5,6 +5,15 @@ import re
 _HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]]+?)\s*\]")
 _KEY = re.compile(r"^\s*((?:[A-Za-z0-9_\-]+|\"[^\"]*\")(?:\s*\.\s*(?:[A-Za-z0-9_\-]+|\"[^\"]*\"))*)\s*=")
 _TEXT = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|#.*$")
+# All texts and comments; those of several lines matter, the others keep their quotation marks from being mistaken for them.
+_LONG_TEXT = re.compile(
+    r"\"\"\"(?:[^\\]|\\.)*?\"{3,5}|'''.*?'{3,5}|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'|#[^\n]*", re.DOTALL
+)
+
+
+def _only_line_ends(found):
+    """Texts of several lines lose their content; all others stay as they are."""
+    return '""' + "\n" * found[0].count("\n") if "\n" in found[0] else found[0]
 
 
 def _parts(dotted):
@@ -17,7 +26,7 @@ def locate(text):
     Keys inside inline tables and arrays have no entry of their own; ask `line_of`, which falls back to what encloses them.
     """
     lines, counts, prefix, depth = {}, {}, (), 0
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(_LONG_TEXT.sub(_only_line_ends, text).split("\n"), start=1):
         bare = _TEXT.sub('""', line)
         header = _HEADER.match(bare) if depth == 0 else None
         if header:

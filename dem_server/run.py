@@ -10,13 +10,18 @@ from dem_server.motion import move_free
 def lockstep(side):
     """Exchange forces and velocities with the continuum, step by step, until it says stop; returns its reason.
 
-    The forces go out as soon as the contacts are known, and free discs move while the continuum computes
-    the rim's velocities.
+    The forces go out as soon as the contacts are known. Looks, records and the motion of the free discs come after that, while
+    the continuum computes the rim's velocities.
     """
     model, state, rim, talk = side.model, side.state, side.rim, side.conversation
+    order = None
     while True:
         say_forces(side)
-        side.watch.to("computing")
+        if order is not None:
+            side.look(order)
+            side.watch.to("computing")
+            side.record(order)
+            side.watch.to("recording")
         move_free(model, state, side.gravity)
         side.watch.to("computing")
         kind, frame = talk.hear((messages.VELOCITY, messages.STOP), in_step=True)
@@ -27,10 +32,6 @@ def lockstep(side):
         order = take_velocities(side, frame)
         rim.move(state, side.velocity)
         contact_forces(model, state)
-        side.look(order)
-        side.watch.to("computing")
-        side.record(order)
-        side.watch.to("recording")
 
 
 def say_forces(side):

@@ -12,9 +12,24 @@ import numpy as np
 
 from coupler_protocol import messages
 from coupler_protocol.exits import PeerLost
+from coupler_protocol.jit import jit
 from coupler_protocol.wire import StepFrame, WireError, content_of, pack_array, unpack_array
 from fdm_server.hole import cut_window
 from fdm_server.windows import rim_of, window_zones
+
+
+@jit
+def _carry(nodes, values, share, gravity, inner_mass, reaction, reaction_mass, force, applied, added_mass):
+    """The equation above for the K gridpoints of a rim; `values` (3K,) of FORCE: P, then the masses of the contact springs."""
+    K = nodes.shape[0]
+    for i in range(K):
+        n = nodes[i]
+        mass = share * inner_mass[i] + (1.0 - share) * reaction_mass[i]
+        force[i, 0] = values[2 * i]
+        force[i, 1] = values[2 * i + 1]
+        applied[n, 0] = share * force[i, 0] + (1.0 - share) * reaction[i, 0]
+        applied[n, 1] = share * force[i, 1] + (1.0 - share) * reaction[i, 1] - gravity * mass
+        added_mass[n] = values[2 * K + i]
 
 
 class Rim:
@@ -76,17 +91,11 @@ class Rim:
             self.force_frame.accept(frame)
         except WireError as error:
             raise PeerLost(f"the discs of {self.window.name!r} sent what cannot be used: {error}") from None
-        K = len(self.nodes)
-        values = self.force_frame.values
-        self.force[:] = values[: 2 * K].reshape(-1, 2)
         self.answer = messages.Answer(*self.force_frame.scalars.tolist())
-        carried = share * self.force
-        carried[:, 1] -= share * gravity * self.inner_mass
-        if share < 1.0:
-            carried += (1.0 - share) * self.reaction
-            carried[:, 1] -= (1.0 - share) * gravity * self.reaction_mass
-        state.applied[self.nodes] = carried
-        state.added_mass[self.nodes] = values[2 * K :]
+        _carry(
+            self.nodes, self.force_frame.values, share, gravity, self.inner_mass, self.reaction, self.reaction_mass,
+            self.force, state.applied, state.added_mass,
+        )  # fmt: skip
 
     def say_velocities(self, state, order):
         """VELOCITY: the rim's velocities, and what to do after the step."""

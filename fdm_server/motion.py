@@ -76,3 +76,12 @@ def kinetic_energy(model, state):
     """Kinetic energy [J] with masses scaled for a step of 1: a measure of motion, no physical energy."""
     mass = model.mass + state.added_mass
     return 0.5 * float(np.sum(mass[:, None] * state.velocity**2))
+
+
+@jit
+def farthest(displacement):
+    """Length [m] of the largest of the displacements (N,2)."""
+    largest = 0.0
+    for n in range(displacement.shape[0]):
+        largest = max(largest, displacement[n, 0] ** 2 + displacement[n, 1] ** 2)
+    return sqrt(largest)

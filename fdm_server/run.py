@@ -8,19 +8,22 @@ from fdm_server.motion import update_velocities
 
 
 def run_stage(side, stage):
-    """Take steps until the stage ends. `stage` (fdm_server.stages.StageRun) knows gravity, handover and when to end."""
+    """Take steps until the stage ends. `stage` (fdm_server.stages.StageRun) knows gravity, handover and when to end.
+
+    Between the discs' forces and the answer to them stands only what the answer needs; everything else can wait.
+    """
     model, state, rims, watch = side.model, side.state, stage.rims, side.watch
     while not stage.ended:
         for rim in rims:
             rim.hear_forces(state, stage.gravity, stage.share)
         watch.to("waiting")
-        stage.look(model, state)
         update_velocities(model, state, stage.gravity)
         order = stage.order()
         for rim in rims:
             rim.say_velocities(state, order)
+        stage.look(model, state)
         advance(model, state)
-        watch.to("computing")
         stage.step_done()
+        watch.to("computing")
         side.record(stage, order)
         watch.to("recording")

@@ -4,8 +4,6 @@ import copy
 import logging
 from pathlib import Path
 
-import numpy as np
-
 from coupler_protocol import checkpoint, messages
 from coupler_protocol.handshake import welcome_all
 from coupler_protocol.recorder import FrameInfo, Recorder
@@ -17,7 +15,7 @@ from fdm_server.coupling import Rim, open_windows, traction_difference
 from fdm_server.ending import Ending
 from fdm_server.grid import build_grid
 from fdm_server.model import build_model, new_state
-from fdm_server.motion import unbalanced_ratio
+from fdm_server.motion import farthest, unbalanced_ratio
 from fdm_server.run import run_stage
 from fdm_server.safety import check_motion
 
@@ -198,20 +196,10 @@ class StageRun:
         """Share of the discs in the rim's forces."""
         return min(1.0, self.done / self._handover) if self._handover else 1.0
 
-    def look(self, model, state):
-        """Every few steps: ratios of both codes, sanity, and whether this step is the stage's last."""
-        self.ended_by = self._ending.out_of_steps(self.done + 1)
-        if not self.ended_by and self.side.steps % self._every == 0:
-            check_motion(model, state)
-            self.ratio = unbalanced_ratio(model, state, self.gravity)
-            displacement = float(np.sqrt(np.max(np.sum(state.displacement**2, axis=1))))
-            ratios = [self.ratio, *(rim.answer.ratio for rim in self.rims)]
-            self.ended_by = self._ending.reached(self.done + 1, ratios, displacement)
-            self.side.progress(self.stage.name, "", self.done, self.stage.until.steps, max(ratios), self.factor)
-        self._last_step = bool(self.ended_by)
-
     def order(self):
         """Scalars of VELOCITY for the present step."""
+        self.ended_by = self.ended_by or self._ending.out_of_steps(self.done + 1)
+        self._last_step = bool(self.ended_by)
         number = self.side.steps + 1
         flags = 0
         if self._last_step:
@@ -220,6 +208,17 @@ class StageRun:
             flags = messages.RECORD
         following = self._next.at(0) if self._last_step else self.leg.at(self.done + 1)
         return messages.Order(self.index, number, following, self.leg.factor(self.done), 1.0, 1.0, flags)
+
+    def look(self, model, state):
+        """Every few steps: sanity, ratios of both codes, and whether the next step is to be the stage's last."""
+        if self.side.steps % self._every:
+            return
+        check_motion(model, state)
+        self.ratio = unbalanced_ratio(model, state, self.gravity)
+        ratios = [self.ratio, *(rim.answer.ratio for rim in self.rims)]
+        displacement = farthest(state.displacement)
+        self.ended_by = self.ended_by or self._ending.reached(self.done + 1, ratios, displacement)
+        self.side.progress(self.stage.name, "", self.done, self.stage.until.steps, max(ratios), self.factor)
 
     def step_done(self):
         """Count the step."""

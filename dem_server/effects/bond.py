@@ -27,7 +27,7 @@ class Bond(Effect):
 
 
 class BondTable(NamedTuple):
-    """Bond strengths of each kind of pair: `tension`, `shear` (kinds,) [N]; both zero: never bonded."""
+    """Bond strengths of each kind of pair: `tension`, `shear` (kinds,) [N]; shear zero: never bonded."""
 
     tension: np.ndarray
     shear: np.ndarray
