@@ -30,6 +30,7 @@ HIGH_WATER = 1000
 # A thread that has gone to sleep is woken late, several times a step. So a side that waits stays awake for this long [s], giving the
 # processor to whoever asks for it (ZeroMQ's own thread first of all): a round trip of 170 us became one of 75.
 AWAKE = 5e-4
+MAX_PORT = 65535
 _EVENTS = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED  # no more than needed: a full monitor stops ZeroMQ's thread
 
 
@@ -66,9 +67,12 @@ class _Socket:
         return self._buffer[: self.socket.recv_into(self._buffer)]
 
     def _open(self, call, endpoint, doing):
+        port = endpoint.rpartition(":")[2]
         try:
+            if port.isdecimal() and int(port) > MAX_PORT:  # ZeroMQ would take another one without a word
+                raise ValueError(f"there is no port {port}")
             call(endpoint)
-        except (zmq.ZMQError, OverflowError) as error:
+        except (zmq.ZMQError, ValueError) as error:
             self.close()
             raise EnvironmentFailed(f"cannot {doing} {endpoint}: {error}") from None
 

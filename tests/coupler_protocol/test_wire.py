@@ -161,7 +161,7 @@ GO = {"gravity": 9.81, "step": 1, "stage": 0}
         (messages.GO, GO | {"gravity": float("nan")}, "GO holds a number that is not finite"),
         (messages.GO, [1, 2], "GO: the content is not a table"),
         (messages.GO, None, "GO: the content is not a table"),
-        (messages.HELLO, {"package": "0", "float": "<f8", "scene": [1]}, "HELLO: scene is a list, not a table|a list, not a dict"),
+        (messages.HELLO, {"package": "0", "float": "<f8", "scene": [1]}, "HELLO: scene is a list, not a dict"),
         (messages.READY, {"inner_mass": "abc", "report": {}}, "READY: inner_mass is a str, not a bytes"),
         (messages.FAREWELL, {"report": {}, "stages": [{"name": "a"}]}, r"FAREWELL: stages\[0\].computing is missing"),
         (messages.FAREWELL, {"report": {}, "stages": 3}, "FAREWELL: stages is not a list"),
@@ -186,7 +186,7 @@ def test_a_malformed_content_is_refused_in_words(kind, content, words):
 
 
 @settings(max_examples=150, deadline=None)
-@given(st.sampled_from([k for k in messages.CONTENT]), st.binary(max_size=60))
+@given(st.sampled_from(sorted(messages.CONTENT)), st.binary(max_size=60))
 def test_arbitrary_bytes_never_do_worse_than_be_refused(kind, content):
     try:
         found = wire.content_of(control(kind, content))
@@ -207,5 +207,5 @@ def test_arrays_of_another_size_are_refused():
 
 
 def test_a_message_too_long_for_any_peer_is_not_sent():
-    with pytest.raises(ValueError, match="PACKED of .* bytes"):
+    with pytest.raises(ValueError, match=r"PACKED of .* bytes"):
         wire.control_frame(messages.PACKED, 1, 1, 0, {"a": b"\0" * wire.MAX_FRAME})

@@ -210,7 +210,7 @@ def test_ctrl_c_stops_both_sides_and_leaves_readable_files(launched):
     assert not any(map(alive, servers))
     with open_run(out) as run:
         last = run.frames[-1]
-        assert last.stage == "overload"
+        assert last.stage in ("couple", "overload")
         assert np.isfinite(run.zones(-1).stress).all()
         assert np.isfinite(run.discs(-1).xy).all()
     assert json.loads((out / "run.json").read_text())["exit_code"] == 130

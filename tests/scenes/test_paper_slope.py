@@ -43,7 +43,7 @@ def test_packing_is_dense_and_carries_the_slopes_stress(run):
     assert 3000 < window["discs"] < 3600
     assert 0.15 < window["porosity"] < 0.162
     assert window["error_yy"] < 0.07
-    assert window["projected"] > 0.0  # near the face the slope's stress lies outside what these discs can carry
+    assert window["projected"] < 0.05  # share of the slope's stress that the bonded discs could not carry
 
 
 def test_gravity_grows_and_the_window_follows(run):
