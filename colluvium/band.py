@@ -57,6 +57,38 @@ def failure(found: list[Level], threshold: float = FAILED) -> Level | None:
     return next((one for one in found if one.through >= threshold), None)
 
 
+def summary(run: Run, threshold: float = FAILED) -> dict | None:
+    """The rule's answer for run.json and the closing table; None where no frame of an overload was recorded."""
+    found = levels(run)
+    if not found:
+        return None
+    failed = failure(found, threshold)
+    shown = failed or found[-1]
+    before = found[found.index(failed) - 1] if failed and failed is not found[0] else None
+    return {
+        "threshold": threshold,
+        "failed_at": failed.gravity_factor if failed else None,
+        "not_failed_at": before.gravity_factor if failed and before else None if failed else shown.gravity_factor,
+        "step": shown.step,
+        "level_through": shown.through,
+        "level_around": shown.around,
+        "crosses_window": shown.crosses,
+    }
+
+
+def in_words(found: dict) -> str:
+    """One sentence or two on the answer of `summary`."""
+    level = f"level {100 * found['level_through']:.2g} %, round the window {100 * found['level_around']:.2g} %"
+    if found["failed_at"] is None:
+        return f"not failed up to {found['not_failed_at']:.2f} g: no band of {100 * found['threshold']:g} % shear strain ({level})"
+    since = f" (not yet at {found['not_failed_at']:.2f} g)" if found["not_failed_at"] is not None else ""
+    way = "through the window" if found["crosses_window"] else "round the window"
+    return (
+        f"failed at {found['failed_at']:.2f} g{since}: from there on a band of {100 * found['threshold']:g} % shear strain "
+        f"connects toe and crest, {way} ({level})"
+    )
+
+
 def ground(run: Run) -> Surface:
     """Toe and crest from the first frame, whose grid has no hole yet."""
     zones, xy = run.zones(0), run.gridpoints(0).xy

@@ -30,6 +30,7 @@ def parser():
 
     report = commands.add_parser("report", help="draw the pictures of a run")
     report.add_argument("run_dir", metavar="RUN_DIR")
+    report.add_argument("run_dir_b", metavar="RUN_DIR_B", nargs="?", help="the other directory, where the servers wrote to two")
     report.add_argument("--out", metavar="DIR", help="folder of the pictures (default RUN_DIR/report)")
     report.set_defaults(work=report_command)
 
@@ -80,8 +81,23 @@ def run_command(options):
         passed = [f"--set={pair}" for pair in options.set] + [f"--threads={options.threads}"]
         with show or _nothing():
             code = launch.run_files(options.scene, out, len(scene.window), passed, show)
+    if code == exits.DONE:
+        _add_band(out)
     _conclude(out, options.json)
     return code
+
+
+def _add_band(out):
+    """Whether the slope failed under overload, and where: into run.json."""
+    from colluvium import band
+    from colluvium.results import open_run
+    from coupler_protocol.runfile import write_json
+
+    with open_run(out) as run:
+        found = band.summary(run)
+    if found:
+        path = out / "run.json"
+        write_json(path, json.loads(path.read_text(encoding="utf-8")) | {"band": found})
 
 
 def _in_process(scene, out, show):
@@ -129,11 +145,13 @@ def check_command(options):
 
 def report_command(options):
     """Draw the pictures of a run."""
+    from colluvium import report
+
     try:
-        from colluvium import report
+        paths = report.write(options.run_dir, options.out, other_path=options.run_dir_b)
     except ModuleNotFoundError as error:
         raise exits.EnvironmentFailed(f"{error.name} is missing: pip install 'colluvium[report]'") from None
-    for path in report.write(options.run_dir, options.out):
+    for path in paths:
         print(path)
 
 

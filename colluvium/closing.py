@@ -64,5 +64,9 @@ def print_table(info, console):
         if "bonds_broken_tension" in window:
             parts.append(f"bonds broken {window['bonds_broken_tension']} in tension, {window['bonds_broken_shear']} in shear")
         console.print(", ".join(parts))
+    if info.get("band"):
+        from colluvium.band import in_words
+
+        console.print(in_words(info["band"]))
     seconds = info.get("seconds")
     console.print(f"{info.get('reason', '')}; exit code {info.get('exit_code')}" + (f"; {seconds:.1f} s" if seconds else ""))

@@ -172,7 +172,7 @@ class StageRun:
         self.rims = side.rims if side.coupled else []
         self.done = 0
         self.ended = False
-        self.ratio = 1.0
+        self.ratio = side.results[-1]["ratio_continuum"] if side.results else 1.0
         self.ended_by = ""
         self._last_step = False
         self._handover = (stage.handover or 500) if stage.kind == "couple" else 0

@@ -35,7 +35,7 @@ def draw(run: Run) -> Any:
         factor, unit = style.readable("N", np.array([strongest]))
         domain.finish(
             place,
-            f"{info.stage}, {info.gravity_factor:.3g} g\nstep {info.step:,}, time {info.time:.6g} s\n"
+            f"{info.stage}, {info.gravity_factor:.3g} g\nstep {info.step:,}\n"
             f"widest line {factor * strongest:.3g} {unit}",
         )
         place.tick_params(labelleft=True)

@@ -76,4 +76,4 @@ def limits(*values: np.ndarray, part: float = 0.005) -> tuple[float, float]:
 def moment(info: FrameInfo) -> str:
     """When a picture was taken, for its title."""
     gravity = f", {info.gravity_factor:.3g} g" if info.gravity_factor != 1.0 else ""
-    return f"{info.stage}, step {info.step:,}, time {info.time:.6g} s{gravity}"
+    return f"{info.stage}, step {info.step:,}{gravity}"

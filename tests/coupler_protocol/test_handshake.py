@@ -1,6 +1,9 @@
 """Both sides find out that they compute the same thing, or why not."""
 
 import copy
+import re
+import time
+from importlib.metadata import version
 
 import numpy as np
 import pytest
@@ -23,8 +26,6 @@ def scene(configs):
 
 
 def right_hello(scene):
-    from importlib.metadata import version
-
     return {"package": version("colluvium"), "float": "<f8", "scene": scene.resolved()}
 
 
@@ -85,8 +86,6 @@ def test_a_hello_that_does_not_fit_is_rejected_with_the_first_difference_and_a_g
     welcome_all(a_hub(transport), scene, {1: RIM})
     answer = peer.hear()
     assert (answer.kind, answer.rank, answer.sequence) == (REJECT, 1, 0)
-    import re
-
     assert re.search(words, answer.content["reason"]), answer.content["reason"]
     assert peer.hear().kind == WELCOME
 
@@ -146,8 +145,6 @@ def test_a_hello_said_again_gets_the_same_welcome(scene):
     welcome = peer.hear()
 
     def ask_again():
-        import time
-
         time.sleep(0.07)  # sooner it would be taken for one that piled up
         peer.say(HELLO, 0, right_hello(scene), again=True)
         repeated = peer.hear()

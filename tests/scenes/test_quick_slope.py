@@ -70,6 +70,8 @@ def test_displacement_is_continuous_across_the_interface(run):
 def test_the_slope_has_not_failed_at_three_g(run):
     found = band.levels(run)
     assert band.failure(found) is None
+    assert run.info["band"]["failed_at"] is None
+    assert run.info["band"]["not_failed_at"] == 3.0
     assert 1e-5 < found[-1].through < band.FAILED
 
 
