@@ -27,8 +27,8 @@ HEARTBEAT, HEARTBEAT_TIMEOUT, LINGER = 1000, 5000, 1000  # ms
 # One message is under way at a time, but ZeroMQ hands the room of delivered ones back in batches and late: with room for 8, a
 # send that must not block finds the queue full now and then, the message is dropped, and the step costs a time-out.
 HIGH_WATER = 1000
-# A thread that has gone to sleep is woken late, several times a step. So a side that waits stays awake for this long [s], giving the
-# processor to whoever asks for it (ZeroMQ's own thread first of all): a round trip of 170 us became one of 75.
+# A thread that has gone to sleep is woken late, several times a step. So a side that waits stays awake for this long [s], giving
+# the processor to whoever asks for it (ZeroMQ's own thread first of all): a round trip of 170 us became one of 75.
 AWAKE = 5e-4
 MAX_PORT = 65535
 _EVENTS = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED  # no more than needed: a full monitor stops ZeroMQ's thread

@@ -53,9 +53,7 @@ def build_scene(data, file="scene", lines=None):
         scene = scene_class().model_validate(data)
     except ValidationError as error:
         raise SceneError([_problem(e, file, lines) for e in error.errors()]) from None
-    broken = [
-        Problem(*_place(file, lines, path), _dotted(path), why, remedy) for path, why, remedy in broken_rules(scene)
-    ]
+    broken = [Problem(*_place(file, lines, path), _dotted(path), why, remedy) for path, why, remedy in broken_rules(scene)]
     if broken:
         raise SceneError(broken)
     return scene

@@ -22,14 +22,21 @@ class Leg(NamedTuple):
         return self.gravity * self.factor(step)
 
 
+def leg_of(stage, gravity, factor):
+    """The Leg of a stage that begins where `gravity` [m/s2] acted with `factor`."""
+    ramp = stage.gravity_factor
+    gravity = gravity if stage.gravity is None else stage.gravity
+    return Leg(gravity, factor, factor, 0) if ramp is None else Leg(gravity, factor, ramp.to, ramp.over)
+
+
 def plan(scene):
-    """A Leg for every stage. Gravity and its factor stay for later stages, except those of discarded stages."""
+    """A Leg for every stage, each run to its end. Gravity and its factor stay for later stages, except those of discarded stages.
+
+    A stage that ends inside its ramp leaves less: the continuum takes `leg_of` from what was reached.
+    """
     gravity, factor, legs = 0.0, 1.0, []
     for stage in scene.stage:
-        own_gravity = gravity if stage.gravity is None else stage.gravity
-        ramp = stage.gravity_factor
-        leg = Leg(own_gravity, factor, factor if ramp is None else ramp.to, 0 if ramp is None else ramp.over)
-        legs.append(leg)
+        legs.append(leg_of(stage, gravity, factor))
         if not stage.discard:
-            gravity, factor = own_gravity, leg.end
+            gravity, factor = legs[-1].gravity, legs[-1].end
     return legs

@@ -8,7 +8,7 @@ from coupler_protocol import checkpoint, messages
 from coupler_protocol.handshake import welcome_all
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.runfile import stage_rows
-from coupler_protocol.schedule import plan
+from coupler_protocol.schedule import leg_of
 from coupler_protocol.timing import Stopwatch
 from fdm_server import fields, record
 from fdm_server.coupling import Rim, open_windows, traction_difference
@@ -36,6 +36,7 @@ class ContinuumSide:
             Rim(self.grid, window, hub.conversations[rank]) for rank, window in enumerate(scene.window, start=1)
         ]
         self.coupled = False
+        self.gravity = 0.0, 1.0  # [m/s2], and the factor it is multiplied by, as the last stage left them
         self.steps = 0
         self.results = []
         self.recorder = None
@@ -46,9 +47,12 @@ class ContinuumSide:
         with Recorder(self.out / "fdm.rank0.vtkhdf", "continuum", self.scene.title) as self.recorder:
             if self.rims:
                 welcome_all(self.hub, self.scene, {rim.conversation.rank: rim.xy for rim in self.rims})
-            for index, (stage, leg) in enumerate(zip(self.scene.stage, plan(self.scene), strict=True)):
+            for index, stage in enumerate(self.scene.stage):
                 self.watch.begin(stage.name)
-                KINDS[stage.kind](self, StageRun(self, index, stage, leg))
+                run = StageRun(self, index, stage, leg_of(stage, *self.gravity))
+                KINDS[stage.kind](self, run)
+                if not stage.discard:
+                    self.gravity = run.leg.gravity, run.factor
             reason = "all stages done"
             if self.coupled:
                 self.farewells = {rim.conversation.rank: rim.say_stop(reason) for rim in self.rims}
@@ -178,8 +182,8 @@ class StageRun:
         self._handover = (stage.handover or 500) if stage.kind == "couple" else 0
         self._ending = Ending(stage.until, max(self._handover, leg.over)) if stage.until else None
         self._every = side.scene.record.history
-        legs = plan(side.scene)
-        self._next = legs[index + 1] if index + 1 < len(legs) else leg
+        stages = side.scene.stage
+        self._next = stages[index + 1] if index + 1 < len(stages) else stage
 
     @property
     def gravity(self):
@@ -206,7 +210,9 @@ class StageRun:
             flags = messages.END_OF_STAGE | messages.RECORD | messages.CHECKPOINT
         elif number % self.side.scene.record.every == 0:
             flags = messages.RECORD
-        following = self._next.at(0) if self._last_step else self.leg.at(self.done + 1)
+        following = self.leg.at(self.done + 1)
+        if self._last_step:
+            following = leg_of(self._next, self.leg.gravity, self.leg.factor(self.done)).at(0)
         return messages.Order(self.index, number, following, self.leg.factor(self.done), 1.0, 1.0, flags)
 
     def look(self, model, state):

@@ -11,11 +11,12 @@ FORCES = np.array([0.1, -0.0, 5e-324, 1.7976931348623157e308, -1e-300, 3.0, 1 / 
 VELOCITIES = np.array([1e-9, -1e-9, 2.2250738585072014e-308, 0.0, -0.0, 1 / 7, 9.0, -1e-17])
 ANSWER = messages.Answer(1e-5, 1.0, 0.25, 12.5, -3.0, 17.0, 0.0)
 ORDER = messages.Order(3.0, 4711.0, 9.81, 1.5, 1.0, 1.0, 5.0)
+SCENE = {"seed": 1, "grid": {"profile": None}, "stage": [{"to": 9.0}]}
 TIMES = {"name": "couple", "steps": 9, "computing": 1.5, "waiting": 0.5, "recording": 0.0}
 
 # (kind, session, sequence, content): those with a content of their own are control messages.
 CONTROL = (
-    (messages.HELLO, 0, 0, {"package": "0.1.0", "float": "<f8", "scene": {"seed": 1, "grid": {"profile": None}, "stage": [{"to": 9.0}]}}),
+    (messages.HELLO, 0, 0, {"package": "0.1.0", "float": "<f8", "scene": SCENE}),
     (messages.WELCOME, SESSION, 0, {"session": SESSION, "rim": wire.pack_array(RIM), "dt": 1.0, "exchange_every": 1}),
     (messages.REJECT, 0, 0, {"reason": "the scenes differ: seed"}),
     (messages.PACKED, SESSION, 1, {"discs": 749, "control_discs": 120, "packing_seconds": 0.5}),

@@ -163,7 +163,7 @@ def test_a_line_that_breaks_and_comes_back_costs_nothing_but_time(lines):
     again.admit(sender, 1)
     grid.transport = again
     discs.say_control(PACKED, {"discs": 5})
-    kind, frame = grid.hear((PACKED,))
+    _, frame = grid.hear((PACKED,))
     assert wire.content_of(frame) == {"discs": 5}
 
 

@@ -12,7 +12,17 @@ from coupler_protocol.exits import Interrupted, PeerLost
 from coupler_protocol.interrupt import StopRequest
 from coupler_protocol.lockstep import REFUSALS, Conversation
 from coupler_protocol.messages import (
-    FAILURE, FAREWELL, FORCE, GO, HELLO, PACKED, PROTOCOL_VERSION, READY, REJECT, STOP, VELOCITY,
+    FAILURE,
+    FAREWELL,
+    FORCE,
+    GO,
+    HELLO,
+    PACKED,
+    PROTOCOL_VERSION,
+    READY,
+    REJECT,
+    STOP,
+    VELOCITY,
 )  # fmt: skip
 from tests.peer import SESSION, Beside, Lossy, Peer, clocks, discrete_side, hub_side
 
@@ -132,7 +142,7 @@ def test_a_peer_that_cannot_be_understood_is_given_up():
     talk, peer = discrete_side(timeout=5.0, give_up=60.0)
     for _ in range(REFUSALS):
         peer.say(GO, 9, GONE)
-    with pytest.raises(PeerLost, match="cannot be understood.*GO 9 while turn 0"):
+    with pytest.raises(PeerLost, match=r"cannot be understood.*GO 9 while turn 0"):
         talk.hear((GO,))
 
 

@@ -258,7 +258,11 @@ def change(*path):
         (change("discs", None), "window", "nothing fills the windows"),
         (change("discs", "soil", "spring", None), "discs.soil", "no stiffness"),
         (lambda d: d["stage"].pop(1), "stage[1]", "couple without discs"),
-        (lambda d: d["stage"].append({"name": "more", "kind": "equilibrium", "until": {"steps": 5}}), "stage[4]", "cannot follow"),
+        (
+            lambda d: d["stage"].append({"name": "more", "kind": "equilibrium", "until": {"steps": 5}}),
+            "stage[4]",
+            "cannot follow",
+        ),
         (lambda d: d["stage"].append({"name": "more", "kind": "couple", "until": {"steps": 5}}), "stage[4]", "a second stage"),
         (change("stage", 1, "gravity", 9.81), "stage[1]", "no steps of the grid"),
         (change("stage", 0, "until", None), "stage[0]", "would never end"),

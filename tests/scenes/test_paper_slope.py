@@ -48,7 +48,7 @@ def test_packing_is_dense_and_carries_the_slopes_stress(run):
 
 def test_gravity_grows_and_the_window_follows(run):
     overload = next(row for row in run.info["stages"] if row["name"] == "overload")
-    assert overload["gravity_factor"] == pytest.approx(1.0 + 11.0 * 1500 / 20000)
+    assert overload["gravity_factor"] == pytest.approx(1.0 + 11.0 * 1500 / 40000)
     last = run.discs(-1)
     assert np.isfinite(last.xy).all()
     assert last.displacement[:, 1].min() < 0.0

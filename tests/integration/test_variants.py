@@ -1,0 +1,119 @@
+"""A table is an effect: the quick scene with tables removed, added or changed, in one process, a few hundred steps."""
+
+import copy
+import tomllib
+
+import numpy as np
+import pytest
+
+import colluvium
+
+
+@pytest.fixture(scope="module")
+def tables(configs):
+    """The quick scene as plain data, cut short."""
+    data = tomllib.loads((configs / "quick_slope.toml").read_text())
+    data["stage"] = data["stage"][:3]
+    data["stage"][0]["until"] = {"ratio": 1e-4, "steps": 2000}
+    data["stage"][2] |= {"handover": 100, "until": {"ratio": 1e-4, "steps": 1000}}
+    data["record"] = {"every": 1000}
+    return data
+
+
+@pytest.fixture
+def compute(tables, tmp_path):
+    """compute(change) -> results of the scene after `change(tables)`."""
+    opened = []
+
+    def run(change, name="run"):
+        data = copy.deepcopy(tables)
+        change(data)
+        opened.append(colluvium.run(colluvium.Scene(**data), tmp_path / name))
+        return opened[-1]
+
+    yield run
+    for result in opened:
+        result.close()
+
+
+def test_elastic_zones_have_no_plastic_state(compute):
+    def change(data):
+        del data["material"][0]["mohr_coulomb"], data["material"][0]["tension"]
+
+    run = compute(change)
+    assert "plastic_state" not in run.zones(-1)
+    assert "stress" in run.zones(-1)
+    assert run.info["exit_code"] == 0
+
+
+def test_discs_without_bonds_have_no_bond_state(compute):
+    run = compute(lambda data: data["discs"]["soil"].pop("bond"))
+    assert "bond_state" not in run.contacts(-1)
+    assert run.info["stages"][-1]["bonds_broken"] == [0]
+
+
+def test_two_windows_are_two_discrete_processes(compute):
+    def change(data):
+        data["window"][0]["rows"] = [8, 10]
+        data["window"].append({"name": "below", "columns": [20, 22], "rows": [4, 6]})
+
+    run = compute(change)
+    assert run.windows == [1, 2]
+    assert [w["name"] for w in run.info["windows"]] == ["band", "below"]
+    assert len(run.zones(0).corners) - len(run.zones(-1).corners) == 2 * 9
+    assert max(run.info["stages"][-1]["ratio_discrete"]) <= 1e-4
+    depth = [-run.discs(-1, rank).displacement[:, 1].mean() for rank in (1, 2)]
+    assert np.isfinite(depth).all()
+
+
+def test_both_mappings_agree_where_control_discs_are_centred(compute):
+    ours = compute(lambda data: None, "ours")
+    paper = compute(lambda data: data.setdefault("coupling", {"mapping": "paper"}), "paper")
+    a, b = (run.zones(-1).stress[:, 1] for run in (ours, paper))
+    assert np.abs(a - b).max() > 0.0
+    assert np.sqrt(np.mean((a - b) ** 2)) < 0.01 * np.abs(a).mean()
+
+
+def test_a_lighter_window_presses_less_on_what_is_below(compute):
+    matched = compute(lambda data: None, "matched")
+    light = compute(lambda data: data["discs"].update(density_matching=False), "light")
+    below = [
+        run.zones(-1).stress[np.hypot(*(run.zones(-1).xy - [11.667, 5.0]).T).argmin(), 1] for run in (matched, light)
+    ]
+    assert below[0] < 1.03 * below[1] < 0.0
+    assert "density_factor" not in light.info["windows"][0]
+    assert matched.info["windows"][0]["density_factor"] > 1.5
+
+
+def test_ring_table_overrides_the_discs_properties(compute):
+    def change(data):
+        data["ring"] = {"spring": {"normal": 5e8, "shear": 2e8}, "friction": {"coefficient": 0.0}}
+
+    run = compute(change)
+    discs, contacts = run.discs(-1), run.contacts(-1)
+    at_ring = (discs.control[contacts.ends] == 1).any(axis=1)
+    assert at_ring.sum() > 50
+    assert np.abs(contacts.shear_force[at_ring]).max() == 0.0  # smooth and not bonded
+    assert np.abs(contacts.shear_force[~at_ring]).max() > 0.0
+
+
+def test_a_scene_without_windows_needs_no_discrete_process(compute):
+    def change(data):
+        data["window"], data["stage"] = [], data["stage"][:1]
+        del data["discs"]
+
+    run = compute(change)
+    assert run.windows == []
+    assert run.info["stages"][0]["ratio_continuum"] <= 1e-4
+
+
+def test_locate_can_be_discarded(compute):
+    def change(data):
+        data["stage"].insert(
+            1, {"name": "locate", "gravity_factor": 4.0, "until": {"steps": 300}, "discard": True}
+        )
+
+    kept = compute(lambda data: None, "plain")
+    run = compute(change, "located")
+    np.testing.assert_array_equal(run.zones(-1).stress, kept.zones(-1).stress)
+    assert run.zones(run.last_frame("locate")).stress[:, 1].min() < 1.5 * kept.zones(-1).stress[:, 1].min()
