@@ -1,7 +1,7 @@
 """Has the slope failed, and does the band cross the window? A rule anyone can check on the recorded frames.
 
-Cells are the zones and, inside windows, bins as large as zones (strain from the discs' displacements). The *level* of a frame is the
-highest shear strain L such that cells strained by at least L connect the toe (ground surface in the lowest quarter of the
+Cells are the zones and, inside windows, bins as large as zones (strain from the discs' displacements). The *level* of a frame
+is the highest shear strain L such that cells strained by at least L connect the toe (ground surface in the lowest quarter of the
 slope's height) with the crest (level ground on top). The slope counts as failed from the first frame whose level reaches
 FAILED. The band crosses the windows where the level drops once their bins may not be used, else it goes round them.
 
@@ -80,7 +80,8 @@ def in_words(found: dict) -> str:
     """One sentence or two on the answer of `summary`."""
     level = f"level {100 * found['level_through']:.2g} %, round the window {100 * found['level_around']:.2g} %"
     if found["failed_at"] is None:
-        return f"not failed up to {found['not_failed_at']:.2f} g: no band of {100 * found['threshold']:g} % shear strain ({level})"
+        band = f"no band of {100 * found['threshold']:g} % shear strain"
+        return f"not failed up to {found['not_failed_at']:.2f} g: {band} ({level})"
     since = f" (not yet at {found['not_failed_at']:.2f} g)" if found["not_failed_at"] is not None else ""
     way = "through the window" if found["crosses_window"] else "round the window"
     return (

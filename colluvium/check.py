@@ -1,7 +1,7 @@
 """`colluvium check`: what a scene will compute and what it will not, without computing it."""
 
-from coupler_protocol.schedule import plan
 from coupler_protocol.scene import declared_effects
+from coupler_protocol.schedule import plan
 
 
 def effects(scene):

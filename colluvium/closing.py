@@ -69,4 +69,7 @@ def print_table(info, console):
 
         console.print(in_words(info["band"]))
     seconds = info.get("seconds")
+    memory = [info.get("peak_memory_MB"), *(window.get("peak_memory_MB") for window in info.get("windows", []))]
+    if all(memory):
+        console.print("peak memory: grid " + ", discs ".join(f"{value:.0f} MB" for value in memory))
     console.print(f"{info.get('reason', '')}; exit code {info.get('exit_code')}" + (f"; {seconds:.1f} s" if seconds else ""))

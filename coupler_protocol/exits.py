@@ -14,7 +14,7 @@ MEANING = {
 }
 
 
-class RunEnded(Exception):
+class RunEnded(Exception):  # noqa: N818 (an end of a run, not always an error)
     """A run ends before its last stage; `code` says whose fault it is."""
 
     code = OURSELVES
@@ -42,3 +42,11 @@ class Interrupted(RunEnded):
     """Somebody asked the run to stop."""
 
     code = INTERRUPTED
+
+
+def physics(work):
+    """The result of `work()`; an ArithmeticError that a model raises ends the run as PhysicsFailed."""
+    try:
+        return work()
+    except ArithmeticError as error:
+        raise PhysicsFailed(str(error)) from error

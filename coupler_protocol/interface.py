@@ -1,10 +1,10 @@
 """Geometry of the interface: the closed loop of segments and the ring of control discs upon it.
 
-The window's rim is a closed chain of zone edges, counter-clockwise, seen by both sides as K nodes and K segments (segment i runs
-from node i to node i + 1). A control disc sits on every node and k - 1 more on each segment, all centres on the line and touching:
-equal segments of length l carry discs of radius l / (2k) with k = round(l / 2R), at least 2. Uniform traction then reaches the
-nodes exactly. Segments of different length get their own k; a disc on a node takes the smaller of both neighbours' radii, and its
-neighbours keep the spacing l / k.
+The window's rim is a closed chain of zone edges, counter-clockwise, seen by both sides as K nodes and K segments (segment i
+runs from node i to node i + 1). A control disc sits on every node and k - 1 more on each segment, all centres on the line and
+touching: equal segments of length l carry discs of radius l / (2k) with k = round(l / 2R), at least 2. Uniform traction then
+reaches the nodes exactly. Segments of different length get their own k; a disc on a node takes the smaller of both neighbours'
+radii, and its neighbours keep the spacing l / k.
 """
 
 from typing import NamedTuple

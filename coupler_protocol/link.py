@@ -106,7 +106,8 @@ class HubTransport(_Socket):
         except zmq.ZMQError as error:
             if error.errno != zmq.EHOSTUNREACH:
                 raise
-            self._gone.add(rank)
+            if rank in self._route:
+                self._gone.add(rank)
 
     def receive(self, seconds):
         """(rank, or the sender's routing id while it has none; frame), or None after `seconds` of silence."""
@@ -125,7 +126,7 @@ class HubTransport(_Socket):
         """Bind the sender's routing id to `rank`; whoever held it before is a stranger again."""
         self._rank = {s: r for s, r in self._rank.items() if r != rank}
         self._route[rank], self._rank[sender] = sender, rank
-        self._gone.clear()
+        self._gone.discard(rank)
 
     def connected(self, rank):
         """Whether the last frame for `rank` found somebody to go to."""

@@ -143,6 +143,7 @@ class Conversation:
             self._refuse(error)
             return None
         if kind in messages.ONE_WAY and kind not in kinds:
+            self.stop.check()  # both sides were asked to stop, and the other was quicker
             raise PeerLost(f"{self._name} ended: {_reason(frame)}")
         if sequence == self.sequence and kind in kinds:
             return kind

@@ -55,7 +55,7 @@ def compute(scene, rank, transport, out, progress, stop):
     conversation = Conversation(transport, rank, 0, Clocks(scene.link), stop)
     side = DiscreteSide(scene, rank, conversation, out, progress)
     try:
-        return side.run()
+        return exits.physics(side.run)
     except BaseException as error:
         if not isinstance(error, exits.PeerLost):
             conversation.tell(messages.FAILURE, {"reason": str(error) or type(error).__name__})

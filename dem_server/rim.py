@@ -31,7 +31,7 @@ def _move_ring(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper):
 
 
 class Rim:
-    """Ring of one window. nodes (K,2): present positions of the rim's nodes [m]; the ring's discs are the first R of the state."""
+    """Ring of one window: the first R discs of the state. nodes (K,2): present positions of the rim's nodes [m]."""
 
     def __init__(self, ring, mapping):
         self.ring = ring

@@ -1,7 +1,9 @@
 """The discrete side of the coupled run. `lockstep` is the loop; the twin of fdm_server/run.py."""
 
+from math import isfinite
+
 from coupler_protocol import messages
-from coupler_protocol.exits import PeerLost
+from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.wire import WireError, content_of
 from dem_server.contacts import contact_forces
 from dem_server.motion import move_free
@@ -38,6 +40,8 @@ def say_forces(side):
     """FORCE: nodal forces and additional masses of the rim, and how the discs fare."""
     frame, K = side.force_frame, len(side.rim.nodes)
     frame.values[: 2 * K] = side.rim.nodal_forces(side.state).ravel()
+    if not isfinite(frame.values[: 2 * K].sum()):
+        raise PhysicsFailed(f"the discs' forces on the rim are no numbers any more after step {side.steps}")
     frame.values[2 * K :] = side.rim.stiffness_sums(side.model, side.state)
     frame.scalars[:] = side.answer
     side.conversation.say(frame.seal(side.conversation.sequence))

@@ -11,6 +11,7 @@ from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.handshake import join
 from coupler_protocol.interface import build_ring
 from coupler_protocol.recorder import FrameInfo, Recorder
+from coupler_protocol.runfile import peak_memory
 from coupler_protocol.timing import Stopwatch
 from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
 from dem_server import balance, energy, insitu, packing, record, run
@@ -184,6 +185,7 @@ class DiscreteSide:
             "bonds_broken_tension": self.state.broken_tension,
             "bonds_broken_shear": self.state.broken_shear,
             "velocities_capped": self.state.capped,
+            "peak_memory_MB": peak_memory(),
         }
 
 

@@ -71,7 +71,7 @@ def compute(scene, transport, out, progress, stop):
     side, code, reason = None, exits.OURSELVES, ""
     try:
         side = _build(ContinuumSide, scene, hub, out, progress)
-        reason, code = _guarded(side.run), exits.DONE
+        reason, code = exits.physics(side.run), exits.DONE
         progress("done", reason, now=True)
     except BaseException as error:
         reason = str(error) or type(error).__name__
@@ -82,7 +82,7 @@ def compute(scene, transport, out, progress, stop):
         raise
     finally:
         about |= {"end": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "seconds": time.perf_counter() - begin}
-        about |= {"exit_code": code, "reason": reason}
+        about |= {"exit_code": code, "reason": reason, "peak_memory_MB": runfile.peak_memory()}
         if side is not None:
             about |= side.summary()
         runfile.write_json(out / "run.json", about)
@@ -96,15 +96,6 @@ def _build(build, scene, hub, out, progress):
         return build(scene, hub, out, progress)
     except ValueError as error:
         raise SceneError([Problem("scene", None, "grid", str(error))]) from None
-
-
-def _guarded(run):
-    from fdm_server.safety import Unstable
-
-    try:
-        return run()
-    except Unstable as error:
-        raise exits.PhysicsFailed(str(error)) from error
 
 
 if __name__ == "__main__":

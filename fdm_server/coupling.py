@@ -8,10 +8,12 @@ with R the reaction of the removed zones (stress and weight), P the nodal forces
 discs' inner shares, whose weight belongs to the nodes.
 """
 
+from math import isfinite
+
 import numpy as np
 
 from coupler_protocol import messages
-from coupler_protocol.exits import PeerLost
+from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.jit import jit
 from coupler_protocol.wire import StepFrame, WireError, content_of, pack_array, unpack_array
 from fdm_server.hole import cut_window
@@ -101,6 +103,8 @@ class Rim:
         """VELOCITY: the rim's velocities, and what to do after the step."""
         self.velocity_frame.scalars[:] = order
         self.velocity_frame.values[:] = state.velocity[self.nodes].ravel()
+        if not isfinite(self.velocity_frame.values.sum()):
+            raise PhysicsFailed(f"the velocities of the rim of {self.window.name!r} are no numbers any more in step {order.step:.0f}")
         self.conversation.say(self.velocity_frame.seal(self.conversation.sequence))
         self.conversation.sequence += 1
 

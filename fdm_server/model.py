@@ -38,6 +38,11 @@ class Model:
         return self.grid.zones[self.zone]
 
     @property
+    def extent(self):
+        """Larger side [m] of the box around the grid."""
+        return float(np.ptp(self.grid.xy, axis=0).max())
+
+    @property
     def zone_density(self):
         """Density of the active zones (A,) [kg/m3]."""
         return self.density[self.grid.material[self.zone]]

@@ -21,12 +21,22 @@ def check_zones(xy, zones):
 
 
 def check_motion(model, state):
-    """Raise Unstable where a velocity is not finite; costs a few microseconds."""
+    """Raise Unstable where a velocity is not finite or takes a gridpoint across the grid in one step; a few microseconds."""
     speed = np.abs(state.velocity).max()
     if not np.isfinite(speed):
         bad = np.flatnonzero(~np.isfinite(state.velocity).all(axis=1))
-        x, y = model.grid.xy[bad[0]]
         raise Unstable(
-            f"the velocities of {len(bad)} gridpoints are not finite, one at ({x:g}, {y:g}): the step is too "
-            f"long for something stiffer than the zones, or a law failed"
+            f"the velocities of {len(bad)} gridpoints are not finite, one {_at(model, bad[0])}: the step is too long for "
+            f"something stiffer than the zones, or a law failed"
         )
+    if speed > model.extent:
+        fastest = np.abs(state.velocity).max(axis=1).argmax()
+        raise Unstable(
+            f"a gridpoint {_at(model, fastest)} moves {speed:.3g} m in a step, more than the grid is large: "
+            f"forces have grown without bounds"
+        )
+
+
+def _at(model, point):
+    x, y = model.grid.xy[point]
+    return f"at ({x:g}, {y:g})"

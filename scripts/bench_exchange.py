@@ -2,9 +2,9 @@
 
     python scripts/bench_exchange.py [SCENE] [--steps N] [--repeats R] [--json FILE]
 
-Runs SCENE (default configs/paper_slope.toml) to the end of its couple stage in two processes, goes on for R x N coupled steps without
-recording, then loads both checkpoints and times each side alone on the same states, and the same messages without anything
-to compute. A triad in the same run says what the memory of this machine gave. Medians; seconds of wall time.
+Runs SCENE (default configs/paper_slope.toml) to the end of its couple stage in two processes, goes on for R x N coupled steps
+without recording, then loads both checkpoints and times each side alone on the same states, and the same messages without
+anything to compute. A triad in the same run says what the memory of this machine gave. Medians; seconds of wall time.
 """
 
 import argparse

@@ -20,8 +20,9 @@ HEAD = """# Scenes
 
 Made by `scripts/scene_reference.py` from the declarations that also check scenes; edit those, not this page.
 
-A scene is a TOML file. SI units, angles in degrees, tension positive in every stress. A table marked *effect* switches a law on: without the
-table there is no such code, memory or output. `--set KEY=VALUE` overrides a key, list items by number: `--set material.0.density=2000`.
+A scene is a TOML file. SI units, angles in degrees, tension positive in every stress. A table marked *effect* switches a law on:
+without the table there is no such code, memory or output. `--set KEY=VALUE` overrides a key, list items by number:
+`--set material.0.density=2000`.
 `colluvium check SCENE` names every mistake with its line, or says what the scene will compute.
 """
 
@@ -59,7 +60,8 @@ def default_of(field):
 def bounds_of(field):
     """Bounds and choices in words."""
     signs = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<", "min_length": "at least", "max_length": "at most"}
-    parts = [f"{sign} {getattr(m, key):g}" for m in field.metadata for key, sign in signs.items() if getattr(m, key, None) is not None]
+    limits = [(sign, getattr(m, key, None)) for m in field.metadata for key, sign in signs.items()]
+    parts = [f"{sign} {value:g}" for sign, value in limits if value is not None]
     choices = [c for c in typing.get_args(field.annotation) if isinstance(c, str)]
     return ", ".join(parts + ([" \\| ".join(choices)] if choices else []))
 

@@ -221,6 +221,18 @@ def test_a_stop_is_obeyed_even_when_messages_never_stop():
         talk.hear((GO,))
 
 
+def test_a_side_that_was_asked_to_stop_itself_does_not_blame_its_peer():
+    talk, peer = discrete_side(timeout=5.0, give_up=60.0)
+
+    def stop_both():
+        time.sleep(0.05)
+        talk.stop.ask("interrupted by SIGINT")
+        peer.say(FAILURE, 0, {"reason": "interrupted by SIGINT"})
+
+    with Beside(stop_both), pytest.raises(Interrupted):
+        talk.hear((GO,))
+
+
 def test_a_stop_is_obeyed_while_waiting():
     talk, _ = discrete_side(timeout=5.0, give_up=60.0)
     threading.Timer(0.2, talk.stop.ask, ("enough",)).start()

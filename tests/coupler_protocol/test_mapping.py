@@ -1,4 +1,4 @@
-"""The mapping conserves force, moment and power for discs anywhere, on any oblique loop; printed and mended paper mapping differ."""
+"""The mapping conserves force, moment and power for discs anywhere, on any oblique loop; the paper's is mended."""
 
 import numpy as np
 import pytest
@@ -85,7 +85,7 @@ def test_rigid_motion_is_reproduced():
 def test_mended_paper_mapping_keeps_the_force_where_the_printed_one_loses_it(degrees):
     turn = np.radians(degrees)
     t = np.array([np.cos(turn), np.sin(turn)])
-    nodes = np.array([[0.0, 0.0], t, t + [-t[1], t[0]], [-t[1], t[0]]])
+    nodes = np.array([[0.0, 0.0], t, t + np.array([-t[1], t[0]]), [-t[1], t[0]]])
     xd = (0.3 * t)[None, :]
     P = np.array([[0.4, -1.1]])
     one = np.zeros(1, dtype=np.int64)
@@ -109,24 +109,24 @@ def test_mended_paper_mapping_keeps_the_force_where_the_printed_one_loses_it(deg
 
 
 def test_ring_of_the_paper_window():
-    l = 1.0 / 3.0
-    x = np.arange(6) * l
-    y = np.arange(17) * l
+    side = 1.0 / 3.0
+    x = np.arange(6) * side
+    y = np.arange(17) * side
     rim = np.concatenate(
         [
             np.stack([x, 0 * x], axis=1),
-            np.stack([0 * y + 6 * l, y], axis=1),
-            np.stack([6 * l - x, 0 * x + 17 * l], axis=1),
-            np.stack([0 * y, 17 * l - y], axis=1),
+            np.stack([0 * y + 6 * side, y], axis=1),
+            np.stack([6 * side - x, 0 * x + 17 * side], axis=1),
+            np.stack([0 * y, 17 * side - y], axis=1),
         ]
     )
     ring = interface.build_ring(rim, 0.03)
     assert len(rim) == 46
     assert len(ring.radius) == 276
-    np.testing.assert_allclose(ring.radius, l / 12, rtol=1e-12)
+    np.testing.assert_allclose(ring.radius, side / 12, rtol=1e-12)
     gap = np.linalg.norm(np.roll(ring.xy, -1, axis=0) - ring.xy, axis=1) - ring.radius - np.roll(ring.radius, -1)
     assert np.abs(gap).max() < 1e-12
-    assert ring.arc.sum() == pytest.approx(2 * (6 + 17) * l)
+    assert ring.arc.sum() == pytest.approx(2 * (6 + 17) * side)
 
 
 def test_uniform_stress_reaches_the_nodes_exactly_on_an_oblique_rim():

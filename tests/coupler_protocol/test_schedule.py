@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from coupler_protocol.schedule import Leg, plan
+from coupler_protocol.schedule import Leg, leg_of, plan
 
 
 def stage(gravity=None, to=None, over=0, discard=False):
@@ -48,6 +48,14 @@ def test_a_ramp_is_linear_and_ends_exactly():
 
 def test_without_a_ramp_the_new_value_holds_from_the_first_step():
     assert Leg(9.81, 1.0, 9.0, 0).factor(0) == 9.0
+
+
+def test_a_stage_goes_on_from_what_was_reached():
+    ended_early = Leg(9.81, 1.0, 3.0, 100)
+    reached = ended_early.factor(49)
+    assert leg_of(stage(), ended_early.gravity, reached) == Leg(9.81, 2.0, 2.0, 0)
+    assert leg_of(stage(to=5.0, over=10), ended_early.gravity, reached) == Leg(9.81, 2.0, 5.0, 10)
+    assert leg_of(stage(1.62), ended_early.gravity, reached) == Leg(1.62, 2.0, 2.0, 0)
 
 
 @given(st.floats(0.0, 50.0), st.floats(0.0, 50.0), st.integers(0, 1000), st.integers(0, 2000))

@@ -133,5 +133,8 @@ def test_failures_are_named():
     state.velocity[7, 1] = np.nan
     with pytest.raises(Unstable, match=r"1 gridpoints are not finite, one at \("):
         check_motion(model, state)
+    state.velocity[7, 1] = 1e6
+    with pytest.raises(Unstable, match="more than the grid is large"):
+        check_motion(model, state)
     with pytest.raises(Unstable, match="inverted"):
         check_zones(model.grid.xy * [-1, 1], model.zones)

@@ -240,3 +240,19 @@ def test_results_are_not_overwritten_without_force(tmp_path, configs, quick_run)
     assert done.returncode == 4
     assert "--force" in done.stderr
     assert (out / "run.json").read_bytes() == before
+
+
+@pytest.mark.parametrize("factor", ["1e40", "1e300"])
+def test_a_computation_that_blows_up_stops_both_sides_and_saves(tmp_path, configs, factor):
+    out = tmp_path / "run"
+    blow = overrides(f"stage.3.gravity_factor.to={factor}", "stage.3.gravity_factor.over=20")
+    done = subprocess.run(
+        command("colluvium.cli", "run", configs / "quick_slope.toml", "--out", out, "--quiet", *blow),
+        capture_output=True,
+        text=True,
+        timeout=200,
+    )
+    assert done.returncode == 6, done.stderr
+    assert (out / "fdm.rank0.stopped.h5").exists()
+    assert (out / "dem.rank1.stopped.h5").exists()
+    assert json.loads((out / "run.json").read_text())["exit_code"] in (5, 6)  # 5: the discs noticed first

@@ -20,6 +20,6 @@ def test_four_g_is_borne(tmp_path, configs):
         assert max(rows["4 g"]["ratio_discrete"]) <= 1e-5
         assert run.info["band"]["failed_at"] is None
         assert rows["8 g"]["steps"] == 40
-        assert rows["8 g"]["gravity_factor"] == pytest.approx(4.544, abs=1e-3)  # 40 steps of each ramp, from where the last one ended
+        assert rows["8 g"]["gravity_factor"] == pytest.approx(4.544, abs=1e-3)  # 40 steps of each ramp in turn
         crest = run.history("max_displacement")[1]
         assert 0.005 < crest[-1] < 0.1  # [m]
