@@ -104,7 +104,7 @@ class Rim:
         self.velocity_frame.scalars[:] = order
         self.velocity_frame.values[:] = state.velocity[self.nodes].ravel()
         if not isfinite(self.velocity_frame.values.sum()):
-            raise PhysicsFailed(f"the velocities of the rim of {self.window.name!r} are no numbers any more in step {order.step:.0f}")
+            raise PhysicsFailed(f"the rim of {self.window.name!r} has velocities that are no numbers in step {order.step:.0f}")
         self.conversation.say(self.velocity_frame.seal(self.conversation.sequence))
         self.conversation.sequence += 1
 
