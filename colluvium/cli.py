@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import signal
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -78,6 +79,7 @@ def run_command(options):
     if options.in_process:
         code = _in_process(scene, out, show)
     else:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill stops the run as Ctrl-C does
         passed = [f"--set={pair}" for pair in options.set] + [f"--threads={options.threads}"]
         with show or _nothing():
             code = launch.run_files(options.scene, out, len(scene.window), passed, show)

@@ -28,6 +28,8 @@ def run(scene, out, stop=None, report="none"):
             compute_discs(scene, rank, transport, out, Progress(rank, report), stop)
         except BaseException as error:
             failures[rank] = error
+        finally:
+            transport.close()
 
     threads = [
         threading.Thread(target=discs, args=(rank, end), name=f"rank {rank}") for rank, end in enumerate(ends, start=1)
@@ -38,6 +40,8 @@ def run(scene, out, stop=None, report="none"):
         compute_grid(scene, hub, out, Progress(0, report), stop)
     except BaseException as error:
         failures[0] = error
+    finally:
+        hub.close()
     for thread in threads:
         thread.join()
     if failures:

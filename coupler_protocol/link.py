@@ -14,6 +14,7 @@ A transport carries frames and knows ranks and nothing of what the frames say:
 import contextlib
 import ipaddress
 import os
+import re
 import time
 
 import numpy as np
@@ -194,6 +195,8 @@ def endpoint_from(text, seconds):
     """An endpoint as given, or read from the file of that name once it exists (a server writes its own to OUT/endpoint)."""
     if text.startswith("tcp://"):
         return text
+    if re.fullmatch(r"[^/]+:\d+", text):
+        return "tcp://" + text
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         try:

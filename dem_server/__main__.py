@@ -12,7 +12,7 @@ def parser():
     """Options of the command line."""
     p = program.server_parser("dem-server", "Discrete side: computes one window of discs for a continuum process.")
     p.add_argument("--connect", required=True, metavar="ENDPOINT", help="tcp://HOST:PORT, or the file it is written to")
-    p.add_argument("--rank", type=int, default=1, metavar="N", help="which window of the scene, from 1 (default 1)")
+    p.add_argument("--rank", type=program.positive, default=1, metavar="N", help="which window of the scene, from 1 (default 1)")
     return p
 
 
@@ -57,8 +57,7 @@ def compute(scene, rank, transport, out, progress, stop):
     try:
         return exits.physics(side.run)
     except BaseException as error:
-        if not isinstance(error, exits.PeerLost):
-            conversation.tell(messages.FAILURE, {"reason": str(error) or type(error).__name__})
+        conversation.tell(messages.FAILURE, {"reason": str(error) or type(error).__name__})
         if side.state is not None:
             path = side.save("stopped", "free discs moved, velocities awaited")
             logging.getLogger("dem-server").info("state saved to %s", path)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from coupler_protocol import checkpoint, messages
-from coupler_protocol.exits import PhysicsFailed
+from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.handshake import join
 from coupler_protocol.interface import build_ring
 from coupler_protocol.recorder import FrameInfo, Recorder
@@ -114,7 +114,12 @@ class DiscreteSide:
 
     def _begin_stage(self, index):
         self.stage = index
-        self.watch.begin(self.scene.stage[index].name)
+        self.watch.begin(self._name_of(index))
+
+    def _name_of(self, index):
+        if not 0 <= index < len(self.scene.stage):
+            raise PeerLost(f"the continuum speaks of stage {index}, which the scene does not have")
+        return self.scene.stage[index].name
 
     def _note(self, text, fraction=None):
         """Progress of a long phase, and the place where it can be interrupted."""
@@ -158,7 +163,7 @@ class DiscreteSide:
                 velocity_caps=int(self.answer.warnings),
             )
         flags = int(order.flags)
-        name = self.scene.stage[int(order.stage)].name
+        name = self._name_of(int(order.stage))
         if flags & messages.RECORD:
             info = FrameInfo(self.steps, float(self.steps), name, order.gravity_factor)
             self.recorder.frame(info, **record.frame(self.model, self.state))

@@ -53,6 +53,7 @@ def serve(options, stop):
     finally:
         if transport is not None:
             transport.close()
+            (out / "endpoint").unlink(missing_ok=True)
 
 
 def compute(scene, transport, out, progress, stop):

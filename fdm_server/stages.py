@@ -137,7 +137,7 @@ class ContinuumSide:
     def summary(self):
         """Stages for run.json, as far as they got, and what the discs reported."""
         continuum = [times.as_dict() for times in self.watch.stages][: len(self.results)]
-        discrete = [farewell["stages"] for farewell in self.farewells.values()]
+        discrete = [farewell.get("stages", []) for farewell in self.farewells.values()]
         return {
             "steps": self.steps,
             "gridpoints": len(self.grid.xy),
@@ -219,6 +219,7 @@ class StageRun:
         """Every few steps: sanity, ratios of both codes, and whether the next step is to be the stage's last."""
         if self.side.steps % self._every:
             return
+        self.side.hub.stop.check()  # stages of the grid alone wait for nobody who would ask
         check_motion(model, state)
         self.ratio = unbalanced_ratio(model, state, self.gravity)
         ratios = [self.ratio, *(rim.answer.ratio for rim in self.rims)]

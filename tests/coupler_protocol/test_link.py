@@ -294,3 +294,11 @@ def test_an_interrupted_server_that_waits_for_its_discs_ends_as_interrupted(tmp_
     assert server.returncode == 130, said
     assert "interrupted by SIGINT" in said
     assert "Traceback" not in said
+
+
+def test_an_endpoint_is_an_address_with_or_without_its_protocol_or_a_file(tmp_path):
+    file = tmp_path / "endpoint"
+    file.write_text("tcp://127.0.0.1:7\n")
+    assert link.endpoint_from("tcp://127.0.0.1:5", 0.1) == "tcp://127.0.0.1:5"
+    assert link.endpoint_from("127.0.0.1:5", 0.1) == "tcp://127.0.0.1:5"
+    assert link.endpoint_from(str(file), 0.1) == "tcp://127.0.0.1:7"
