@@ -20,7 +20,6 @@ from coupler_protocol.wire import StepFrame, WireError, content_of, pack_array, 
 from fdm_server.hole import cut_window
 from fdm_server.windows import rim_of, window_zones
 
-
 log = logging.getLogger(__name__)
 
 
