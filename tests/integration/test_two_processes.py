@@ -198,6 +198,7 @@ def test_no_orphan_is_left_when_the_launcher_dies(launched):
     launcher, servers, _ = launched
     launcher.kill()
     wait_for(lambda: not any(map(alive, servers)), 30, "the servers to end by themselves")
+    assert [pid for pid in servers if alive(pid)] == []
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
