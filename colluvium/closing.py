@@ -1,26 +1,14 @@
-"""The table at the end of a run, from run.json."""
+"""The tables at the end of a run, from run.json."""
 
-COLUMNS = (
-    ("stage", "left"),
-    ("steps", "right"),
-    ("ended by", "left"),
-    ("gravity", "right"),
-    ("ratio grid", "right"),
-    ("ratio discs", "right"),
-    ("P/l vs stress", "right"),
-    ("bonds broken", "right"),
-    ("grid s", "right"),
-    ("discs s", "right"),
-    ("waiting s", "right"),
-    ("recording s", "right"),
-)
+OUTCOME = ("stage", "steps", "ended by", "gravity", "ratio\ngrid", "ratio\ndiscs", "P/l vs\nstress", "bonds\nbroken")
+SECONDS = ("stage", "grid\ncomputes", "grid\nwaits", "discs\ncompute", "discs\nwait", "both\nrecord")
+TEXT_COLUMNS = ("stage", "ended by")
 
 
 def rows(info):
-    """Rows of the closing table as texts, one a stage, from the contents of run.json."""
+    """One row a stage as texts under OUTCOME, from the contents of run.json."""
     table = []
     for stage in info.get("stages", []):
-        seconds = stage["seconds"]
         coupled = bool(stage["ratio_discrete"])
         table.append(
             [
@@ -32,29 +20,24 @@ def rows(info):
                 f"{max(stage['ratio_discrete']):.1e}" if coupled else "",
                 f"{100 * max(stage['traction_difference']):.1f} %" if coupled else "",
                 str(sum(stage["bonds_broken"])) if coupled else "",
-                f"{seconds['continuum']:.2f}",
-                f"{seconds['discrete']:.2f}",
-                f"{seconds['waiting']:.2f} + {seconds['waiting_discrete']:.2f}",
-                f"{seconds['recording'] + seconds['recording_discrete']:.2f}",
             ]
         )
     return table
 
 
-def print_table(info, console):
-    """Print the closing table and what it says in words."""
-    from rich.table import Table
+def times(info):
+    """One row a stage as texts under SECONDS."""
+    table = []
+    for stage in info.get("stages", []):
+        s = stage["seconds"]
+        recording = s["recording"] + s["recording_discrete"]
+        values = (s["continuum"], s["waiting"], s["discrete"], s["waiting_discrete"], recording)
+        table.append([stage["name"], *(f"{value:.2f}" for value in values)])
+    return table
 
-    table = Table(title=info.get("title") or None, title_justify="left")
-    for name, side in COLUMNS:
-        table.add_column(name, justify=side, no_wrap=name != "ended by")
-    for row in rows(info):
-        table.add_row(*row)
-    console.print(table)
-    console.print(
-        "P/l vs stress: rms difference between the discs' forces on the rim and the stress of the zones beside it, over "
-        "the rms stress. Waiting: grid + discs; recording: both."
-    )
+
+def sentences(info):
+    """What the tables do not say: windows, failure, memory, and how it ended."""
     for window in info.get("windows", []):
         parts = [f"window {window['name']}: {window.get('discs', '?')} discs, {window.get('control_discs', '?')} on the ring"]
         if "porosity" in window:
@@ -63,13 +46,38 @@ def print_table(info, console):
             parts.append(f"stress brought within {100 * window['error_yy']:.1f} % (rms) of the slope's vertical stress")
         if "bonds_broken_tension" in window:
             parts.append(f"bonds broken {window['bonds_broken_tension']} in tension, {window['bonds_broken_shear']} in shear")
-        console.print(", ".join(parts))
+        yield ", ".join(parts)
     if info.get("band"):
         from colluvium.band import in_words
 
-        console.print(in_words(info["band"]))
-    seconds = info.get("seconds")
+        yield in_words(info["band"])
     memory = [info.get("peak_memory_MB"), *(window.get("peak_memory_MB") for window in info.get("windows", []))]
     if all(memory):
-        console.print("peak memory: grid " + ", discs ".join(f"{value:.0f} MB" for value in memory))
-    console.print(f"{info.get('reason', '')}; exit code {info.get('exit_code')}" + (f"; {seconds:.1f} s" if seconds else ""))
+        yield "peak memory: grid " + ", discs ".join(f"{value:.0f} MB" for value in memory)
+    seconds = f"; {info['seconds']:.1f} s" if info.get("seconds") else ""
+    yield f"{info.get('reason', '')}; exit code {info.get('exit_code')}{seconds}"
+
+
+def print_table(info, console):
+    """Print both tables and the sentences."""
+    console.print(info.get("title") or "", markup=False)
+    console.print(_table(OUTCOME, rows(info)))
+    console.print(
+        "P/l vs stress: rms difference between the discs' forces on the rim and the stress of the zones beside it, over the rms "
+        "stress."
+    )
+    console.print(_table(SECONDS, times(info)))
+    for sentence in sentences(info):
+        console.print(sentence, markup=False)
+
+
+def _table(columns, texts):
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in columns:
+        table.add_column(name, justify="left" if name in TEXT_COLUMNS else "right", no_wrap=True)
+    for row in texts:
+        table.add_row(*row)
+    return table

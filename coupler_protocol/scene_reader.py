@@ -26,11 +26,16 @@ NOT_YET = {
 def read_scene(path, overrides=()):
     """Read the scene at `path`; `overrides` are KEY=VALUE texts ("material.0.density=2000").
 
-    Raises SceneError with every problem found: file, line, key, reason, remedy. Raises OSError where the file cannot be read.
+    Raises SceneError with every problem found: file, line, key, reason, remedy. Raises OSError where the file is there and
+    cannot be read.
     """
     path = Path(path)
     try:
         text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        near = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
+        remedy = f"there: {', '.join(near)}" if near else "the shipped scenes are in configs/"
+        raise SceneError([Problem(str(path), None, "", "there is no such file", remedy)]) from None
     except UnicodeDecodeError as error:
         raise SceneError([Problem(str(path), None, "", f"not a text in UTF-8: {error.reason}", "is it a TOML file?")]) from None
     try:

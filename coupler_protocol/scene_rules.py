@@ -1,11 +1,19 @@
-"""What must hold between tables: one rule a function. Each yields (path, what is wrong, what would be right)."""
+"""What must hold between tables: one rule a function. Each yields (path, what is wrong, what would be right).
+
+Rules that only a server knows come through the entry-point group `colluvium.rules`.
+"""
+
+from importlib.metadata import entry_points
 
 from coupler_protocol.scene import GRID_ONLY, STAGE_KINDS
 
 
 def broken_rules(scene):
     """All broken rules of a scene whose single tables are right."""
-    return [broken for rule in RULES for broken in rule(scene)]
+    broken = [found for rule in RULES for found in rule(scene)]
+    if broken:
+        return broken
+    return [found for point in entry_points(group="colluvium.rules") for found in point.load()(scene)]
 
 
 def grid_needs_material(scene):
@@ -63,6 +71,16 @@ def windows_need_discs(scene):
         yield ("discs", "soil"), "the discs have no stiffness", "add spring = { normal = .., shear = .. }"
 
 
+def discs_fit_into_windows(scene):
+    """A window is at least eight discs across."""
+    for i, w in enumerate(scene.window if scene.discs else []):
+        across = (w.columns[1] - w.columns[0] + 1) * scene.grid.zone_size[0]
+        up = (w.rows[1] - w.rows[0] + 1) * scene.grid.zone_size[1]
+        if 16.0 * scene.discs.radius > min(across, up):
+            why = f"window {w.name!r} is {across:g} x {up:g} m: too small for discs of radius {scene.discs.radius:g} m"
+            yield ("window", i), why, f"radius at most {min(across, up) / 16.0:.3g} m, or a larger window"
+
+
 def stages_follow_each_other(scene):
     """Fill before couple, couple once, and what a kind of stage can use."""
     done = set()
@@ -91,5 +109,12 @@ def stages_follow_each_other(scene):
         yield ("window",), "no stage couples the window", 'add stages with kind = "fill" and kind = "couple"'
 
 
-RULES = (grid_needs_material, names_are_unique, windows_lie_inside, windows_need_discs, stages_follow_each_other)
+RULES = (
+    grid_needs_material,
+    names_are_unique,
+    windows_lie_inside,
+    windows_need_discs,
+    discs_fit_into_windows,
+    stages_follow_each_other,
+)
 assert set(GRID_ONLY) < set(STAGE_KINDS)

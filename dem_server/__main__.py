@@ -3,7 +3,7 @@
 import logging
 import sys
 
-from coupler_protocol import exits, link, messages, program
+from coupler_protocol import exits, messages, program
 from coupler_protocol.interrupt import StopRequest, stop_on_signals, stop_with_parent
 from coupler_protocol.progress import Progress
 
@@ -29,6 +29,7 @@ def main(argv=None):
 
 def serve(options, stop):
     """Read the scene, connect, compute."""
+    from coupler_protocol import link
     from coupler_protocol.scene_reader import read_scene
 
     scene = read_scene(options.scene, options.set)

@@ -4,7 +4,7 @@ import logging
 import sys
 import time
 
-from coupler_protocol import exits, link, messages, program
+from coupler_protocol import exits, messages, program
 from coupler_protocol.interrupt import StopRequest, stop_on_signals, stop_with_parent
 from coupler_protocol.progress import Progress
 
@@ -32,6 +32,7 @@ def main(argv=None):
 
 def serve(options, stop):
     """Read the scene, listen, compute."""
+    from coupler_protocol import link
     from coupler_protocol.scene_reader import read_scene
 
     scene = read_scene(options.scene, options.set)
@@ -71,7 +72,7 @@ def compute(scene, transport, out, progress, stop):
     hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), stop)
     side, code, reason = None, exits.OURSELVES, ""
     try:
-        side = _build(ContinuumSide, scene, hub, out, progress)
+        side = ContinuumSide(scene, hub, out, progress)
         reason, code = exits.physics(side.run), exits.DONE
         progress("done", reason, now=True)
     except BaseException as error:
@@ -87,16 +88,6 @@ def compute(scene, transport, out, progress, stop):
         if side is not None:
             about |= side.summary()
         runfile.write_json(out / "run.json", about)
-
-
-def _build(build, scene, hub, out, progress):
-    """Grid and windows are the user's: what is wrong with them is wrong with the scene."""
-    from coupler_protocol.problems import Problem, SceneError
-
-    try:
-        return build(scene, hub, out, progress)
-    except ValueError as error:
-        raise SceneError([Problem("scene", None, "grid", str(error))]) from None
 
 
 if __name__ == "__main__":

@@ -59,8 +59,8 @@ def test_values_and_defaults_are_there(configs):
 def test_whole_numbers_become_floats_where_floats_are_meant(good):
     good["material"][0]["density"] = 2700
     good["stage"][3]["gravity_factor"] = 3
-    good["grid"]["zone_size"] = [1, 0.5]
-    good["window"][0] |= {"columns": [8, 10], "rows": [8, 14]}
+    good["grid"]["zone_size"] = [1, 1]
+    good["window"][0] |= {"columns": [12, 14], "rows": [3, 5]}
     scene = build_scene(good)
     assert type(scene.material[0].density) is float
     assert type(scene.stage[3].gravity_factor.to) is float
@@ -210,9 +210,21 @@ def test_a_file_that_is_not_text_is_a_problem_of_the_scene(tmp_path):
         read_scene(path)
 
 
-def test_a_missing_file_is_not_a_problem_of_the_scene(tmp_path):
-    with pytest.raises(FileNotFoundError):
+def test_a_missing_file_is_named_with_what_is_there(tmp_path):
+    (tmp_path / "other.toml").write_text("")
+    with pytest.raises(SceneError, match=r"none\.toml: there is no such file\n.*other\.toml"):
         read_scene(tmp_path / "none.toml")
+
+
+def test_what_only_the_grid_knows_is_found_before_a_run(configs):
+    text = configs / "quick_slope.toml"
+    steep = "grid.profile=[[0.0, 4.0], [3.3333333, 4.0], [7.3333333, 12.0], [20.0, 12.0]]"
+    with pytest.raises(SceneError, match=r"quick_slope\.toml:7: grid: .*dx"):
+        read_scene(text, [steep])
+    with pytest.raises(SceneError, match=r"quick_slope\.toml:\d+: window\[0\]: .*ground surface"):
+        read_scene(text, ["window.0.rows=[8, 16]", "window.0.columns=[14, 16]"])
+    with pytest.raises(SceneError, match="radius at most"):
+        read_scene(text, ["discs.radius=0.2"])
 
 
 @pytest.mark.parametrize("data", [{}, {"format": 2}, {"grid": 5}, {"stage": {}}, {"stage": []}, {"material": [3]}])

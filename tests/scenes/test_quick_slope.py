@@ -77,7 +77,7 @@ def test_the_slope_has_not_failed_at_three_g(run):
 
 def test_closing_table_and_resolved_scene(quick_run):
     out, done = quick_run
-    for word in ("equilibrium", "couple", "overload", "P/l vs stress", "bonds broken", "waiting s", "exit code 0"):
+    for word in ("equilibrium", "couple", "overload", "P/l vs stress", "bonds broken", "discs", "exit code 0"):
         assert word in done.stdout
     scene = json.loads((out / "scene.json").read_text())
     assert scene["coupling"]["mapping"] == "work-consistent"
