@@ -33,3 +33,8 @@ def plan(scene):
         if not stage.discard:
             gravity, factor = own_gravity, leg.end
     return legs
+
+
+def large_strain(scene, stage):
+    """Whether a stage computes in large strain. Equilibrium finds the stress in the shape that the scene draws: never there."""
+    return stage.kind not in ("equilibrium", "fill") and (scene.grid.large_strain or stage.large_strain is True)

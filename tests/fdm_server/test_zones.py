@@ -134,4 +134,4 @@ def test_failures_are_named():
     with pytest.raises(Unstable, match=r"1 gridpoints are not finite, one at \("):
         check_motion(model, state)
     with pytest.raises(Unstable, match="inverted"):
-        check_zones(model.grid.xy * [-1, 1], model.zones)
+        check_zones(model.grid.xy * [-1, 1], model.zones, model.zone)
