@@ -183,3 +183,19 @@ def test_a_copied_state_goes_on_with_the_same_bits(made):
     assert state.builds > builds
     assert state.disc.tobytes() == copy.disc.tobytes()
     assert state.clumps.motion.tobytes() == copy.clumps.motion.tobytes()
+
+
+def test_recorded_bodies_give_the_same_stress(tmp_path, made):
+    """The bins' mean of a recorded frame, area by area, is the mean stress of the window."""
+    from colluvium import open_run, window_fields
+    from coupler_protocol.recorder import FrameInfo, Recorder
+    from dem_server import record
+
+    model, state = made
+    with Recorder(tmp_path / "dem.rank1.vtkhdf", "discrete") as recorder:
+        recorder.frame(FrameInfo(0, 0.0, "couple", 1.0), **record.frame(model, state))
+    with open_run(tmp_path) as run:
+        bins = window_fields.bins(run, 0)._replace(area=np.ones(1), shape=(1, 1))
+        bins = bins._replace(size=np.array([1e-3, 1e-3]))
+        found = window_fields.mean_stress(run, 0, bins)[0]
+    np.testing.assert_allclose(found, mean_stress(contacts(state), 1.0), rtol=1e-9)
