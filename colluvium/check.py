@@ -22,7 +22,8 @@ def _tables(scene, place):
     elif parent == "material":
         holders = [(f"material {m.name!r}", m) for m in scene.material]
     elif parent == "grain":
-        holders = [("discs.soil", scene.discs and scene.discs.soil), ("ring", scene.ring)]
+        discs = scene.discs
+        holders = [("discs.soil", discs and discs.soil), ("discs.stone", discs and discs.stone), ("ring", scene.ring)]
     else:
         holders = [(parent, getattr(scene, parent, None))]
     return [name for name, holder in holders if holder is not None and getattr(holder, key, None) is not None]

@@ -42,6 +42,9 @@ def sentences(info):
         parts = [f"window {window['name']}: {window.get('discs', '?')} discs, {window.get('control_discs', '?')} on the ring"]
         if "porosity" in window:
             parts.append(f"porosity {window['porosity']:.3f}")
+        if "stones" in window:
+            both = 100 * window["stone_content"], 100 * window["stone_content_discs"]
+            parts.append(f"{window['stones']} stones: {both[0]:.1f} % of the area, {both[1]:.1f} % of the discs")
         if "error_yy" in window:
             parts.append(f"stress brought within {100 * window['error_yy']:.1f} % (rms) of the slope's vertical stress")
         if "bonds_broken_tension" in window:

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from colluvium.rank_file import Fields
 
 
+KINDS = ("soil-soil", "soil-stone", "stone-stone")  # by how many of the two discs belong to a stone
+
+
 class Fabric(NamedTuple):
     """Fitted parameters; angles in degrees from the x axis, counter-clockwise, in [0, 180)."""
 
@@ -28,12 +31,21 @@ class Fabric(NamedTuple):
     theta_n: float
 
 
-def contact_fabric(discs: "Fields", contacts: "Fields") -> Fabric:
-    """Fabric of the compressed contacts between free discs."""
+def contact_fabric(discs: "Fields", contacts: "Fields", kind: str | None = None) -> Fabric:
+    """Fabric of the compressed contacts between free discs, all of them or one of KINDS.
+
+    Contacts inside one stone are left out: they say how the stone is made, not how stones and soil meet.
+    """
+    if kind is not None and kind not in KINDS:
+        raise ValueError(f"no kind of contact {kind!r}; there are {', '.join(KINDS)}")
     ends, force = contacts.ends, contacts.normal_force
     used = force > 0.0
     if "control" in discs:
         used &= ~(discs.control[ends] == 1).any(axis=1)
+    stone = discs.stone[ends] if "stone" in discs else np.full(ends.shape, -1)
+    used &= (stone[:, 0] != stone[:, 1]) | (stone[:, 0] < 0)
+    if kind is not None:
+        used &= (stone >= 0).sum(axis=1) == KINDS.index(kind)
     branch = discs.xy[ends[used, 1]] - discs.xy[ends[used, 0]]
     return fit_fabric(np.arctan2(branch[:, 1], branch[:, 0]), force[used])
 

@@ -93,6 +93,11 @@ class RankFile:
         values = self._vtk[f"{place}/{name}"][start + rows.start : start + rows.stop]
         return values[:, :2] if values.shape[1:] == (3,) else values
 
+    def constant(self, name: str) -> np.ndarray | None:
+        """An array that holds for all frames, or None."""
+        data = self._file.get(f"Constants/{name}")
+        return None if data is None else data[:]
+
     def units(self) -> dict[str, str]:
         """Unit of every field and history of the file."""
         found = {}

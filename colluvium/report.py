@@ -7,6 +7,7 @@ from pathlib import Path
 from colluvium.results import Run, open_run
 
 FIGURES = (  # file name, module of colluvium.figures, function
+    ("mesostructure", "mesostructure", "draw"),
     ("stress", "stress", "draw"),
     ("displacement", "displacement", "draw"),
     ("shear_strain_rate", "shear", "draw_rate"),

@@ -58,9 +58,18 @@ class Run:
         """Gridpoints and discs of all ranks that recorded a frame: what has a place and a displacement."""
         return [self.files[rank].points(row) for rank, row in sorted(self._rows[frame].items())]
 
-    def fabric(self, frame: int, rank: int = 1) -> Fabric:
-        """Statistics of contact normals and forces, contacts of the ring's control discs left out."""
-        return contact_fabric(self.discs(frame, rank), self.contacts(frame, rank))
+    def fabric(self, frame: int, rank: int = 1, kind: str | None = None) -> Fabric:
+        """Statistics of contact normals and forces, of all contacts or of one kind (colluvium.fabric.KINDS).
+
+        Contacts of the ring's control discs and inside one stone are left out.
+        """
+        return contact_fabric(self.discs(frame, rank), self.contacts(frame, rank), kind)
+
+    def stones(self, rank: int = 1) -> list[np.ndarray]:
+        """Polygons (V, 2) of the stones as they were placed [m]; colluvium.stones moves them with their discs."""
+        file = self._file(rank, "discrete")
+        corners, start = file.constant("stone_corners"), file.constant("stone_start")
+        return [] if corners is None else np.split(corners, start[1:-1])
 
     def history(self, name: str, rank: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Steps and values of a history of one rank."""

@@ -1,8 +1,8 @@
 """Stress and strain inside a window, in bins as large as a zone: what zones show outside it.
 
-stress_ij = -1/A sum over contacts of branch_i force_j, with the branch from the first to the second disc and
-the force on the second, tension positive (J. Christoffersen, M.M. Mehrabadi, S. Nemat-Nasser, J. Appl. Mech.
-48 (1981) 339-344).
+stress_ij = -1/A sum over contacts of branch_i force_j, with the branch from the first to the second body, a disc
+or a rigid clump of discs, and the force on the second, tension positive (J. Christoffersen, M.M. Mehrabadi,
+S. Nemat-Nasser, J. Appl. Mech. 48 (1981) 339-344).
 
 Strain: the displacement gradient G that fits the discs of a bin best (least squares, u = u0 + G (x - x0)).
 
@@ -75,20 +75,35 @@ def starting_places(discs: Fields) -> np.ndarray:
     return discs.xy - discs.displacement
 
 
+def body_centres(discs: Fields) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 2) centroid of the body each disc belongs to, itself or its clump: now, and before any displacement."""
+    start = starting_places(discs)
+    if "centroid" not in discs:
+        return discs.xy, start
+    own = discs.stone >= 0
+    stone = discs.stone[own]
+    number = np.maximum(np.bincount(stone), 1)
+    moved = np.column_stack([np.bincount(stone, u) / number for u in discs.displacement[own].T])
+    start[own] = discs.centroid[own] - moved[stone]
+    return discs.centroid, start
+
+
 def mean_stress(run: Run, frame: int, grid: Bins, rank: int = 1) -> np.ndarray:
     """(B, 3) xx, yy, xy of the mean stress in each bin [Pa], tension positive; NaN in bins not used."""
     discs, contacts = run.discs(frame, rank), run.contacts(frame, rank)
     branch = np.diff(discs.xy[contacts.ends], axis=1)[:, 0]
-    first, second = starting_places(discs)[contacts.ends].swapaxes(0, 1)
+    body, start = body_centres(discs)
+    span = np.diff(body[contacts.ends], axis=1)[:, 0]
+    first, second = start[contacts.ends].swapaxes(0, 1)
     normal = branch / np.linalg.norm(branch, axis=1, keepdims=True)
     tangent = np.column_stack((-normal[:, 1], normal[:, 0]))
     force = contacts.normal_force[:, None] * normal
     if "shear_force" in contacts:
         force += contacts.shear_force[:, None] * tangent
     moments = (
-        branch[:, 0] * force[:, 0],
-        branch[:, 1] * force[:, 1],
-        0.5 * (branch[:, 0] * force[:, 1] + branch[:, 1] * force[:, 0]),
+        span[:, 0] * force[:, 0],
+        span[:, 1] * force[:, 1],
+        0.5 * (span[:, 0] * force[:, 1] + span[:, 1] * force[:, 0]),
     )
     sums = np.zeros((len(grid.area), 3))
     for part in BRANCH_PARTS:  # a branch over two bins counts in both

@@ -31,8 +31,9 @@ FIELDS = {
     "id": Quantity("-", "number of the disc, the same in every frame"),
     "radius": Quantity("m", "radius"),
     "spin": Quantity("rad/s", "angular velocity, counter-clockwise positive"),
-    "material": Quantity("-", "material of the disc: 0 soil, 1 stone"),
+    "material": Quantity("-", "material of the disc: 0 control disc, 1 soil, 2 stone"),
     "stone": Quantity("-", "number of the stone the disc belongs to, -1 for soil"),
+    "centroid": Quantity("m", "centroid of the rigid body the disc belongs to, or its own centre", _PLANE),
     "control": Quantity("-", "1 for a control disc of the ring, 0 for a free disc"),
     # contacts
     "disc_a": Quantity("-", "id of the first disc of the contact"),
@@ -47,6 +48,11 @@ FRAME = {
     "time": Quantity("s", "time; static stages advance it by 1 a step"),
     "stage": Quantity("-", "name of the stage"),
     "gravity_factor": Quantity("-", "gravity over the gravity of the scene"),
+}
+
+CONSTANTS = {
+    "stone_corners": Quantity("m", "corners of the stones as they were placed, one stone behind the other", _PLANE),
+    "stone_start": Quantity("-", "row of each stone's first corner, and one past the last corner"),
 }
 
 HISTORIES = {

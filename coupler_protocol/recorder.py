@@ -27,17 +27,25 @@ Arrays = Mapping[str, np.ndarray]
 
 
 class Recorder:
-    """One VTKHDF file of one rank. `kind` is "continuum" or "discrete"; `attributes` go to the file's root.
+    """One VTKHDF file of one rank. `kind` is "continuum" or "discrete"; `attributes` go to the file's root,
+    `constants` are arrays that hold for all frames.
 
     `seconds` is the time the caller has spent here, `writer_seconds` the time the thread has worked.
     """
 
-    def __init__(self, path: str | Path, kind: str, title: str = "", attributes: Mapping[str, Any] | None = None) -> None:
+    def __init__(
+        self,
+        path: str | Path,
+        kind: str,
+        title: str = "",
+        attributes: Mapping[str, Any] | None = None,
+        constants: Arrays | None = None,
+    ) -> None:
         if kind not in TOPOLOGIES:
             raise ValueError(f"kind {kind!r} is not one of {', '.join(TOPOLOGIES)}")
         self.seconds = 0.0
         self.writer_seconds = 0.0
-        self._file = VtkHdfFile(Path(path), kind, {"title": title, **(attributes or {})})
+        self._file = VtkHdfFile(Path(path), kind, {"title": title, **(attributes or {})}, constants or {})
         self._last: Frame | None = None
         self._histories: dict[str, tuple[list[int], list[float]]] = {}
         self._failure: Exception | None = None

@@ -10,7 +10,7 @@ from functools import cache
 from importlib.metadata import entry_points
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, create_model, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, create_model, model_validator
 
 from coupler_protocol.declare import Table, quantity
 
@@ -60,6 +60,7 @@ class Grid(Table):
     profile: list[Point] | None = quantity(
         None, unit="m", meaning="ground surface from left to right (kind = slope); snaps to gridpoints", min_length=2
     )
+    large_strain: bool = quantity(False, meaning="zones follow their gridpoints, in all stages but those of kind equilibrium")
 
     @model_validator(mode="after")
     def _profile_for_slopes(self):
@@ -87,6 +88,46 @@ class Window(Table):
         if self.columns[0] > self.columns[1] or self.rows[0] > self.rows[1]:
             raise ValueError("columns and rows are [first, last] with first <= last")
         return self
+
+
+class StoneSize(Table):
+    """Lognormal sizes of stones: diameters of circles of equal area."""
+
+    mean: float = quantity(unit="m", meaning="mean of the distribution before sizes beyond min and max are left out", gt=0)
+    sigma: float = quantity(meaning="standard deviation of ln(size)", gt=0, le=2)
+    min: float = quantity(unit="m", meaning="smallest size", gt=0)
+    max: float = quantity(unit="m", meaning="largest size", gt=0)
+
+    @model_validator(mode="after")
+    def _in_order(self):
+        if not self.min < self.mean < self.max:
+            raise ValueError("min, mean and max must be in increasing order")
+        return self
+
+
+def _increasing(value):
+    if value[0] > value[1]:
+        raise ValueError("the first number must not be larger than the second")
+    return value
+
+
+Corners = Annotated[int, Field(ge=4, le=64)]
+Flatness = Annotated[float, Field(ge=1, le=5)]
+
+
+class Stones(Table):
+    """Stones among the discs of every window: random polygons, convex and concave."""
+
+    content: float = quantity(meaning="area of the stones over area of the window", gt=0, le=0.75)
+    body: Literal["clump", "cluster"] = quantity("clump", meaning="rigid, or discs bonded to each other that can break")
+    size: StoneSize = Field(description="lognormal sizes")
+    vertices: Annotated[tuple[Corners, Corners], AfterValidator(_increasing)] = quantity(
+        (6, 12), meaning="least and largest number of corners"
+    )
+    flatness: Annotated[tuple[Flatness, Flatness], AfterValidator(_increasing)] = quantity(
+        (1.0, 1.8), meaning="least and largest ratio of long to short axis"
+    )
+    gap: float = quantity(0.0, unit="m", meaning="least distance between stones, and to the window's edge", ge=0)
 
 
 class Coupling(Table):
@@ -139,6 +180,7 @@ class Stage(Table):
         None, unit="steps", meaning="kind couple: steps over which discs take over from zones (500)", ge=1
     )
     insitu: bool | None = quantity(None, meaning="kind fill: bring the discs to the zones' stress (true)")
+    large_strain: Literal[True] | None = quantity(None, meaning="zones follow their gridpoints from this stage on")
     discard: bool = quantity(False, meaning="forget the outcome: the next stage starts where this one did")
 
     @model_validator(mode="before")
@@ -182,6 +224,7 @@ def scene_class():
         density_matching=(bool, quantity(True, meaning="discs weigh what the zones they replace weighed")),
         stiffness=(Literal["disc", "contact"], quantity("disc", meaning="springs belong to discs (in series) or to contacts")),
         soil=(discs_material, quantity(meaning="material of the discs")),
+        stone=(discs_material | None, quantity(None, meaning="material of the discs in stones")),
         **_effect_fields("discs"),
     )
     return create_model(
@@ -203,6 +246,7 @@ class SceneBase(Table):
     grid: Grid = Field(description="the continuum's mesh")
     boundary: list[Boundary] = Field(default_factory=list, description="what is held in place")
     window: list[Window] = Field(default_factory=list, description="windows of discs, rank 1 onwards")
+    stones: Stones | None = Field(default=None, description="stones in the windows; no table: none")
     coupling: Coupling = Field(default=Coupling(), description="how motion and force cross the interface")
     link: Link = Field(default=Link(), description="clocks of the connection")
     record: Record = Field(default=Record(), description="what is written how often")

@@ -15,9 +15,6 @@ from coupler_protocol.toml_lines import line_of, locate
 
 FROM_SET = 0  # stands for a line where the command line gave the value
 NOT_YET = {
-    "stones": "stones are not placed yet by this version: remove the table",
-    "stone": "stones are not placed yet by this version: remove the table",
-    "large_strain": "this version computes small strains only: remove the key",
     "time": "this version computes in static mode only: remove the key",
     "band": "states of the band cannot end a stage yet: use ratio, steps or displacement",
 }

@@ -5,7 +5,7 @@ Rules that only a server knows come through the entry-point group `colluvium.rul
 
 from importlib.metadata import entry_points
 
-from coupler_protocol.scene import GRID_ONLY, STAGE_KINDS
+from coupler_protocol.stage_rules import STAGE_RULES
 
 
 def broken_rules(scene):
@@ -81,32 +81,22 @@ def discs_fit_into_windows(scene):
             yield ("window", i), why, f"radius at most {min(across, up) / 16.0:.3g} m, or a larger window"
 
 
-def stages_follow_each_other(scene):
-    """Fill before couple, couple once, and what a kind of stage can use."""
-    done = set()
-    for i, stage in enumerate(scene.stage):
-        at = ("stage", i)
-        if stage.kind in ("fill", "couple") and not scene.window:
-            yield at, f"stage {stage.name!r} needs a window", "add a [[window]] table or remove the stage"
-        if stage.kind == "couple" and "fill" not in done:
-            yield at, "couple without discs", 'add a stage with kind = "fill" before it'
-        if stage.kind in (*GRID_ONLY, "fill") and "couple" in done:
-            yield at, f"a stage of kind {stage.kind!r} cannot follow couple", "move it before the couple stage"
-        if stage.kind in ("fill", "couple") and stage.kind in done:
-            yield at, f"a second stage of kind {stage.kind!r}", "fill and couple once"
-        if stage.kind == "fill" and (stage.until or stage.gravity_factor or stage.gravity is not None):
-            yield at, "fill computes no steps of the grid", "remove until, gravity and gravity_factor here"
-        if stage.kind != "fill" and (stage.until is None or not any(v is not None for v in stage.until.__dict__.values())):
-            yield at, f"stage {stage.name!r} would never end", "add until = { ratio = 1e-5, steps = .. }"
-        if stage.handover is not None and stage.kind != "couple":
-            yield (*at, "handover"), "only a stage of kind couple hands over", "remove the key"
-        if stage.insitu is not None and stage.kind != "fill":
-            yield (*at, "insitu"), "only a stage of kind fill packs discs", "remove the key"
-        if stage.discard and stage.kind not in GRID_ONLY:
-            yield (*at, "discard"), "only stages of the grid alone can be discarded", "remove the key"
-        done.add(stage.kind)
-    if scene.window and "couple" not in done:
-        yield ("window",), "no stage couples the window", 'add stages with kind = "fill" and kind = "couple"'
+def stones_need_their_material(scene):
+    """Stones are made of discs with springs of their own; a cluster is held together by bonds."""
+    grain = scene.discs.stone if scene.discs else None
+    if scene.stones is not None and grain is None:
+        yield ("stones",), "stones without a material", "add a [discs.stone] table or remove [stones]"
+    if scene.stones is None and grain is not None:
+        yield ("discs", "stone"), "there are no stones to be made of it", "add a [stones] table or remove [discs.stone]"
+    if scene.stones is None or grain is None:
+        return
+    if grain.spring is None:
+        yield ("discs", "stone"), "the stones have no stiffness", "add spring = { normal = .., shear = .. }"
+    if scene.stones.body == "cluster" and grain.bond is None:
+        yield ("discs", "stone"), "nothing holds a cluster together", "add bond = { tension = .., shear = .. }"
+    if scene.stones.size.min < 2.0 * scene.discs.radius:
+        smallest = f"at least {2.0 * scene.discs.radius:g} m, the size of a disc"
+        yield ("stones", "size", "min"), f"stones of {scene.stones.size.min:g} m are smaller than a disc", smallest
 
 
 RULES = (
@@ -115,6 +105,6 @@ RULES = (
     windows_lie_inside,
     windows_need_discs,
     discs_fit_into_windows,
-    stages_follow_each_other,
+    stones_need_their_material,
+    *STAGE_RULES,
 )
-assert set(GRID_ONLY) < set(STAGE_KINDS)

@@ -40,3 +40,8 @@ def plan(scene):
         if not stage.discard:
             gravity, factor = legs[-1].gravity, legs[-1].end
     return legs
+
+
+def large_strain(scene, stage):
+    """Whether a stage computes in large strain. Equilibrium finds the stress in the shape that the scene draws: never there."""
+    return stage.kind not in ("equilibrium", "fill") and (scene.grid.large_strain or stage.large_strain is True)

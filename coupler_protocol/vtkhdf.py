@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 
 from coupler_protocol.column import Blocks, Rows, same_bits
-from coupler_protocol.quantities import FIELDS, FRAME, HISTORIES, Quantity
+from coupler_protocol.quantities import CONSTANTS, FIELDS, FRAME, HISTORIES, Quantity, quantity
 from coupler_protocol.vtk_cells import TOPOLOGIES, cell_groups, cell_rows, zone_types
 
 VERSION = (2, 0)
@@ -46,7 +46,7 @@ class Frame(NamedTuple):
 class VtkHdfFile:
     """Frames of a continuum (quads and triangles) or of discs (vertices) and their contacts (lines)."""
 
-    def __init__(self, path: Path, kind: str, attributes: Mapping[str, Any]) -> None:
+    def __init__(self, path: Path, kind: str, attributes: Mapping[str, Any], constants: Mapping[str, np.ndarray]) -> None:
         self._kind = kind
         self._file = h5py.File(path, "w", libver=("v108", "v114"), locking=False)
         self._file.attrs.update({**attributes, "kind": kind})
@@ -55,6 +55,10 @@ class VtkHdfFile:
         self._vtk.attrs["Type"] = np.bytes_(TOPOLOGIES[kind])  # of fixed length, as older readers demand
         self._steps = self._vtk.create_group("Steps")
         self._steps.attrs["NSteps"] = 0
+        for name, values in constants.items():
+            data = self._file.create_dataset(f"Constants/{name}", data=values)
+            about = quantity(CONSTANTS, name)
+            data.attrs.update({"unit": about.unit, "long_name": about.long_name})
         self._columns: dict[str, Rows | Blocks] = {}
         self._frames = 0
         self._parts = 0

@@ -2,23 +2,24 @@
 
     ratio = max |sum F| / mean sum |f|                                           (1)
 
-over the free discs; F: resultant of contact forces and weight, f: each of these forces. The same words as
-on the continuum's side.
+over the free bodies, discs and clumps; F: resultant of contact forces and weight, f: each of these forces.
+The same words as on the continuum's side.
 """
 
 from coupler_protocol.jit import jit
+from dem_server.clumps import resultant
 
 
 def unbalanced_ratio(model, state, gravity):
     """Eq (1) [-]; 0 if no force acts at all."""
     return ratio(
         state.disc, state.load, state.weight, state.used, state.partner, state.normal, state.shear,
-        model.ring, gravity,
+        state.clumps, model.ring, gravity,
     )
 
 
 @jit
-def ratio(disc, load, weight, used, partner, normal, shear, ring, gravity):
+def ratio(disc, load, weight, used, partner, normal, shear, clumps, ring, gravity):
     """Kernel of `unbalanced_ratio`."""
     n = disc.shape[0]
     total = 0.0
@@ -29,8 +30,18 @@ def ratio(disc, load, weight, used, partner, normal, shear, ring, gravity):
                 f2 += shear[i, s] ** 2
             free = (1 if i >= ring else 0) + (1 if partner[i, s] >= ring else 0)
             total += free * f2**0.5
-    worst = 0.0
+    worst, bodies = 0.0, n - ring
     for i in range(ring, n):
         total += weight[i] * gravity
+        if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if clumps.body[i] >= 0:
+                bodies -= 1
+                continue
         worst = max(worst, load[i, 0] ** 2 + (load[i, 1] - weight[i] * gravity) ** 2)
-    return worst**0.5 * (n - ring) / total if total > 0.0 else 0.0
+    if clumps is not None:
+        for c in range(len(clumps.motion)):
+            if clumps.start[c] < clumps.start[c + 1]:
+                bodies += 1
+                fx, fy, _ = resultant(c, clumps, disc, load, weight, gravity)
+                worst = max(worst, fx * fx + fy * fy)
+    return worst**0.5 * bodies / total if total > 0.0 else 0.0

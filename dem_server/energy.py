@@ -8,11 +8,18 @@ from coupler_protocol.jit import jit
 
 
 @jit
-def kinetic_kernel(disc, first):
-    """Kinetic energy [J] of discs `first`..n-1."""
+def kinetic_kernel(disc, clumps, first):
+    """Kinetic energy [J] of discs `first`..n-1 and clumps."""
     total = 0.0
     for i in range(first, disc.shape[0]):
+        if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if clumps.body[i] >= 0:
+                continue
         total += disc[i, 6] * (disc[i, 2] ** 2 + disc[i, 3] ** 2) + disc[i, 7] * disc[i, 4] ** 2
+    if clumps is not None:
+        body = clumps.motion
+        for c in range(len(body)):
+            total += body[c, 6] * (body[c, 2] ** 2 + body[c, 3] ** 2) + body[c, 7] * body[c, 4] ** 2
     return 0.5 * total
 
 
@@ -29,8 +36,8 @@ def stored_kernel(used, kind, normal, shear, spring):
 
 
 def kinetic(model, state):
-    """Kinetic energy of the free discs [J]."""
-    return kinetic_kernel(state.disc, model.ring)
+    """Kinetic energy of the free discs and clumps [J]."""
+    return kinetic_kernel(state.disc, state.clumps, model.ring)
 
 
 def stored(model, state):

@@ -13,7 +13,8 @@ class Contacts(NamedTuple):
     """Listed pairs that exist as contacts. Branch and normal point from disc a to disc b.
 
     disc_a, disc_b (m,); normal_force (compression positive), shear_force (m,) [N]; bond_state (m,); gap
-    (m,): g - gr [m]; branch (m, 2): x_b - x_a [m]; kind (m,); slot (m,): flat index of the slot.
+    (m,): g - gr [m]; branch (m, 2): x_b - x_a [m]; span (m, 2): the same between the centroids of the bodies
+    they belong to; kind (m,); slot (m,): flat index of the slot.
     """
 
     disc_a: np.ndarray
@@ -23,6 +24,7 @@ class Contacts(NamedTuple):
     bond_state: np.ndarray
     gap: np.ndarray
     branch: np.ndarray
+    span: np.ndarray
     kind: np.ndarray
     slot: np.ndarray
 
@@ -62,7 +64,19 @@ def listed_pairs(state):
     branch = state.x[b] - state.x[a]
     gap = np.hypot(*branch.T) - state.radius[a] - state.radius[b] - taken(state.reference_gap)
     bond = taken(state.bond_state, np.int8)
-    return Contacts(a, b, taken(state.normal), taken(state.shear), bond, gap, branch, taken(state.kind), slot)
+    span = branch
+    if state.clumps is not None:
+        centre = body_centres(state)
+        span = centre[b] - centre[a]
+    return Contacts(a, b, taken(state.normal), taken(state.shear), bond, gap, branch, span, taken(state.kind), slot)
+
+
+def body_centres(state):
+    """Centroid (n, 2) of the body each disc belongs to: its clump, or the disc itself."""
+    if state.clumps is None:
+        return state.x
+    body = state.clumps.body
+    return np.where(body[:, None] >= 0, state.clumps.motion[body, :2], state.x)
 
 
 def coordination(model, state, inside=None):

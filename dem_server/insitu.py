@@ -29,7 +29,7 @@ from dem_server.balance import unbalanced_ratio
 from dem_server.bins import bins_over
 from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BONDED, NONE
-from dem_server.fields import contacts, coordination, porosity
+from dem_server.fields import body_centres, contacts, coordination, porosity
 from dem_server.model import SHEAR_BREAKS, SPIN, TENSION_BREAKS, VX
 from dem_server.motion import move_free
 from dem_server.strength import friction_sine, inside_cone, tensile_strength
@@ -61,9 +61,18 @@ class Report(NamedTuple):
 
 
 def match_weight(model, state, target):
-    """Scale the discs' weight, the ring's inner shares included, to that of the zones; return the factor."""
-    factor = float(target[:, 2] @ target[:, 6]) / float(state.weight.sum())
-    state.weight *= factor
+    """Scale the soil's weight, the ring's inner shares included, so that all weighs what the zones did; return the factor.
+
+    Stones keep their weight.
+    """
+    soil = np.ones(model.count, dtype=bool) if state.stone is None else state.stone < 0
+    wanted = float(target[:, 2] @ target[:, 6]) - float(state.weight[~soil].sum())
+    if wanted <= 0.0:
+        raise ValueError(
+            "the stones alone weigh more than the zones they replace: lower discs.stone.density or set density_matching = false"
+        )
+    factor = wanted / float(state.weight[soil].sum())
+    state.weight[soil] *= factor
     return factor
 
 
@@ -88,10 +97,7 @@ def bring_to_stress(model, state, target, gravity, report=None):
         relax(model, state, gravity, STEPS)
         if report:
             report(f"in-situ stress, round {round_ + 1} of {ROUNDS}", (round_ + 1) / ROUNDS)
-    for _ in range(20):
-        if unbalanced_ratio(model, state, gravity) <= REST:
-            break
-        relax(model, state, gravity, STEPS)
+    come_to_rest(model, state, gravity)
     forget_breakage(state)
     return Report(
         *stress_error(state, centres, circle, inside_cone(field(centres), sine, tension)[0]).tolist(),
@@ -101,6 +107,14 @@ def bring_to_stress(model, state, target, gravity, report=None):
         coordination=coordination(model, state)[0],
         porosity=porosity(model, state),
     )
+
+
+def come_to_rest(model, state, gravity):
+    """Relax until the discs are at rest, or hardly come nearer to it any more."""
+    for _ in range(20):
+        if unbalanced_ratio(model, state, gravity) <= REST:
+            break
+        relax(model, state, gravity, STEPS)
 
 
 def relax(model, state, gravity, steps):
@@ -159,7 +173,7 @@ def measuring_circles(polygon, radius):
 def stress_error(state, centres, radius, aim):
     """Root mean square over circles of stress - `aim` (q, 3), over the mean of |aim_yy|: xx, yy, xy (3,)."""
     pairs = contacts(state)
-    found = circle_stress(state.x[pairs.disc_a], pairs, centres, radius)
+    found = circle_stress(body_centres(state)[pairs.disc_a], pairs, centres, radius)
     return np.sqrt(((found - aim) ** 2).mean(axis=0)) / np.abs(aim[:, 1]).mean()
 
 

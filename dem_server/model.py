@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dem_server.clumps import Clumps
 from dem_server.effects import RING, SOIL, Law, law_from
 from dem_server.ring import inner_share
 
@@ -52,7 +53,8 @@ class State:
     contact forces [N] and moment [N m]; weight (n,) mass that gravity acts on [kg/m], for control discs the
     share inside the ring; origin (n, 2) where displacements count from; angle (n,) [rad]. Slots (n, S):
     partner, kind of pair, normal (compression positive) and shear force [N], reference gap [m], bond state.
-    counters: list builds, bonds broken in tension, in shear, capped velocities.
+    counters: list builds, bonds broken in tension, in shear, capped velocities. stone (n,): number of the
+    stone each disc belongs to, -1 for soil; clumps: the stones as rigid bodies.
     """
 
     disc: np.ndarray
@@ -69,6 +71,8 @@ class State:
     reference_gap: np.ndarray | None
     bond_state: np.ndarray | None
     counters: np.ndarray
+    stone: np.ndarray | None = None
+    clumps: Clumps | None = None
 
     x = property(lambda self: self.disc[:, X : Y + 1], doc="positions (n, 2) [m], a view")
     v = property(lambda self: self.disc[:, VX : VY + 1], doc="velocities (n, 2) [m/step], a view")

@@ -1,7 +1,7 @@
 """Neighbour list: near pairs in slots, found with a cell grid, valid until a disc has moved by half the skin.
 
 A pair closer than `SKIN` smallest radii gets a slot at its lower-numbered disc or, if that one is full, at
-the other; pairs within the ring never do. Rebuilding carries forces, reference gaps and bonds over; bonded
+the other; pairs within the ring or within one clump never do. Rebuilding carries forces, reference gaps and bonds over; bonded
 pairs stay listed at any distance.
 """
 
@@ -35,10 +35,11 @@ def rebuild(model, state):
             for a in (old[1], state.kind, *old[2:])
         )
         if list_pairs(
-            state.disc, state.listed_at, model.ring, skin(model), state.used, state.partner
+            state.disc, state.listed_at, state.clumps, model.ring, skin(model), state.used, state.partner
         ) and carry_over(
-            *old, state.used, state.partner, state.normal, state.shear, state.reference_gap, state.bond_state
-        ):
+            *old, state.clumps,
+            state.used, state.partner, state.normal, state.shear, state.reference_gap, state.bond_state,
+        ):  # fmt: skip
             break
         slots += 2
     number_kinds(state.used, state.partner, state.kind, model.material, model.materials)
@@ -47,7 +48,7 @@ def rebuild(model, state):
 
 
 @jit
-def list_pairs(disc, listed_at, ring, reach, used, partner):
+def list_pairs(disc, listed_at, clumps, ring, reach, used, partner):
     """Fill `used` (n,) and `partner` (n, S) with all pairs of gap < `reach`; False if slots are short."""
     n = disc.shape[0]
     x0, y0, x1, y1, widest = disc[0, 0], disc[0, 1], disc[0, 0], disc[0, 1], 0.0
@@ -82,22 +83,25 @@ def list_pairs(disc, listed_at, ring, reach, used, partner):
             for p in range(start[here], start[here + 1]):
                 i = order[p]
                 right = start[here + 2] if column + 1 < columns else start[here + 1]
-                if not list_near(disc, ring, reach, order, i, p + 1, right, used, partner):
+                if not list_near(disc, clumps, ring, reach, order, i, p + 1, right, used, partner):
                     return False
                 if row + 1 < rows:
                     above = here + columns
                     first = start[above - 1] if column > 0 else start[above]
                     last = start[above + 2] if column + 1 < columns else start[above + 1]
-                    if not list_near(disc, ring, reach, order, i, first, last, used, partner):
+                    if not list_near(disc, clumps, ring, reach, order, i, first, last, used, partner):
                         return False
     return True
 
 
 @jit
-def list_near(disc, ring, reach, order, i, first, last, used, partner):
+def list_near(disc, clumps, ring, reach, order, i, first, last, used, partner):
     """List disc `i` with those of order[first:last] that are near; False if slots are short."""
     for q in range(first, last):
         j = order[q]
+        if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if same_clump(i, j, clumps):
+                continue
         dx, dy = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
         near = disc[i, 5] + disc[j, 5] + reach
         if (
@@ -107,6 +111,12 @@ def list_near(disc, ring, reach, order, i, first, last, used, partner):
         ):
             return False
     return True
+
+
+@jit
+def same_clump(i, j, clumps):
+    """Whether two discs belong to one rigid body."""
+    return clumps.body[i] >= 0 and clumps.body[i] == clumps.body[j]
 
 
 @jit
@@ -133,12 +143,16 @@ def find_pair(i, j, used, partner):
 
 @jit
 def carry_over(
-    old_used, old_partner, old_normal, old_shear, old_gap, old_bond, used, partner, normal, shear, gap, bond
-):
+    old_used, old_partner, old_normal, old_shear, old_gap, old_bond, clumps,
+    used, partner, normal, shear, gap, bond,
+):  # fmt: skip
     """Copy what the old slots knew, list bonded pairs that are missing; False if slots are short."""
     for a in range(len(old_used)):
         for o in range(old_used[a]):
             b = np.int64(old_partner[a, o])
+            if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                if same_clump(a, b, clumps):
+                    continue
             i, s = find_pair(a, b, used, partner)
             if old_bond is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
                 if s < 0 and old_bond[a, o] == BONDED:

@@ -2,7 +2,13 @@
 
 import numpy as np
 
-from dem_server.fields import contacts
+from dem_server.fields import body_centres, contacts
+
+
+def stones(outlines):
+    """Constants for the `Recorder`: corners of all stones, one behind the other, and where each begins."""
+    start = np.concatenate([[0], np.cumsum([len(outline) for outline in outlines])])
+    return {"stone_corners": np.concatenate(outlines), "stone_start": start}
 
 
 def frame(model, state):
@@ -18,6 +24,10 @@ def frame(model, state):
         "material": model.material,
         "control": ring.astype(np.int32),
     }
+    if state.stone is not None:
+        points["stone"] = state.stone
+    if state.clumps is not None:
+        points["centroid"] = body_centres(state)
     lines = {"disc_a": pairs.disc_a, "disc_b": pairs.disc_b, "normal_force": pairs.normal_force}
     if state.shear is not None:
         lines["shear_force"] = pairs.shear_force

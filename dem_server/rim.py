@@ -82,7 +82,7 @@ class Rim:
 
     def _mass_rule(self, disc, stiffness):
         ring, K = self.ring, len(self.nodes)
-        length = np.linalg.norm(segment_vectors(ring.nodes), axis=1)
+        length = np.linalg.norm(segment_vectors(self.nodes), axis=1)
         share, pair = node_shares(ring)
         # Nodes a disc depends on: ends of the segment before (or the only one) and of the segment after.
         index = np.concatenate([pair, np.stack([ring.seg0, ring.seg0 + 1, ring.seg1, ring.seg1 + 1], axis=1) % K], axis=1)

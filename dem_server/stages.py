@@ -14,7 +14,7 @@ from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.runfile import peak_memory
 from coupler_protocol.timing import Stopwatch
 from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
-from dem_server import balance, energy, insitu, packing, record, run
+from dem_server import balance, energy, insitu, mesostructure, packing, record, run, stones
 from dem_server.contacts import contact_forces
 from dem_server.model import build_model
 from dem_server.rim import Rim
@@ -35,19 +35,28 @@ class DiscreteSide:
         self.stage = None
         self.recorder = None
         self.report = {}
-        self.model = self.state = self.rim = None
+        self.model = self.state = self.rim = self.stones = None
 
     # -- the procedure -----------------------------------------------------------------------------------------------
 
     def run(self):
         """Everything from HELLO to FAREWELL; returns the reason the continuum gave for the end."""
         nodes = join(self.conversation, self.scene)
-        with Recorder(self.out / f"dem.rank{self.rank}.vtkhdf", "discrete", self.scene.title) as self.recorder:
+        self.draw_stones(nodes)
+        constants = record.stones(self.stones.outlines) if self.stones else None
+        path = self.out / f"dem.rank{self.rank}.vtkhdf"
+        with Recorder(path, "discrete", self.scene.title, constants=constants) as self.recorder:
             self.fill(nodes)
             self.bring_to_stress()
             reason = run.lockstep(self)
         self.conversation.say_control(messages.FAREWELL, self.summary())
         return reason
+
+    def draw_stones(self, nodes):
+        """Where stones will be, if the scene has any."""
+        if self.scene.stones is not None:
+            rng = np.random.default_rng([self.scene.seed, self.rank, *b"stones"])
+            self.stones = mesostructure.draw(nodes, self.scene.stones, rng)
 
     def fill(self, nodes):
         """Ring on the rim and a packing inside it; PACKED tells the continuum."""
@@ -65,6 +74,9 @@ class DiscreteSide:
             "control_discs": len(ring.radius),
             "packing_seconds": time.perf_counter() - begin,
         }
+        if self.stones is not None:
+            stones.mark(self.model, self.state, self.stones.outlines, discs.stone.density)
+            self.report |= stones.report(self.model, self.state, self.stones)
         log.info("packed %s", self.report)
         self.watch.to("computing")
         self._turn(messages.PACKED, self.report)
@@ -82,6 +94,12 @@ class DiscreteSide:
         if content["insitu"]:
             found = insitu.bring_to_stress(self.model, self.state, field, gravity, self._note)
             self.report |= {key: _plain(value) for key, value in found._asdict().items()}
+        if self.stones is not None:
+            self.model = stones.make(self.model, self.state, self.stones.outlines, self.scene.stones.body)
+            if content["insitu"]:
+                insitu.come_to_rest(self.model, self.state, gravity)
+                self.report["ratio"] = balance.unbalanced_ratio(self.model, self.state, gravity)
+            insitu.forget_breakage(self.state)
         if self.model.law.bond is not None:
             insitu.add_bonds(self.model, self.state)
         self.rim.contacts_changed()

@@ -2,10 +2,10 @@
 
     sigma = -(1/A) sum_c w_c  sym(F_c (x) l_c)                                   (1)
 
-F_c: force on disc b, l_c: branch from disc a to b, w_c: share of the branch that lies inside the region of
-area A. Control discs stand on the window's edge, so with all branches and the window's area (1) is exactly
-the mean stress of the window at rest. Sources: Weber (1966), Bull. Liaison Ponts et Chaussées 20;
-Christoffersen, Mehrabadi & Nemat-Nasser (1981), J. Appl. Mech. 48, 339-344.
+F_c: force on body b, l_c: branch from the centroid of body a (a disc or a clump) to that of b, w_c: share of
+the branch that lies inside the region of area A. Control discs stand on the window's edge, so with all branches
+and the window's area (1) is exactly the mean stress of the window at rest. Sources: Weber (1966), Bull. Liaison
+Ponts et Chaussées 20; Christoffersen, Mehrabadi & Nemat-Nasser (1981), J. Appl. Mech. 48, 339-344.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 
 def contact_moments(pairs):
     """Integral of stress along each contact's branch: -sym(F (x) l) as columns xx, yy, xy (m, 3) [N m]."""
-    (fx, fy), (lx, ly) = pairs.force.T, pairs.branch.T
+    (fx, fy), (lx, ly) = pairs.force.T, pairs.span.T
     return -np.column_stack([fx * lx, fy * ly, 0.5 * (fx * ly + fy * lx)])
 
 
@@ -25,14 +25,14 @@ def mean_stress(pairs, area):
 def circle_stress(start, pairs, centres, radius):
     """Stress in circles: (q, 3) xx, yy, xy [Pa].
 
-    start (m, 2): where the branches begin (centres of the discs a); centres (q, 2), radius [m].
+    start (m, 2): where the branches begin (centroids of the bodies a); centres (q, 2), radius [m].
     """
     moments = contact_moments(pairs)
     stress = np.empty((len(centres), 3))
-    reach = radius + np.hypot(*pairs.branch.T).max(initial=0.0)
+    reach = radius + np.hypot(*pairs.span.T).max(initial=0.0)
     for q, centre in enumerate(centres):
         near = np.flatnonzero(((start - centre) ** 2).sum(axis=1) < reach**2)
-        share = share_inside(start[near] - centre, pairs.branch[near], radius)
+        share = share_inside(start[near] - centre, pairs.span[near], radius)
         stress[q] = share @ moments[near] / (np.pi * radius**2)
     return stress
 

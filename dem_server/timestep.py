@@ -18,6 +18,7 @@ timestep" and "Density scaling".
 import numpy as np
 
 from coupler_protocol.jit import jit
+from dem_server.clumps import clump_masses
 
 
 def safety(damping):
@@ -27,10 +28,11 @@ def safety(damping):
 
 
 def set_static_masses(model, state):
-    """Set mass and inertia of all discs, Eqs (1) and (2), from the listed pairs."""
-    static_masses(
-        state.disc, state.used, state.partner, state.kind, model.law.spring, safety(model.law.damping)
-    )
+    """Set mass and inertia of all discs, Eqs (1) and (2), and of the clumps, from the listed pairs."""
+    pairs = state.disc, state.used, state.partner, state.kind, model.law.spring, safety(model.law.damping)
+    static_masses(*pairs)
+    if state.clumps is not None:
+        clump_masses(state.clumps, *pairs)
 
 
 @jit

@@ -18,6 +18,7 @@ from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.jit import jit
 from coupler_protocol.wire import StepFrame, WireError, content_of, pack_array, unpack_array
 from fdm_server.hole import cut_window
+from fdm_server.shape import present
 from fdm_server.windows import rim_of, window_zones
 
 log = logging.getLogger(__name__)
@@ -44,7 +45,7 @@ class Rim:
         self.window, self.conversation = window, conversation
         self.mask = window_zones(grid, window)
         self.nodes = rim_of(grid, self.mask)
-        self.xy = grid.xy[self.nodes]
+        self.xy = grid.xy[self.nodes]  # as drawn [m]
         K = len(self.nodes)
         self.force = np.zeros((K, 2))  # P [N], of the discs
         self.reaction = np.zeros((K, 2))  # R without weight [N]
@@ -139,7 +140,7 @@ def traction_difference(model, state, rim, stress):
     At every rim gridpoint the traction P / l (l: half of both segments) stands beside sigma n of the adjoining zones
     (`stress` (A,4), area mean of the zones that share an edge with the rim there). Returns rms(difference) / rms(sigma n).
     """
-    xy, K = rim.xy, len(rim.nodes)
+    xy, K = present(model, state)[rim.nodes], len(rim.nodes)
     vector = np.roll(xy, -1, axis=0) - xy
     half = 0.5 * (np.linalg.norm(vector, axis=1) + np.linalg.norm(np.roll(vector, 1, axis=0), axis=1))
     normal = np.column_stack([-vector[:, 1], vector[:, 0]])  # times length, into the window: out of the grid

@@ -2,14 +2,16 @@
 
 import numpy as np
 
-from fdm_server.blocks import from_blocks
+from fdm_server import shape
+from fdm_server.blocks import from_blocks, triangle_double_areas
 from fdm_server.grid import areas, centroids
 
 
 def stress(model, state):
     """Stresses (A,4) [Pa] xx, yy, zz, xy of the active zones, mean of their triangles, tension positive."""
     rows = from_blocks(state.stress, len(model.zone))
-    share = 0.5 * from_blocks(model.geometry.share, len(model.zone))
+    double = triangle_double_areas(shape.present(model, state), model.zones)
+    share = 0.5 * double / (double[:, 0] + double[:, 1])[:, None]
     sm, zz = rows[:, 0], rows[:, 1]
     sd, xy = (share * rows[:, 2:6]).sum(axis=1), (share * rows[:, 6:10]).sum(axis=1)
     return np.column_stack([sm + sd, sm - sd, zz, xy])
@@ -22,19 +24,36 @@ def plastic_state(model, state):
     return from_blocks(state.plastic, len(model.zone))[:, 0]
 
 
-def max_shear(model, motion):
-    """Largest engineering shear strain (A,) of the zones' mean gradient of `motion` (N,2).
+def shear_strain(model, state):
+    """Largest engineering shear strain (A,) [-] of the zones, from their displacement.
 
-    Displacements [m] give a strain [-], velocities [m/s] a rate [1/s]: hypot(eps_xx - eps_yy, gamma_xy).
+    Small strain: hypot(eps_xx - eps_yy, gamma_xy) of the mean displacement gradient. Large strain: the difference of the
+    principal logarithmic strains, which does not count turns; the same to first order.
     """
-    xy, zones = model.grid.xy, model.zones
-    u = motion[zones]
+    gradient = mean_gradient(model.grid.xy, model.zones, state.displacement)
+    if state.mass is None:
+        return _max_shear(gradient)
+    F = gradient + np.eye(2)
+    C = np.einsum("zki,zkj->zij", F, F)
+    mean, radius = 0.5 * (C[:, 0, 0] + C[:, 1, 1]), np.hypot(0.5 * (C[:, 0, 0] - C[:, 1, 1]), C[:, 0, 1])
+    return np.log((mean + radius) / np.abs(np.linalg.det(F)))  # mean +- radius: squares of the stretches, their product det^2
+
+
+def shear_strain_rate(model, state):
+    """Largest engineering shear strain rate (A,) [1/s] of the zones' present shape."""
+    return _max_shear(mean_gradient(shape.present(model, state), model.zones, state.velocity))
+
+
+def mean_gradient(xy, zones, motion):
+    """Mean gradients (Z,2,2), d(motion_i)/dx_j, of `motion` (N,2) over zones (Z,4) with gridpoints at xy (N,2) [m]."""
     # gradient of N_k over a zone: half the opposite side turned by 90 degrees, over the area
     across = np.roll(xy[zones], -1, axis=1) - np.roll(xy[zones], 1, axis=1)
-    area = 2.0 * areas(xy, zones)[:, None]
-    dx = np.einsum("zk,zkc->zc", across[:, :, 1], u) / area
-    dy = np.einsum("zk,zkc->zc", -across[:, :, 0], u) / area
-    return np.hypot(dx[:, 0] - dy[:, 1], dy[:, 0] + dx[:, 1])
+    turned = np.stack([across[:, :, 1], -across[:, :, 0]], axis=2) / (2.0 * areas(xy, zones))[:, None, None]
+    return np.einsum("zki,zkj->zij", motion[zones], turned)
+
+
+def _max_shear(gradient):
+    return np.hypot(gradient[:, 0, 0] - gradient[:, 1, 1], gradient[:, 0, 1] + gradient[:, 1, 0])
 
 
 def zone_field(model, state, mask):

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from fdm_server.blocks import from_blocks, to_blocks
 from fdm_server.forces import sum_at_gridpoints
 from fdm_server.model import State, model_of
+from fdm_server.shape import begin_large_strain
 from fdm_server.timestep import weight_masses
 
 
@@ -59,6 +60,8 @@ def cut_window(model, state, mask):
         corner_force=keep(state.corner_force),
         plastic=None if state.plastic is None else keep(state.plastic),
     )
+    if state.mass is not None:
+        begin_large_strain(new, after)
     sum_at_gridpoints(new.start, new.place, after.corner_force, after.force)
     return new, after, reaction
 

@@ -47,6 +47,11 @@ class Model:
         """Density of the active zones (A,) [kg/m3]."""
         return self.density[self.grid.material[self.zone]]
 
+    @property
+    def modulus(self):
+        """Constrained modulus of the active zones (A,) [Pa]."""
+        return moduli(self.material_law)[self.grid.material[self.zone]]
+
 
 @dataclass(slots=True)
 class State:
@@ -60,6 +65,8 @@ class State:
     stress: NDArray[np.float64]  # (B, 10 rows) [Pa] sm, zz; sd and xy of four triangles
     corner_force: NDArray[np.float64]  # (B, 8 rows) [N] of zones on their corners
     plastic: NDArray[np.int64] | None  # (B, 1 row) plastic state; None where nothing yields
+    mass: NDArray[np.float64] | None = None  # (N,) [kg] scaled for a step of 1 in the present shape; None: small strain
+    mass_age: int = 0  # steps since `mass` was computed
 
 
 def build_model(scene, grid):
@@ -72,18 +79,17 @@ def build_model(scene, grid):
 def model_of(grid, zone, density, material_law, fixed):
     """Model of the zones `zone` (A,) of the grid; gridpoints without a zone are held."""
     zones, material = grid.zones[zone], grid.material[zone]
-    check_zones(grid.xy, zones)
+    check_zones(grid.xy, zones, zone)
     attached = np.bincount(zones.ravel(), minlength=len(grid.xy)) > 0
     start, place = build_gather(zones, len(grid.xy))
     patterns, pattern = np.unique(to_blocks(material[:, None]), axis=0, return_inverse=True)
-    modulus = material_law.elastic[material, :2].sum(axis=1)  # (K + G/3) + G
     return Model(
         grid=grid,
         zone=zone,
         geometry=build_geometry(grid.xy, zones),
         start=start,
         place=place,
-        mass=static_masses(grid.xy, zones, modulus),
+        mass=static_masses(grid.xy, zones, moduli(material_law)[material]),
         weight_mass=weight_masses(grid.xy, zones, density[material]),
         fixed=fixed | ~attached[:, None],
         density=density,
@@ -91,6 +97,11 @@ def model_of(grid, zone, density, material_law, fixed):
         pattern=pattern.ravel().astype(np.int64),
         law=_by_lane(material_law, patterns),
     )
+
+
+def moduli(material_law):
+    """Constrained modulus (materials,) [Pa] of every material."""
+    return material_law.elastic[:, :2].sum(axis=1)  # (K + G/3) + G
 
 
 def _by_lane(law, patterns):

@@ -13,6 +13,7 @@ import numpy as np
 
 from coupler_protocol.jit import jit
 from fdm_server.effects import damping as damping_law
+from fdm_server.shape import masses
 from fdm_server.strain import V
 
 damped = jit(damping_law.damped)
@@ -35,7 +36,7 @@ def velocity_kernel(force, applied, mass, added_mass, weight_mass, fixed, gravit
 def update_velocities(model, state, gravity):
     """Accelerate the gridpoints over one step; gravity [m/s2] acts downwards."""
     velocity_kernel(
-        state.force, state.applied, model.mass, state.added_mass, model.weight_mass, model.fixed,
+        state.force, state.applied, masses(model, state), state.added_mass, model.weight_mass, model.fixed,
         float(gravity), model.law.damping, state.velocity,
     )  # fmt: skip
 
@@ -74,7 +75,7 @@ def unbalanced_ratio(model, state, gravity):
 
 def kinetic_energy(model, state):
     """Kinetic energy [J] with masses scaled for a step of 1: a measure of motion, no physical energy."""
-    mass = model.mass + state.added_mass
+    mass = masses(model, state) + state.added_mass
     return 0.5 * float(np.sum(mass[:, None] * state.velocity**2))
 
 

@@ -8,8 +8,8 @@ def frame(model, state):
     """Keyword arguments for `Recorder.frame`: reference positions, active zones and their fields."""
     zones = {
         "stress": fields.stress(model, state),
-        "shear_strain": fields.max_shear(model, state.displacement),
-        "shear_strain_rate": fields.max_shear(model, state.velocity),
+        "shear_strain": fields.shear_strain(model, state),
+        "shear_strain_rate": fields.shear_strain_rate(model, state),
         "group": model.grid.material[model.zone],
     }
     if state.plastic is not None:

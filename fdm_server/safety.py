@@ -9,15 +9,15 @@ class Unstable(ArithmeticError):  # noqa: N818
     """The computation has left physics: nothing after this step means anything."""
 
 
-def check_zones(xy, zones):
-    """Raise Unstable where a zone (A,4) with gridpoints xy (N,2) [m] is inverted or has no area."""
+def check_zones(xy, zones, number):
+    """Raise Unstable where a zone (A,4) with gridpoints xy (N,2) [m] is inverted or has no area; `number` (A,) names them."""
     double = triangle_double_areas(xy, zones)
     present = np.ones(double.shape, dtype=np.bool_)
     present[zones[:, 2] == zones[:, 3], 1::2] = False  # (0,2,3) and (1,2,3) of a triangular zone
     bad = np.flatnonzero(np.any(present & ~(double > 0.0), axis=1))
     if len(bad):
         x, y = xy[zones[bad[0]]].mean(axis=0)
-        raise Unstable(f"{len(bad)} zones are inverted or without area, one at ({x:g}, {y:g})")
+        raise Unstable(f"{len(bad)} zones are inverted or without area, the first is zone {number[bad[0]]} at ({x:.4g}, {y:.4g})")
 
 
 def check_motion(model, state):

@@ -8,7 +8,7 @@ from coupler_protocol import checkpoint, messages
 from coupler_protocol.handshake import welcome_all
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.runfile import stage_rows
-from coupler_protocol.schedule import leg_of
+from coupler_protocol.schedule import large_strain, leg_of
 from coupler_protocol.timing import Stopwatch
 from fdm_server import fields, record
 from fdm_server.coupling import Rim, open_windows, traction_difference
@@ -18,6 +18,7 @@ from fdm_server.model import build_model, new_state
 from fdm_server.motion import farthest, unbalanced_ratio
 from fdm_server.run import run_stage
 from fdm_server.safety import check_motion
+from fdm_server.shape import begin_large_strain
 
 log = logging.getLogger(__name__)
 COUPLED = ("couple", "overload")
@@ -49,6 +50,8 @@ class ContinuumSide:
                 welcome_all(self.hub, self.scene, {rim.conversation.rank: rim.xy for rim in self.rims})
             for index, stage in enumerate(self.scene.stage):
                 self.watch.begin(stage.name)
+                if large_strain(self.scene, stage):
+                    begin_large_strain(self.model, self.state)
                 run = StageRun(self, index, stage, leg_of(stage, *self.gravity))
                 KINDS[stage.kind](self, run)
                 if not stage.discard:

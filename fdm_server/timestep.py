@@ -8,18 +8,37 @@ damping uses up at most by 1 + alpha (Itasca 2011, FLAC 7.0 Theory, 1.3).
 
 import numpy as np
 
+from coupler_protocol.jit import jit
 from fdm_server.blocks import TRIANGLES, triangle_double_areas
+
+CORNERS = tuple(map(tuple, TRIANGLES.tolist()))
 
 
 def static_masses(xy, zones, modulus):
     """Masses (N,) [kg] of gridpoints at a step of 1; modulus (Z,) [Pa] is K + 4G/3. One where no zone is."""
-    double = triangle_double_areas(xy, zones)
-    triangles = zones[:, TRIANGLES]
-    ends = xy[triangles]
-    longest = ((ends - np.roll(ends, 1, axis=2)) ** 2).sum(axis=3).max(axis=2)
-    share = np.divide(longest, 3.0 * double, out=np.zeros_like(double), where=double > 0.0) * modulus[:, None]
-    mass = np.bincount(triangles.ravel(), np.repeat(share.ravel(), 3), minlength=len(xy))
-    return np.where(mass > 0.0, mass, 1.0)
+    mass = np.zeros(len(xy))
+    add_static_masses(xy, zones, modulus, mass)
+    return mass
+
+
+@jit
+def add_static_masses(xy, zones, modulus, mass):
+    """Kernel of `static_masses`; `mass` (N,) begins as zeros."""
+    for z in range(zones.shape[0]):
+        for a, b, c in CORNERS:
+            i, j, k = zones[z, a], zones[z, b], zones[z, c]
+            x1, y1 = xy[j, 0] - xy[i, 0], xy[j, 1] - xy[i, 1]
+            x2, y2 = xy[k, 0] - xy[i, 0], xy[k, 1] - xy[i, 1]
+            double = x1 * y2 - x2 * y1
+            if double > 0.0:
+                longest = max(x1**2 + y1**2, x2**2 + y2**2, (x2 - x1) ** 2 + (y2 - y1) ** 2)
+                share = longest / (3.0 * double) * modulus[z]
+                mass[i] += share
+                mass[j] += share
+                mass[k] += share
+    for n in range(mass.shape[0]):
+        if mass[n] == 0.0:
+            mass[n] = 1.0
 
 
 def weight_masses(xy, zones, density):

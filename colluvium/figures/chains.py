@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from colluvium import stones
 from colluvium.figures import domain, frames, style
 from colluvium.results import Run
 
@@ -54,6 +55,7 @@ def _draw_window(run: Run, frame: int, rank: int, axes: Any, strongest: float) -
     width = WIDEST * np.minimum(np.abs(force[order]) / strongest, 1.0)
     colours = np.where(force[order] >= 0.0, COMPRESSION, TENSION)
     axes.add_collection(LineCollection(discs.xy[contacts.ends[order]], linewidths=width, colors=list(colours), capstyle="round"))
+    domain.stone_outlines(axes, stones.outlines(run, frame, rank))
 
 
 def _strong(run: Run, frame: int, rank: int) -> float:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from colluvium import stones
 from colluvium.figures import domain, frames, style
 from colluvium.results import Run
 from colluvium.window_fields import outline_of
@@ -60,6 +61,7 @@ def _draw_bodies(run: Run, frame: int, axes: Any, factor: float) -> list[Any]:
             discs = run.discs(frame, rank)
             size = factor * np.linalg.norm(discs.displacement, axis=1)
             drawn.append(domain.fill_discs(axes, discs.xy, discs.radius, size, **colours))
+            domain.stone_outlines(axes, stones.outlines(run, frame, rank))
     return drawn
 
 

@@ -47,6 +47,13 @@ def outline(axes: Any, xy: np.ndarray, zones: np.ndarray, colour: str = INK, wid
     axes.add_collection(LineCollection(xy[edges[count == 1]], colors=colour, linewidths=width))
 
 
+def stone_outlines(axes: Any, polygons: list[np.ndarray]) -> None:
+    """Outlines of stones, thin, on top of what is there."""
+    from matplotlib.collections import PolyCollection
+
+    axes.add_collection(PolyCollection(polygons, facecolors="none", edgecolors=INK, linewidths=0.4))
+
+
 def finish(axes: Any, title: str) -> None:
     """Equal scales, the whole drawing in view, title and axis labels."""
     axes.set_aspect("equal")

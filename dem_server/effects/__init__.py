@@ -13,7 +13,7 @@ from dem_server.effects.damping import DampingTable
 from dem_server.effects.friction import FrictionTable, friction_table
 from dem_server.effects.spring import SpringTable, spring_table
 
-RING, SOIL = 0, 1  # numbers of the materials
+RING, SOIL, STONE = 0, 1, 2  # numbers of the materials
 
 
 class Law(NamedTuple):
@@ -32,7 +32,7 @@ class Law(NamedTuple):
 
 def grains_of(discs, ring=None):
     """Materials by number; `ring` None: the ring takes the properties of whichever disc touches it."""
-    return [ring, discs.soil]
+    return [ring, discs.soil] if discs.stone is None else [ring, discs.soil, discs.stone]
 
 
 def pairs_of(grains):

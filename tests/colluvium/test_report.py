@@ -18,7 +18,7 @@ pytest.importorskip("cmcrameri")
 def test_every_figure_of_a_coupled_run_is_drawn(run_folder, tmp_path):
     seen = []
     paths = report.write(run_folder, tmp_path / "pictures", progress=seen.append)
-    assert [p.stem for p in paths] == [name for name, _, _ in report.FIGURES]
+    assert [p.stem for p in paths] == [name for name, _, _ in report.FIGURES if name != "mesostructure"]  # a run without stones
     assert paths == seen
     for path in paths:
         assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"

@@ -250,3 +250,14 @@ def test_no_acknowledged_frame_is_lost_when_the_writer_is_killed(tmp_path, secon
             assert (file["VTKHDF/CellData/normal_force"][start : start + contacts] == number).all()
             start = steps["PointDataOffsets/displacement"][number]
             assert (file["VTKHDF/PointData/displacement"][start : start + 1500, :2] == number).all()
+
+
+def test_constants_are_stored_once_with_their_units(tmp_path):
+    corners = np.array([[0.0, 1.0], [2.0, 3.0]])
+    Recorder(tmp_path / "a.vtkhdf", "discrete", constants={"stone_corners": corners}).close()
+    with h5py.File(tmp_path / "a.vtkhdf") as file:
+        data = file["Constants/stone_corners"]
+        assert data[:].tolist() == corners.tolist()
+        assert data.attrs["unit"] == "m"
+    with pytest.raises(ValueError, match="stone_corners"):
+        Recorder(tmp_path / "b.vtkhdf", "discrete", constants={"stone_corner": corners})

@@ -144,13 +144,13 @@ def test_a_key_with_nothing_alike_is_answered_with_what_is_known(good):
     assert only_problem(good).remedy == "known here: every, history"
 
 
-@pytest.mark.parametrize(("table", "key"), [((), "stones"), (("grid",), "large_strain")])
+@pytest.mark.parametrize(("table", "key"), [(("stage", 0), "time"), (("stage", 0, "until"), "band")])
 def test_keys_of_later_versions_are_named_as_such(good, table, key):
     place = good
     for name in table:
         place = place[name]
     place[key] = {}
-    assert "this version" in only_problem(good).remedy
+    assert re.search("this version|yet", only_problem(good).remedy)
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,10 @@ from dem_server.effects.bond import Bond
 from dem_server.effects.damping import Damping
 from dem_server.effects.friction import Friction
 from dem_server.effects.spring import Spring
+from dem_server.mesostructure import draw
 from dem_server.model import build_model
 from dem_server.packing import pack
+from dem_server.stones import mark
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 OBLIQUE = np.array([[0.0, 0.0], [1.2, 0.4], [0.9, 1.5], [-0.3, 1.1]])
@@ -34,8 +36,26 @@ def soil_discs(radius=0.03, shear=0.4, friction=0.55, bond=True, **changes):
         "confinement": 100e3,
         "stiffness": "disc",
         "damping": Damping(local=0.7),
+        "stone": None,
     }
     return SimpleNamespace(soil=soil, **(table | changes))
+
+
+def stone_grain():
+    """The paper's stone, ten to twenty times as stiff as its soil."""
+    return SimpleNamespace(
+        density=2700.0,
+        spring=Spring(normal=5.0e8, shear=5.0e8),
+        friction=Friction(coefficient=1.0),
+        bond=Bond(tension=1.0e6, shear=1.0e6),
+    )
+
+
+def stones_table(**changes):
+    """The scene's `stones` table of the paper's slope."""
+    size = SimpleNamespace(mean=0.25, sigma=0.35, min=0.12, max=0.6)
+    table = {"content": 0.45, "body": "clump", "size": size, "vertices": (6, 12), "flatness": (1.0, 1.8), "gap": 0.03}
+    return SimpleNamespace(**(table | changes))
 
 
 def rim(corners):
@@ -55,6 +75,14 @@ def packed(corners, discs, seed=0, insitu=True):
     model, state = build_model(ring.xy, ring.radius, packing, discs, insitu=insitu)
     contact_forces(model, state)
     return model, state
+
+
+def packed_with_stones(corners, seed=0, **changes):
+    """Model and State of a packed window whose discs are marked as stones, and its mesostructure."""
+    model, state = packed(corners, soil_discs(stone=stone_grain()), seed)
+    found = draw(rim(corners), stones_table(**changes), np.random.default_rng(seed))
+    mark(model, state, found.outlines, stone_grain().density)
+    return model, state, found
 
 
 def two_discs(**changes):

@@ -137,4 +137,4 @@ def test_failures_are_named():
     with pytest.raises(Unstable, match="more than the grid is large"):
         check_motion(model, state)
     with pytest.raises(Unstable, match="inverted"):
-        check_zones(model.grid.xy * [-1, 1], model.zones)
+        check_zones(model.grid.xy * [-1, 1], model.zones, model.zone)

@@ -31,6 +31,12 @@ def overrides(*more):
     return [word for pair in (*SHORT, *more) for word in ("--set", pair)]
 
 
+def bits(data):
+    """Bits of a data set; an empty one (an effect that is absent) has none."""
+    value = data[()]
+    return b"" if isinstance(value, h5py.Empty) else value.tobytes()
+
+
 def differing(a, b):
     """Names of data sets that are not the same bits in two HDF5 files."""
     names = []
@@ -39,8 +45,7 @@ def differing(a, b):
         def collect(name, item):
             if isinstance(item, h5py.Dataset):
                 other = fb.get(name)
-                same = other is not None and other.shape == item.shape and other[()].tobytes() == item[()].tobytes()
-                if not same:
+                if other is None or other.shape != item.shape or bits(other) != bits(item):
                     names.append(name)
 
         fa.visititems(collect)
@@ -117,6 +122,29 @@ def test_launched_run_equals_the_in_process_twin_bit_for_bit(tmp_path, configs, 
     assert done.returncode == 0, done.stderr
     for name in FILES:
         assert differing(tmp_path / "run" / name, twin / name) == [], name
+
+
+STONES = (
+    "discs.radius=0.045",
+    "stones={content=0.4,size={mean=0.25,sigma=0.35,min=0.15,max=0.6},gap=0.02}",
+    "discs.stone={density=2700.0,spring={normal=5e8,shear=5e8},friction={coefficient=1.0},bond={tension=1e6,shear=1e6}}",
+)
+
+
+@pytest.mark.parametrize("body", ["clump", "cluster"])
+def test_stones_are_the_same_bits_in_one_process_and_two(tmp_path, configs, body):
+    words = ["run", configs / "quick_slope.toml", "--quiet", *overrides(*STONES, f"stones.body={body}")]
+    for more in (["--out", tmp_path / "two"], ["--out", tmp_path / "one", "--in-process"]):
+        done = subprocess.run(command("colluvium.cli", *words, *more), capture_output=True, text=True, timeout=300)
+        assert done.returncode == 0, done.stderr
+    for name in FILES:
+        assert differing(tmp_path / "one" / name, tmp_path / "two" / name) == [], name
+    with h5py.File(tmp_path / "one" / FILES[1]) as file:
+        assert file["Constants/stone_start"][-1] == len(file["Constants/stone_corners"])
+        assert ("centroid" in file["VTKHDF/PointData"]) == (body == "clump")
+    window = json.loads((tmp_path / "one" / "run.json").read_text())["windows"][0]
+    assert window["stone_content"] == pytest.approx(0.4, rel=1e-12)
+    assert window["stone_content_discs"] == pytest.approx(0.4, abs=0.05)
 
 
 def test_another_seed_gives_other_bits(tmp_path, configs, twin):

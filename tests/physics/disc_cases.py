@@ -22,7 +22,7 @@ def soil_discs(**changes):
         "friction": Friction(coefficient=MU),
         "bond": Bond(tension=1.5e3, shear=3.5e3),
     }
-    table = {"stiffness": "disc", "damping": Damping(local=0.7)}
+    table = {"stiffness": "disc", "damping": Damping(local=0.7), "stone": None}
     for key, value in changes.items():
         (soil if key in soil else table)[key] = value
     return SimpleNamespace(soil=SimpleNamespace(**soil), **table)

@@ -46,6 +46,23 @@ def test_packing_is_dense_and_carries_the_slopes_stress(run):
     assert window["projected"] < 0.05  # share of the slope's stress that the bonded discs could not carry
 
 
+def test_stones_are_there_rigid_and_weigh_what_they_should(run):
+    window = run.info["windows"][0]
+    assert window["stone_content"] == pytest.approx(0.45, rel=1e-12)
+    assert window["stone_content_discs"] == pytest.approx(0.45, abs=0.03)
+    assert window["stones"] == len(run.stones()) > 60
+    first, last = run.discs(run.last_frame("fill")), run.discs(-1)
+    assert set(last.material) == {0, 1, 2}
+    assert ((last.stone >= 0) == (last.material == 2)).all()
+    for k in range(window["stones"]):
+        own = last.stone == k
+        start, now = first.xy[own], last.xy[own]
+        apart = [np.hypot(*(xy - xy[:1]).T) for xy in (start, now)]
+        np.testing.assert_allclose(*apart, atol=1e-13)
+    kinds = [run.fabric(-1, kind=kind).contacts for kind in ("soil-soil", "soil-stone")]
+    assert sum(kinds) <= run.fabric(-1).contacts < 1.1 * sum(kinds)
+
+
 def test_gravity_grows_and_the_window_follows(run):
     overload = next(row for row in run.info["stages"] if row["name"] == "overload")
     assert overload["gravity_factor"] == pytest.approx(1.0 + 11.0 * 1500 / 40000)

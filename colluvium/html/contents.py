@@ -1,0 +1,216 @@
+"""What the page shows of every frame: places, displacements, fields of both domains, contacts, and colour scales.
+
+Fields of zones come as recorded; those of a window as means over bins as large as a zone (colluvium.window_fields), so
+that discs can be coloured in the scale of the zones. Displacements belong to gridpoints and discs.
+"""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from colluvium import stones, window_fields
+from colluvium.figures import chains, frames, plastic, style
+from colluvium.html.packing import Packing
+from colluvium.results import Run
+
+DECADES = 3  # of a logarithmic scale
+POSITIVE = ("from zero", "logarithmic")
+SAME_PLACE = 1e-6  # [m] starting places that differ by less are the same
+
+
+class Quantity(NamedTuple):
+    """What zones and discs can be coloured by."""
+
+    key: str
+    name: str
+    unit: str
+    colours: str  # key of style.MAPS
+    scale: str  # "even", "about zero", "from zero", or "logarithmic": from zero and first shown so
+
+
+QUANTITIES = (
+    Quantity("displacement", "displacement", "m", "displacement", "from zero"),
+    Quantity("shear_strain", "shear strain", "-", "strain", "logarithmic"),
+    Quantity("shear_strain_rate", "shear strain rate", "1/s", "rate", "logarithmic"),
+    Quantity("syy", "vertical stress syy, tension +", "Pa", "stress", "even"),
+    Quantity("sxx", "horizontal stress sxx, tension +", "Pa", "stress", "even"),
+    Quantity("sxy", "shear stress sxy", "Pa", "change", "about zero"),
+)
+STRESS = {"sxx": (0, 0), "syy": (1, 1), "sxy": (3, 2)}  # columns: of the zones' stress, of the bins'
+
+
+class Contents:
+    """Collects the frames of a run into `packing`; `description()` is what the page needs to know about them."""
+
+    def __init__(self, run: Run, packing: Packing) -> None:
+        self.run, self.packing = run, packing
+        self._starts: dict[int, np.ndarray] = {}  # by rank: where its discs started
+        self._values: dict[str, list[list[np.ndarray]]] = {q.key: [] for q in QUANTITIES}  # by frame
+        self._size = max(float(np.ptp(body.xy, axis=0).max()) for body in run.bodies(0))
+        self._box = [np.concatenate([body.xy for body in run.bodies(0)])]
+
+    def description(self) -> dict[str, Any]:
+        """Frames, colour scales and where every array is."""
+        told = [self._frame(i) for i in range(len(self.run.frames))]
+        together = np.concatenate(self._box)
+        calm = len(frames.before_run_out(self.run))
+        quantities = []
+        for quantity in QUANTITIES:
+            values = self._values[quantity.key]
+            if not any(values):
+                continue
+            colours = np.rint(255 * style.colour_map(quantity.colours)(np.linspace(0.0, 1.0, 256))[:, :3]).astype(int)
+            quantities.append(
+                {
+                    "key": quantity.key,
+                    "name": quantity.name,
+                    "positive": quantity.scale in POSITIVE,
+                    "logarithmic": quantity.scale == "logarithmic",
+                    "colours": "".join(f"{r:02x}{g:02x}{b:02x}" for r, g, b in colours),
+                    "run": _envelope(quantity, values[:calm]),
+                    "frames": [_scale(quantity, frame) for frame in values],
+                }
+            )
+        return {
+            "box": [*together.min(axis=0).tolist(), *together.max(axis=0).tolist()],
+            "calm": calm - 1,
+            "decades": DECADES,
+            "motion": "true" if _large_strain(self.run.scene) else "capped",
+            "quantities": quantities,
+            "plastic": {"states": plastic.STATES, "elastic": plastic.ELASTIC},
+            "chains": {"compression": chains.COMPRESSION, "tension": chains.TENSION, "run": _widest(told[:calm])},
+            "frames": told,
+            "arrays": self.packing.arrays,
+        }
+
+    def _frame(self, i: int) -> dict[str, Any]:
+        info = self.run.frames[i]
+        farthest = frames.farthest(self.run, i)
+        for found in self._values.values():
+            found.append([])
+        return {
+            "step": info.step,
+            "stage": info.stage,
+            "gravity_factor": info.gravity_factor,
+            "farthest": farthest,
+            "drawn": min(1.0, frames.REACH * self._size / farthest) if farthest > 0.0 else 1.0,
+            "grid": self._grid(i) if self.run.has(i, 0) else None,
+            "windows": [self._window(i, rank) for rank in self.run.windows if self.run.has(i, rank)],
+        }
+
+    def _grid(self, i: int) -> dict[str, Any]:
+        zones, gridpoints = self.run.zones(i), self.run.gridpoints(i)
+        told = self._body(gridpoints.xy, gridpoints.displacement)
+        told["corners"] = [self.packing.whole(column) for column in zones.corners.T]
+        told["border"] = [self.packing.whole(column) for column in _border(zones.corners).T]
+        told["fields"] = {key: self._field(key, value) for key, value in _of_zones(zones)}
+        if "plastic_state" in zones:
+            told["fields"]["plastic"] = self.packing.whole(zones.plastic_state)
+        return told
+
+    def _window(self, i: int, rank: int) -> dict[str, Any]:
+        run, keep = self.run, self.packing
+        discs, grid = run.discs(i, rank), window_fields.bins(run, i, rank)
+        start = self._start(rank, window_fields.starting_places(discs))
+        told = self._body(start, discs.displacement)
+        told["rank"] = rank
+        told["radius"] = keep.reals(discs.radius, 4)
+        told["bin"] = keep.whole(grid.of(start))
+        told["fields"] = {key: self._field(key, value) for key, value in _of_bins(run, i, rank, grid)}
+        if "stone" in discs:
+            told["stone"] = keep.whole(discs.stone)
+        if run.stones(rank):
+            told["stones"] = self._stones(i, rank)
+        contacts = run.contacts(i, rank)
+        order = np.lexsort(contacts.ends.T[::-1])  # by the first disc: compresses better
+        told["contacts"] = {
+            "ends": [keep.whole(column) for column in contacts.ends[order].T],
+            "force": keep.reals(contacts.normal_force[order]),
+            "widest": float(np.quantile(np.abs(contacts.normal_force), chains.PART)) if len(order) else 1.0,
+        }
+        if "bond_state" in contacts:
+            told["contacts"]["bond"] = keep.whole(contacts.bond_state[order])
+        return told
+
+    def _stones(self, i: int, rank: int) -> dict[str, Any]:
+        """Corners of all stones, one behind the other, and how many each has."""
+        placed = self.run.stones(rank)
+        start, now = np.concatenate(placed), np.concatenate(stones.outlines(self.run, i, rank))
+        return self._motion(start, now - start) | {"corners": self.packing.whole([len(outline) for outline in placed])}
+
+    def _body(self, start: np.ndarray, displacement: np.ndarray) -> dict[str, Any]:
+        self._values["displacement"][-1].append(np.hypot(*displacement.T))
+        return self._motion(start, displacement)
+
+    def _motion(self, start: np.ndarray, displacement: np.ndarray) -> dict[str, Any]:
+        return {
+            "start": [self.packing.reals(column, 4) for column in start.T],
+            "displacement": [self.packing.reals(column) for column in displacement.T],
+        }
+
+    def _field(self, key: str, value: np.ndarray) -> int:
+        self._values[key][-1].append(value[np.isfinite(value)])
+        return self.packing.reals(value, logarithmic=key.startswith("shear_strain"))
+
+    def _start(self, rank: int, start: np.ndarray) -> np.ndarray:
+        """Where the discs started, to the bit the same in every frame as long as they are the same to round-off."""
+        kept = self._starts.get(rank)
+        if kept is None or kept.shape != start.shape or np.abs(kept - start).max(initial=0.0) > SAME_PLACE:
+            self._starts[rank] = start
+        return self._starts[rank]
+
+
+def _of_zones(zones: Any) -> Iterator[tuple[str, np.ndarray]]:
+    for key in ("shear_strain", "shear_strain_rate"):
+        if key in zones:
+            yield key, zones[key]
+    for key, (column, _) in STRESS.items():
+        yield key, zones.stress[:, column]
+
+
+def _of_bins(run: Run, i: int, rank: int, grid: window_fields.Bins) -> Iterator[tuple[str, np.ndarray]]:
+    yield "shear_strain", window_fields.shear_strain(run, i, grid, rank)
+    yield "shear_strain_rate", window_fields.shear_strain(run, i, grid, rank, "velocity")
+    stress = window_fields.mean_stress(run, i, grid, rank)
+    for key, (_, column) in STRESS.items():
+        yield key, stress[:, column]
+
+
+def _border(corners: np.ndarray) -> np.ndarray:
+    """(E, 2) gridpoints of the edges that belong to one zone only."""
+    edges = np.sort(np.stack((corners, np.roll(corners, -1, axis=1)), axis=2).reshape(-1, 2), axis=1)
+    edges, count = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0, return_counts=True)
+    return edges[count == 1]
+
+
+def _scale(quantity: Quantity, values: list[np.ndarray]) -> dict[str, Any] | None:
+    """The colour scale of one frame: its ends in SI units, and the factor to the unit in which they are written."""
+    if not values:
+        return None
+    return _readable(quantity, *style.limits(*values))
+
+
+def _envelope(quantity: Quantity, values: list[list[np.ndarray]]) -> dict[str, Any] | None:
+    """One scale that holds those of all frames."""
+    ends = np.array([style.limits(*frame) for frame in values if frame])
+    return _readable(quantity, ends[:, 0].min(), ends[:, 1].max()) if len(ends) else None
+
+
+def _readable(quantity: Quantity, low: float, high: float) -> dict[str, Any]:
+    if quantity.scale == "about zero":
+        high = max(abs(low), abs(high))
+        low = -high
+    elif quantity.scale in POSITIVE:
+        low, high = 0.0, high if high > 0.0 else 1.0
+    factor, unit = style.readable(quantity.unit, np.array([low, high]))
+    return {"low": float(low), "high": float(high), "factor": factor, "unit": unit}
+
+
+def _large_strain(scene: dict[str, Any]) -> bool:
+    return bool(scene.get("large_strain")) or any(stage.get("large_strain") for stage in scene.get("stage", ()))
+
+
+def _widest(told: list[dict[str, Any]]) -> float:
+    """The force that is drawn widest where all frames share a scale [N]."""
+    return max((window["contacts"]["widest"] for frame in told for window in frame["windows"]), default=1.0)

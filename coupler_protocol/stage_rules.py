@@ -1,0 +1,48 @@
+"""What must hold between the stages of a scene: one rule a function, as in scene_rules.py."""
+
+from coupler_protocol.scene import GRID_ONLY
+from coupler_protocol.schedule import large_strain
+
+
+def stages_follow_each_other(scene):
+    """Fill before couple, couple once, and what a kind of stage can use."""
+    done = set()
+    for i, stage in enumerate(scene.stage):
+        at = ("stage", i)
+        if stage.kind in ("fill", "couple") and not scene.window:
+            yield at, f"stage {stage.name!r} needs a window", "add a [[window]] table or remove the stage"
+        if stage.kind == "couple" and "fill" not in done:
+            yield at, "couple without discs", 'add a stage with kind = "fill" before it'
+        if stage.kind in (*GRID_ONLY, "fill") and "couple" in done:
+            yield at, f"a stage of kind {stage.kind!r} cannot follow couple", "move it before the couple stage"
+        if stage.kind in ("fill", "couple") and stage.kind in done:
+            yield at, f"a second stage of kind {stage.kind!r}", "fill and couple once"
+        if stage.kind == "fill" and (stage.until or stage.gravity_factor or stage.gravity is not None):
+            yield at, "fill computes no steps of the grid", "remove until, gravity and gravity_factor here"
+        if stage.kind != "fill" and (stage.until is None or not any(v is not None for v in stage.until.__dict__.values())):
+            yield at, f"stage {stage.name!r} would never end", "add until = { ratio = 1e-5, steps = .. }"
+        if stage.handover is not None and stage.kind != "couple":
+            yield (*at, "handover"), "only a stage of kind couple hands over", "remove the key"
+        if stage.insitu is not None and stage.kind != "fill":
+            yield (*at, "insitu"), "only a stage of kind fill packs discs", "remove the key"
+        if stage.discard and stage.kind not in GRID_ONLY:
+            yield (*at, "discard"), "only stages of the grid alone can be discarded", "remove the key"
+        done.add(stage.kind)
+    if scene.window and "couple" not in done:
+        yield ("window",), "no stage couples the window", 'add stages with kind = "fill" and kind = "couple"'
+
+
+def large_strain_begins_in_the_shape_drawn(scene):
+    """In large strain the grid leaves the shape that the scene draws, in which equilibrium and windows begin."""
+    moved = None
+    for i, stage in enumerate(scene.stage):
+        if stage.large_strain and stage.kind in ("equilibrium", "fill"):
+            yield ("stage", i, "large_strain"), f"a stage of kind {stage.kind!r} computes in the shape drawn", "remove the key"
+        if moved and stage.kind in ("equilibrium", "fill", "couple"):
+            why = f"a stage of kind {stage.kind!r} begins in the shape drawn, which stage {moved!r} has left (large strain)"
+            yield ("stage", i), why, f"move it before {moved!r}, or give that stage discard = true"
+        if large_strain(scene, stage) and stage.kind != "couple" and not stage.discard and not moved:
+            moved = stage.name
+
+
+STAGE_RULES = (stages_follow_each_other, large_strain_begins_in_the_shape_drawn)

@@ -1,0 +1,85 @@
+"""Stones on a packing: which discs belong to them, what they weigh, and how they become stiff and whole.
+
+A disc belongs to the stone its centre lies in. A stone weighs density x area of its polygon, however many discs
+stand for it, and its discs share that weight by their areas. While the packing is brought to its stress all
+discs are as soft as soil; then the stones become stiff without any contact force changing:
+
+    Fn = -k (g - gr) = -k' (g - gr')    hence    gr' = gr + (g - gr) (1 - k/k')  (1)
+
+(without (1) ten times the stiffness would be four to ten times the stress), and shear forces stay as they are.
+Last the stones become whole, as rigid clumps or as clusters of bonded discs. The forces between discs of one
+stone add up to nothing, so a packing at rest stays at rest.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from coupler_protocol.interface import polygon_area
+from dem_server.clumps import make_clumps
+from dem_server.contacts import contact_forces
+from dem_server.effects import STONE
+from dem_server.effects.bond import BONDED
+from dem_server.fields import contacts, listed_pairs
+from dem_server.model import SPIN, VX
+from dem_server.neighbours import number_kinds, rebuild
+from dem_server.polygons import moments
+
+
+def mark(model, state, outlines, density):
+    """Give the free discs inside the polygons `outlines` to their stones, with their weight; `density` [kg/m3]."""
+    state.stone = np.full(model.count, -1, dtype=np.int32)
+    xy, area = state.x[model.ring :], state.radius**2
+    for k, outline in enumerate(outlines):
+        inside = model.ring + np.flatnonzero(shapely.contains_xy(shapely.Polygon(outline), xy))
+        state.stone[inside] = k
+        state.weight[inside] = density * polygon_area(outline) * area[inside] / area[inside].sum()
+
+
+def make(model, state, outlines, body):
+    """Make the marked discs stones: stiff, and whole as `body` says ("clump" or "cluster"). Returns the new model."""
+    state.disc[:, VX : SPIN + 1] = 0.0
+    model = harden(model, state)
+    if body == "clump":
+        shapes = [moments(outline) for outline in outlines]
+        centroid, gyration = np.array([s.centroid for s in shapes]), np.array([s.gyration for s in shapes])
+        state.clumps = make_clumps(state.stone, state.x, centroid, gyration)
+    else:
+        fasten(state)
+    rebuild(model, state)
+    contact_forces(model, state)
+    return model
+
+
+def harden(model, state):
+    """Stones get their material, contact forces stay, Eq (1). Returns the new model."""
+    material = np.where(state.stone >= 0, STONE, model.material).astype(model.material.dtype)
+    pairs, stiffness = contacts(state), model.law.spring.normal
+    number_kinds(state.used, state.partner, state.kind, material, model.materials)
+    now = stiffness[state.kind.ravel()[pairs.slot]]
+    state.reference_gap.ravel()[pairs.slot] += pairs.gap * (1.0 - stiffness[pairs.kind] / now)
+    return replace(model, material=material)
+
+
+def fasten(state):
+    """Bond all near pairs of discs of one stone; pairs that were apart carry no force."""
+    pairs = listed_pairs(state)
+    own = (state.stone[pairs.disc_a] >= 0) & (state.stone[pairs.disc_a] == state.stone[pairs.disc_b])
+    apart = own & (pairs.gap >= 0.0) & (pairs.bond_state != BONDED)
+    state.reference_gap.ravel()[pairs.slot[apart]] += pairs.gap[apart]
+    state.bond_state.ravel()[pairs.slot[own]] = BONDED
+
+
+def report(model, state, found):
+    """Numbers for the run's report: stones, those too small for any disc, and both contents."""
+    free = np.arange(model.count) >= model.ring
+    held = np.bincount(state.stone[state.stone >= 0], minlength=len(found.outlines))
+    area = state.radius**2
+    return {
+        "stones": len(found.outlines),
+        "stones_without_discs": int((held == 0).sum()),
+        "stone_content": found.area / polygon_area(state.x[: model.ring]),
+        "stone_content_discs": float(area[state.stone >= 0].sum() / area[free].sum()),
+        "stone_sweeps": found.sweeps,
+    }

@@ -1,0 +1,106 @@
+"""Stones on a packing: who belongs to them, what they weigh, and that making them changes no force."""
+
+import numpy as np
+import pytest
+import shapely
+from window_case import SQUARE, packed_with_stones, stone_grain
+
+from coupler_protocol.interface import polygon_area
+from dem_server import insitu, stones
+from dem_server.balance import unbalanced_ratio
+from dem_server.bins import bins_over
+from dem_server.effects import SOIL, STONE
+from dem_server.effects.bond import BONDED
+from dem_server.fields import contacts, listed_pairs
+from dem_server.stress import mean_stress
+
+TALL = 1.5 * SQUARE
+GRAVITY = 9.81
+
+
+def level_ground(corners):
+    """Zones (z, 7) of 2700 kg/m3 under a level surface at y = 5 m."""
+    points = bins_over(corners, 0.125).points
+    syy = -2700.0 * GRAVITY * (5.0 - points[:, 1])
+    area = np.full(len(points), polygon_area(corners) / len(points))
+    return np.column_stack([points, area, 0.571 * syy, syy, 0.0 * syy, np.full(len(points), 2700.0)])
+
+
+def brought(seed=0):
+    model, state, found = packed_with_stones(TALL, seed)
+    target = level_ground(TALL)
+    factor = insitu.match_weight(model, state, target)
+    insitu.bring_to_stress(model, state, target, GRAVITY)
+    return model, state, found, target, factor
+
+
+def test_discs_belong_to_the_stone_their_centre_lies_in():
+    model, state, found = packed_with_stones(TALL)
+    for k, outline in enumerate(found.outlines):
+        inside = shapely.contains_xy(shapely.Polygon(outline), state.x)
+        assert (inside == (state.stone == k)).all()
+    assert (state.stone[: model.ring] == -1).all()
+    report = stones.report(model, state, found)
+    assert report["stones"] == len(found.outlines)
+    assert report["stone_content"] == pytest.approx(0.45, rel=1e-12)
+    assert report["stone_content_discs"] == pytest.approx(0.45, abs=0.04)
+
+
+def test_a_stone_weighs_its_polygon_and_the_soil_the_rest():
+    model, state, found = packed_with_stones(TALL)
+    target = level_ground(TALL)
+    insitu.match_weight(model, state, target)
+    held = np.bincount(state.stone[state.stone >= 0], state.weight[state.stone >= 0], len(found.outlines))
+    expected = [2700.0 * polygon_area(outline) for outline in found.outlines]
+    np.testing.assert_allclose(held[held > 0], np.array(expected)[held > 0], rtol=1e-12)
+    assert state.weight.sum() == pytest.approx(2700.0 * polygon_area(TALL), rel=1e-12)
+
+
+def test_stones_heavier_than_the_zones_are_refused():
+    model, state, _ = packed_with_stones(TALL)
+    target = level_ground(TALL)
+    target[:, 6] = 1000.0
+    with pytest.raises(ValueError, match="weigh more than the zones"):
+        insitu.match_weight(model, state, target)
+
+
+@pytest.mark.parametrize("body", ["clump", "cluster"])
+def test_making_stones_changes_no_force(body):
+    """Stones ten times as stiff: forces on the ring stay to round-off, and the discs stay at rest."""
+    model, state, found, _, _ = brought()
+    before = state.force[: model.ring].copy()
+    stress = mean_stress(contacts(state), polygon_area(TALL))
+    model = stones.make(model, state, found.outlines, body)
+    scale = np.abs(before).max()
+    np.testing.assert_allclose(state.force[: model.ring], before, atol=1e-10 * scale)
+    assert (model.material[model.ring :] == np.where(state.stone[model.ring :] >= 0, STONE, SOIL)).all()
+    assert unbalanced_ratio(model, state, GRAVITY) < 2e-6
+    insitu.add_bonds(model, state)
+    insitu.relax(model, state, GRAVITY, 500)
+    assert state.broken_tension + state.broken_shear == 0
+    assert unbalanced_ratio(model, state, GRAVITY) < 2e-6
+    np.testing.assert_allclose(mean_stress(contacts(state), polygon_area(TALL)), stress, atol=1e-3 * np.abs(stress).max())
+
+
+def test_stiffening_without_the_reference_gap_would_be_a_blow():
+    """What equation (1) avoids: the same stiffness with the old gaps multiplies the stress."""
+    model, state, *_ = brought()
+    stress = mean_stress(contacts(state), polygon_area(TALL))
+    gaps = state.reference_gap.copy()
+    stones.harden(model, state)
+    pairs = contacts(state)
+    assert np.abs(state.reference_gap - gaps).max() > 0.0
+    force = model.law.spring.normal[state.kind.ravel()[pairs.slot]] * (gaps - state.reference_gap).ravel()[pairs.slot]
+    jump = mean_stress(pairs._replace(normal_force=pairs.normal_force + force), polygon_area(TALL))
+    assert jump[1] < 2.0 * stress[1]
+
+
+def test_clusters_are_bonded_whole():
+    model, state, found = packed_with_stones(TALL)
+    model = stones.make(model, state, found.outlines, "cluster")
+    pairs = listed_pairs(state)
+    own = (state.stone[pairs.disc_a] >= 0) & (state.stone[pairs.disc_a] == state.stone[pairs.disc_b])
+    assert (pairs.bond_state[own] == BONDED).all()
+    assert not (pairs.bond_state[~own] == BONDED).any()
+    assert set(model.law.bond.tension[pairs.kind[own]]) == {stone_grain().bond.tension}
+    assert state.clumps is None
