@@ -8,18 +8,18 @@ from colluvium import open_run
 from tests.conftest import command
 
 
-def test_four_g_is_borne(tmp_path, configs):
-    short = [word for i in range(4, 10) for word in ("--set", f"stage.{i}.until.steps=40")]
+def test_five_g_is_borne(tmp_path, configs):
+    short = [word for i in range(4, 9) for word in ("--set", f"stage.{i}.until.steps=40")]
     words = ["run", configs / "paper_slope_steps.toml", "--out", tmp_path / "run", "--quiet", *short]
     done = subprocess.run(command("colluvium.cli", *words), capture_output=True, text=True, timeout=400)
     assert done.returncode == 0, done.stderr
     with open_run(tmp_path / "run") as run:
         rows = {row["name"]: row for row in run.info["stages"]}
-        assert rows["4 g"]["ended_by"].startswith("ratio")
-        assert rows["4 g"]["gravity_factor"] == 4.0
-        assert max(rows["4 g"]["ratio_discrete"]) <= 1e-5
+        assert rows["5 g"]["ended_by"].startswith("ratio")
+        assert rows["5 g"]["gravity_factor"] == 5.0
+        assert max(rows["5 g"]["ratio_discrete"]) <= 1e-5
         assert run.info["band"]["failed_at"] is None
-        assert rows["8 g"]["steps"] == 40
-        assert rows["8 g"]["gravity_factor"] == pytest.approx(4.544, abs=1e-3)  # 40 steps of each ramp in turn
+        assert rows["10 g"]["steps"] == 40
+        assert rows["10 g"]["gravity_factor"] == pytest.approx(5.292, abs=1e-3)  # 40 steps of each ramp in turn
         crest = run.history("max_displacement")[1]
         assert 0.005 < crest[-1] < 0.1  # [m]
