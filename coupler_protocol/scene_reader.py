@@ -1,6 +1,7 @@
 """From a TOML file to a scene, or to the list of all that is wrong with it."""
 
 import difflib
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -21,7 +22,7 @@ NOT_YET = {
 
 
 def read_scene(path, overrides=()):
-    """Read the scene at `path`; `overrides` are KEY=VALUE texts ("material.0.density=2000").
+    """Read the scene at `path`, TOML or the resolved scene.json of a run; `overrides` are KEY=VALUE texts ("seed=2").
 
     Raises SceneError with every problem found: file, line, key, reason, remedy. Raises OSError where the file cannot be read.
     """
@@ -30,6 +31,8 @@ def read_scene(path, overrides=()):
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         raise SceneError([Problem(str(path), None, "", f"not a text in UTF-8: {error.reason}", "is it a TOML file?")]) from None
+    if path.suffix == ".json":
+        return build_scene(json.loads(text), str(path))
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

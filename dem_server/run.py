@@ -22,6 +22,7 @@ def lockstep(side):
             side.watch.to("computing")
             side.record(order)
             side.watch.to("recording")
+        side.answer = side.looked
         move_free(model, state, side.gravity)
         side.watch.to("computing")
         kind, frame = talk.hear((messages.VELOCITY, messages.STOP), in_step=True)
@@ -35,7 +36,7 @@ def lockstep(side):
 
 
 def say_forces(side):
-    """FORCE: nodal forces and additional masses of the rim, and how the discs fare."""
+    """FORCE: nodal forces and additional masses of the rim, and how the discs fared at the last look."""
     frame, K = side.force_frame, len(side.rim.nodes)
     frame.values[: 2 * K] = side.rim.nodal_forces(side.state).ravel()
     frame.values[2 * K :] = side.rim.stiffness_sums(side.model, side.state)

@@ -1,0 +1,84 @@
+"""One stage while it runs: gravity, handover, and when it ends."""
+
+from coupler_protocol import messages
+from coupler_protocol.schedule import plan
+from fdm_server.ending import Ending
+from fdm_server.motion import farthest, unbalanced_ratio
+from fdm_server.safety import check_motion
+
+
+class StageRun:
+    """One stage while it runs: its step count, gravity, handover and end."""
+
+    def __init__(self, side, index, stage, leg):
+        self.side, self.index, self.stage, self.leg = side, index, stage, leg
+        self.rims = side.rims if side.coupled else []
+        self.done = 0
+        self.ended = False
+        self.ratio = 1.0
+        self.ended_by = ""
+        self._last_step = False
+        self._handover = (stage.handover or 500) if stage.kind == "couple" else 0
+        self._ending = Ending(stage.until, max(self._handover, leg.over)) if stage.until else None
+        self._every = side.scene.record.history
+        legs = plan(side.scene)
+        self._next = legs[index + 1] if index + 1 < len(legs) else leg
+
+    @property
+    def gravity(self):
+        """Gravity [m/s2] of the present step."""
+        return self.leg.at(self.done)
+
+    @property
+    def factor(self):
+        """Gravity factor of the present step (after the last one: of the last)."""
+        return self.leg.factor(max(0, self.done - self.ended))
+
+    @property
+    def share(self):
+        """Share of the discs in the rim's forces."""
+        return min(1.0, self.done / self._handover) if self._handover else 1.0
+
+    def order(self):
+        """Scalars of VELOCITY for the present step."""
+        self.ended_by = self.ended_by or self._ending.out_of_steps(self.done + 1)
+        self._last_step = bool(self.ended_by)
+        number = self.side.steps + 1
+        flags = 0
+        if self._last_step:
+            flags = messages.END_OF_STAGE | messages.RECORD | messages.CHECKPOINT
+        elif number % self.side.scene.record.every == 0:
+            flags = messages.RECORD
+        following = self._next.at(0) if self._last_step else self.leg.at(self.done + 1)
+        return messages.Order(self.index, number, following, self.leg.factor(self.done), 1.0, 1.0, flags)
+
+    def look(self, model, state):
+        """Every few steps: sanity, ratios of both codes, and whether the next step is to be the stage's last."""
+        if self.side.steps % self._every:
+            return
+        check_motion(model, state)
+        self.ratio = unbalanced_ratio(model, state, self.gravity)
+        ratios = [self.ratio, *(rim.answer.ratio for rim in self.rims)]
+        displacement = farthest(state.displacement)
+        self.ended_by = self.ended_by or self._ending.reached(self.done + 1, ratios, displacement)
+        self.side.progress(self.stage.name, "", self.done, self.stage.until.steps, max(ratios), self.factor)
+
+    def step_done(self):
+        """Count the step."""
+        self.done += 1
+        self.side.steps += 1
+        self.side.watch.stages[-1].steps += 1
+        self.ended = self._last_step
+
+    def result(self):
+        """Outcome for run.json and the closing table."""
+        return {
+            "name": self.stage.name,
+            "kind": self.stage.kind,
+            "steps": self.done,
+            "ended_by": self.ended_by,
+            "gravity_factor": self.factor,
+            "ratio_continuum": self.ratio,
+            "ratio_discrete": [rim.answer.ratio for rim in self.rims],
+            "bonds_broken": [int(rim.answer.broken) for rim in self.rims],
+        }
