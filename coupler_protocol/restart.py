@@ -106,11 +106,11 @@ def check(scene, origin):
 
 
 def check_scene(scene, earlier, index, path):
-    """Raise SceneError where `scene` differs from the resolved scene `earlier` in anything but stages after number `index`."""
+    """Raise SceneError where `scene` differs from the resolved `earlier` one in more than title and stages after number `index`."""
     from coupler_protocol.handshake import first_difference
 
     now = scene.resolved()
-    mine, theirs = (resolved | {"stage": resolved["stage"][: index + 1]} for resolved in (now, earlier))
+    mine, theirs = (resolved | {"title": "", "stage": resolved["stage"][: index + 1]} for resolved in (now, earlier))
     found = first_difference(mine, theirs, ("this scene", str(path)))
     if found:
         why = f"only stages after {scene.name_of_stage(index)!r} may differ from the scene that was computed: {found}"

@@ -13,13 +13,16 @@ class StageRun:
     def __init__(self, side, index, stage, leg):
         self.side, self.index, self.stage, self.leg = side, index, stage, leg
         self.rims = side.rims if side.coupled else []
+        self.load = None  # a fdm_server.loads.ForceRamp, where forces change
         self.done = 0
         self.ended = False
         self.ratio = 1.0
         self.ended_by = ""
         self._last_step = False
         self._handover = (stage.handover or 500) if stage.kind == "couple" else 0
-        self._ending = Ending(stage.until, max(self._handover, leg.over)) if stage.until else None
+        change = stage.excavate or stage.surcharge
+        ramps = max(self._handover, leg.over, change.over if change else 0)
+        self._ending = Ending(stage.until, ramps) if stage.until else None
         self._every = side.scene.record.history
         legs = plan(side.scene)
         self._next = legs[index + 1] if index + 1 < len(legs) else leg
@@ -63,9 +66,15 @@ class StageRun:
         self.ended_by = self.ended_by or self._ending.reached(self.done + 1, ratios, displacement)
         self.side.progress(self.stage.name, "", self.done, self.stage.until.steps, max(ratios), self.factor)
 
+    def set_loads(self):
+        """Applied forces of the next step, where they change."""
+        if self.load is not None:
+            self.load.apply(self.side.state, self.done)
+
     def step_done(self):
         """Count the step."""
         self.done += 1
+        self.set_loads()
         self.side.steps += 1
         self.side.watch.stages[-1].steps += 1
         self.ended = self._last_step

@@ -13,7 +13,9 @@ from coupler_protocol.schedule import large_strain, plan
 from coupler_protocol.timing import Stopwatch
 from fdm_server import fields, record, restart
 from fdm_server.coupling import Rim, open_windows, traction_difference
+from fdm_server.excavation import excavations
 from fdm_server.grid import build_grid
+from fdm_server.loads import dig, press
 from fdm_server.model import build_model, new_state
 from fdm_server.run import run_stage
 from fdm_server.shape import begin_large_strain
@@ -34,6 +36,7 @@ class ContinuumSide:
         self.rims = [
             Rim(self.grid, window, hub.conversations[rank]) for rank, window in enumerate(scene.window, start=1)
         ]
+        self.digs = excavations(scene, self.grid, self.model.fixed, self.rims)
         self.coupled = False
         self.steps = 0
         self.earlier = []  # rows of run.json of the stages before `origin`
@@ -122,10 +125,24 @@ class ContinuumSide:
         self.compute(stage)
         self.finish(stage)
 
+    def excavate(self, stage):
+        """Zones are dug away; the ground is relieved of them gradually."""
+        mask, over = self.digs[stage.index], stage.stage.excavate.over
+        self.model, self.state, stage.load = dig(self.model, self.state, mask, stage.gravity, over)
+        self.compute(stage)
+        self.finish(stage)
+
+    def surcharge(self, stage):
+        """Pressure grows upon the ground surface."""
+        stage.load = press(self.model, self.state, stage.stage.surcharge, [rim.nodes for rim in self.rims])
+        self.compute(stage)
+        self.finish(stage)
+
     def compute(self, stage):
         """Take the steps of a stage."""
         if large_strain(self.scene, stage.stage):
             begin_large_strain(self.model, self.state)
+        stage.set_loads()
         run_stage(self, stage)
 
     # -- what a stage leaves -----------------------------------------------------------------------------------------
@@ -190,4 +207,6 @@ KINDS = {
     "fill": ContinuumSide.fill,
     "couple": ContinuumSide.couple,
     "overload": ContinuumSide.overload,
+    "excavate": ContinuumSide.excavate,
+    "surcharge": ContinuumSide.surcharge,
 }

@@ -13,7 +13,7 @@ import pytest
 from colluvium import open_run
 from coupler_protocol import checkpoint
 from tests.conftest import command
-from tests.integration.test_two_processes import STONES, children_of, coupled_frames, differing, overrides, wait_for
+from tests.integration.test_two_processes import SHORT, STONES, children_of, coupled_frames, differing, overrides, wait_for
 
 STAGES = ("equilibrium", "fill", "couple", "overload")
 SIDES = ("fdm.rank0", "dem.rank1")
@@ -96,6 +96,22 @@ def branch(out, scene, before, stage, *options):
     assert info["begins_after"] == {"run": str(before), "stage": stage}
     with open_run(out) as run:
         assert run.frames[0].stage == stage  # the State it began with
+
+
+def test_so_does_one_after_an_excavation(tmp_path, configs):
+    """The pit is dug in large strain; the surcharge that follows stands on ground that is not the scene's any more."""
+    text = (configs / "quick_excavation.toml").read_text(encoding="utf-8")
+    text += '[[stage]]\nname = "load"\nkind = "surcharge"\nuntil = { steps = 90 }\n'
+    text += "surcharge = { x = [0.5, 9.0], pressure = 50e3, over = 70 }\n"
+    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
+    changes = ("stage.3.until.steps=120", "stage.3.excavate.over=100", "stage.3.large_strain=true")
+    more = [word for pair in (*SHORT[:3], *changes, "record.every=50") for word in ("--set", pair)]
+    done = colluvium("run", tmp_path / "scene.toml", "--out", tmp_path / "straight", "--in-process", *more)
+    assert done.returncode == 0, done.stderr
+    done = colluvium("run", tmp_path / "scene.toml", "--out", tmp_path / "run", "--from", f"{tmp_path / 'straight'}@pit", *more)
+    assert done.returncode == 0, done.stderr
+    for side in SIDES:
+        assert differing(tmp_path / "straight" / f"{side}.load.h5", tmp_path / "run" / f"{side}.load.h5") == []
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
