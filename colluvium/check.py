@@ -43,7 +43,8 @@ def sizes(scene):
         windows.append(
             {"name": window.name, "width": width, "height": height, "segments": 2 * (across + up), "discs": round(discs)}
         )
-    return {"columns": columns, "rows": rows, "windows": windows}
+    stones = scene.stones.model_dump(mode="json") if scene.stones else None
+    return {"columns": columns, "rows": rows, "windows": windows, "stones": stones}
 
 
 def stages(scene):
@@ -67,6 +68,11 @@ def print_answer(found, console):
     for w in found["windows"]:
         console.print(
             f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['segments']} segments, about {w['discs']} discs"
+        )
+    if found["stones"]:
+        stones = found["stones"]
+        console.print(
+            f"stones: {100 * stones['content']:g} % of each window, each a {stones['body']}, mean size {stones['size']['mean']:g} m"
         )
     console.print("effects that act:")
     for row in found["effects"]:

@@ -1,4 +1,4 @@
-"""The front door's command line: run, check, report, status."""
+"""The front door's command line: run, resume, check, report, status."""
 
 import argparse
 import json
@@ -22,6 +22,14 @@ def parser():
     run.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
     run.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
     run.set_defaults(work=run_command)
+
+    resume = commands.add_parser("resume", help="go on with a run after its last stage end that all processes have saved")
+    resume.add_argument("run_dir", metavar="RUN_DIR")
+    resume.add_argument("--quiet", action="store_true", help="no progress")
+    resume.add_argument("--threads", metavar="N", type=program.positive, default=1, help="threads of each process (default 1)")
+    resume.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
+    resume.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
+    resume.set_defaults(work=resume_command)
 
     check = commands.add_parser("check", help="say what is wrong with a scene, or what it will compute")
     check.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
@@ -65,24 +73,51 @@ def _write_json(content, target):
 
 
 def run_command(options):
-    """Compute a scene."""
+    """Compute a scene, from its start or from the end of a stage of an earlier run."""
     from colluvium import launch
-    from colluvium.picture import picture
+    from coupler_protocol import restart
     from coupler_protocol.scene_reader import read_scene
 
     program.set_threads(options.threads)
     scene = read_scene(options.scene, options.set)
     wanted = options.out or Path("runs") / Path(options.scene).stem
+    if options.origin:
+        if options.origin.continues(wanted):
+            raise exits.EnvironmentFailed(f"{wanted} is the run to branch from: choose another --out, or colluvium resume")
+        restart.check(scene, options.origin)
     out = program.prepare_folder(wanted, launch.own_files(wanted), options.force)
     (out / "scene.toml").write_text(Path(options.scene).read_text(encoding="utf-8"), encoding="utf-8")
+    return _compute(options, scene, options.scene, out, [f"--set={pair}" for pair in options.set])
+
+
+def resume_command(options):
+    """Go on with a run that did not reach its end."""
+    from coupler_protocol import restart
+    from coupler_protocol.scene_reader import read_scene
+
+    program.set_threads(options.threads)
+    out = Path(options.run_dir)
+    scene = read_scene(out / "scene.json")
+    options.origin = restart.last_saved(scene, out)
+    restart.check(scene, options.origin)
+    (out / "endpoint").unlink(missing_ok=True)
+    print(f"going on after stage {options.origin.stage!r}", file=sys.stderr)
+    return _compute(options, scene, out / "scene.json", out, [])
+
+
+def _compute(options, scene, path, out, passed):
+    """Compute in one process or several; `passed` goes to the servers beside the options of all commands."""
+    from colluvium import launch
+    from colluvium.picture import picture
+
     show = picture(options.quiet)
-    if options.in_process:
-        code = _in_process(scene, out, show)
-    else:
-        signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill stops the run as Ctrl-C does
-        passed = [f"--set={pair}" for pair in options.set] + [f"--threads={options.threads}"]
-        with show or _nothing():
-            code = launch.run_files(options.scene, out, len(scene.window), passed, show)
+    with show or _nothing():
+        if options.in_process:
+            code = _in_process(scene, out, show, options.origin)
+        else:
+            signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill stops the run as Ctrl-C does
+            passed = [*passed, f"--threads={options.threads}", *([f"--from={options.origin}"] if options.origin else [])]
+            code = launch.run_files(path, out, len(scene.window), passed, show)
     if code == exits.DONE:
         _add_band(out)
     _conclude(out, options.json)
@@ -102,14 +137,13 @@ def _add_band(out):
         write_json(path, json.loads(path.read_text(encoding="utf-8")) | {"band": found})
 
 
-def _in_process(scene, out, show):
+def _in_process(scene, out, show, origin):
     from colluvium import inprocess
     from coupler_protocol.interrupt import StopRequest, stop_on_signals
 
     stop = StopRequest()
     stop_on_signals(stop)
-    with show or _nothing():
-        return program.ended("colluvium", lambda: inprocess.run(scene, out, stop, show or "none"))
+    return program.ended("colluvium", lambda: inprocess.run(scene, out, stop, show or "none", origin))
 
 
 def _nothing():

@@ -11,8 +11,8 @@ from coupler_protocol.link_inproc import transports
 from coupler_protocol.progress import Progress
 
 
-def run(scene, out, stop=None, report="none"):
-    """Compute `scene` into the folder `out` (which exists). `report`: form of the progress.
+def run(scene, out, stop=None, report="none", origin=None):
+    """Compute `scene` into the folder `out` (which exists), from the stage end `origin` on. `report`: form of the progress.
 
     Raises what ended the run, a RunEnded of coupler_protocol.exits as a rule.
     """
@@ -25,7 +25,7 @@ def run(scene, out, stop=None, report="none"):
 
     def discs(rank, transport):
         try:
-            compute_discs(scene, rank, transport, out, Progress(rank, report), stop)
+            compute_discs(scene, rank, transport, out, Progress(rank, report), stop, origin)
         except BaseException as error:
             failures[rank] = error
         finally:
@@ -37,7 +37,7 @@ def run(scene, out, stop=None, report="none"):
     for thread in threads:
         thread.start()
     try:
-        compute_grid(scene, hub, out, Progress(0, report), stop)
+        compute_grid(scene, hub, out, Progress(0, report), stop, origin)
     except BaseException as error:
         failures[0] = error
     finally:

@@ -60,6 +60,8 @@ class RankFile:
         self._vtk = self._file["VTKHDF"]
         self._steps = self._vtk["Steps"]
         self.kind = str(self._file.attrs["kind"])
+        kept = self._file.attrs.get("kept_stages")  # where a run goes on: names of the stages that it did not compute itself
+        self.kept_stages = None if kept is None else [str(name) for name in kept]
         self.frames = self._read_frames()
 
     def points(self, frame: int) -> Fields:

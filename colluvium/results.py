@@ -1,8 +1,8 @@
 """What a run left behind, by rank, frame and name: `run = open_run("runs/slope"); run.zones(-1).stress`.
 
-A run directory holds one VTKHDF file a rank, `run.json` and the resolved scene `scene.json`; any of them may
-be missing. Frames are counted over all ranks: frame i is one moment (a step of a stage), at which one side
-may have recorded nothing.
+A run directory holds one VTKHDF file a rank (and one more each time it was resumed), `run.json` and the resolved scene
+`scene.json`; any of them may be missing. Frames are counted over all ranks: frame i is one moment (a step of a stage), at which
+one side may have recorded nothing.
 """
 
 import json
@@ -14,9 +14,10 @@ import numpy as np
 
 from colluvium.fabric import Fabric, contact_fabric
 from colluvium.rank_file import Fields, NotRecordedError, RankFile
+from colluvium.rank_parts import RankParts
 from coupler_protocol.vtkhdf import FrameInfo
 
-_RANK_FILE = re.compile(r".+\.rank(\d+)\.vtkhdf")
+_RANK_FILE = re.compile(r".+\.rank(\d+)(?:\.part(\d+))?\.vtkhdf")
 _ROOM = {"continuum": "zones, gridpoints", "discrete": "discs, contacts"}
 
 
@@ -30,7 +31,8 @@ class Run:
 
     def __init__(self, folders: list[Path]) -> None:
         self.folders = folders
-        self.files = {rank: RankFile(path) for rank, path in sorted(_rank_paths(folders).items())}
+        paths = sorted(_rank_paths(folders).items())
+        self.files = {rank: RankFile(found[0]) if len(found) == 1 else RankParts(found) for rank, found in paths}
         if not self.files:
             raise FileNotFoundError(f"no file NAME.rankN.vtkhdf in {' or '.join(map(str, folders))}")
         self.info = _first_json(folders, "run.json")
@@ -140,7 +142,7 @@ class Run:
         moments = [rows[key] for key in sorted(rows)]
         return [self.files[min(moment)].frames[moment[min(moment)]] for moment in moments], moments
 
-    def _file(self, rank: int, kind: str | None = None) -> RankFile:
+    def _file(self, rank: int, kind: str | None = None) -> RankFile | RankParts:
         if rank not in self.files or (kind and self.files[rank].kind != kind):
             there = "; ".join(f"rank {r} has {_ROOM[file.kind]}" for r, file in self.files.items())
             raise NotRecordedError(f"rank {rank} has no {_ROOM[kind] if kind else 'file'} here: {there}")
@@ -157,10 +159,16 @@ class Run:
         return self._rows[frame][rank]
 
 
-def _rank_paths(folders: list[Path]) -> dict[int, Path]:
-    """The file of every rank; where both folders hold a rank, the first folder counts."""
-    paths = [path for folder in reversed(folders) for path in folder.glob("*.vtkhdf")]
-    return {int(match[1]): path for path in paths if (match := _RANK_FILE.fullmatch(path.name))}
+def _rank_paths(folders: list[Path]) -> dict[int, list[Path]]:
+    """The files of every rank, parts in order; where both folders hold a rank, the first folder counts."""
+    ranks: dict[int, dict[int, Path]] = {}
+    for folder in reversed(folders):
+        here: dict[int, dict[int, Path]] = {}
+        for path in folder.glob("*.vtkhdf"):
+            if match := _RANK_FILE.fullmatch(path.name):
+                here.setdefault(int(match[1]), {})[int(match[2] or 0)] = path
+        ranks |= here
+    return {rank: [parts[number] for number in sorted(parts)] for rank, parts in ranks.items()}
 
 
 def _first_json(folders: list[Path], name: str) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """A State to a file and back, bit by bit.
 
-A State is a NamedTuple or dataclass whose fields are arrays, numbers, None or again such tuples. A checkpoint
+A State is a NamedTuple, dataclass or dictionary whose fields are arrays, numbers, None or again such States. A checkpoint
 is written beside its place under another name and renamed when it is complete, so at any moment the place
 holds a whole checkpoint or none.
 """
@@ -9,7 +9,7 @@ import dataclasses
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_origin, get_type_hints
 
 import h5py
 import numpy as np
@@ -28,9 +28,30 @@ def save(path: str | Path, state: Any, attributes: Mapping[str, Any] | None = No
 
 
 def load(path: str | Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Fields and attributes of a checkpoint: `State(**fields)` is the State; inner tuples are dicts."""
+    """Fields and attributes of a checkpoint; inner States are dictionaries, see `rebuild`."""
     with h5py.File(path, "r", locking=False) as file:
         return _load(file["state"]), {name: _plain(value) for name, value in file.attrs.items()}
+
+
+def attributes(path: str | Path) -> dict[str, Any]:
+    """The attributes of a checkpoint alone."""
+    with h5py.File(path, "r", locking=False) as file:
+        return {name: _plain(value) for name, value in file.attrs.items()}
+
+
+def rebuild(cls: type, fields: Mapping[str, Any]) -> Any:
+    """The State of class `cls` from fields that `load` gave; its annotations say of which classes the inner States are."""
+    hints = get_type_hints(cls)
+    return cls(**{name: _rebuilt(hints[name], value) for name, value in fields.items()})
+
+
+def _rebuilt(hint: Any, value: Any) -> Any:
+    if not isinstance(value, dict):
+        return value
+    if get_origin(hint) is dict:
+        return {name: _rebuilt(get_args(hint)[1], item) for name, item in value.items()}
+    (cls,) = (c for c in (hint, *get_args(hint)) if isinstance(c, type) and c is not type(None))
+    return rebuild(cls, value)
 
 
 def _store(group: h5py.Group, state: Any) -> None:
@@ -51,6 +72,8 @@ def _fields(state: Any) -> dict[str, Any]:
         return {field.name: getattr(state, field.name) for field in dataclasses.fields(state)}
     if hasattr(state, "_asdict"):
         return state._asdict()
+    if isinstance(state, Mapping):
+        return {str(name): value for name, value in state.items()}
     raise TypeError(f"a State is made of arrays, numbers, None and named tuples of them, not of {type(state).__name__}")
 
 

@@ -7,6 +7,9 @@
     FORCE     forces at rim nodes     VELOCITY  velocities of rim nodes      once a step
     FORCE                             STOP      why the run ends
     FAREWELL  timings
+
+A run that goes on from the end of a stage says so in HELLO (key `resume`). Where the discs existed then, PACKED and FIELD are
+left out; where both sides were coupled, GO follows READY at once.
 """
 
 from typing import NamedTuple

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from coupler_protocol import exits
 from coupler_protocol.problems import SceneError
+from coupler_protocol.restart import Origin
 
 
 def common_options(parser):
@@ -19,6 +20,13 @@ def common_options(parser):
     parser.add_argument("--quiet", action="store_true", help="no progress")
     parser.add_argument("--threads", metavar="N", type=positive, default=1, help="threads of each process (default 1)")
     parser.add_argument("--force", action="store_true", help="write into OUT even if results are there")
+    parser.add_argument(
+        "--from",
+        dest="origin",
+        metavar="DIR@STAGE",
+        type=origin,
+        help="go on from the end of a stage of an earlier run; only later stages of the scene may differ",
+    )
 
 
 def positive(text):
@@ -26,6 +34,14 @@ def positive(text):
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1")
     return int(text)
+
+
+def origin(text):
+    """A place to go on from, for options."""
+    try:
+        return Origin.parse(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def server_parser(name, description):
@@ -39,9 +55,14 @@ def server_parser(name, description):
     return parser
 
 
-def prepare_folder(path, own_files, force):
-    """Make the run directory; raises EnvironmentFailed if it holds results of this process and `force` is not given."""
+def prepare_folder(path, own_files, force, origin=None):
+    """Make the run directory; raises EnvironmentFailed if it holds results of this process and `force` is not given.
+
+    A run that goes on in the directory of its `origin` leaves what is there.
+    """
     path = Path(path)
+    if origin is not None and origin.continues(path):
+        return path
     try:
         path.mkdir(parents=True, exist_ok=True)
         there = [name for name in own_files if (path / name).exists()]
@@ -56,7 +77,7 @@ def prepare_folder(path, own_files, force):
 
 def log_to(path):
     """Write the log of this process to a file."""
-    handler = logging.FileHandler(path, mode="w", encoding="utf-8")
+    handler = logging.FileHandler(path, mode="a", encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     root = logging.getLogger()
     root.addHandler(handler)

@@ -16,7 +16,7 @@ from coupler_protocol.declare import Table, quantity
 
 FORMAT = 1
 GRID_ONLY = ("equilibrium", "locate")
-STAGE_KINDS = (*GRID_ONLY, "fill", "couple", "overload")
+STAGE_KINDS = (*GRID_ONLY, "fill", "couple", "overload", "excavate", "surcharge")
 
 
 @cache
@@ -166,6 +166,29 @@ class Until(Table):
     displacement: float | None = quantity(None, unit="m", meaning="largest displacement of a gridpoint", gt=0)
 
 
+class Excavation(Table):
+    """Zones that are dug away, by columns and rows or by a polygon around their centres."""
+
+    columns: Annotated[Span, AfterValidator(_increasing)] | None = quantity(None, meaning="first and last zone in x, from 0")
+    rows: Annotated[Span, AfterValidator(_increasing)] | None = quantity(None, meaning="first and last zone in y, from 0")
+    polygon: list[Point] | None = quantity(None, unit="m", meaning="outline of what is dug away", min_length=3)
+    over: int = quantity(1, unit="steps", meaning="steps over which the ground is relieved of what the zones carried", ge=1)
+
+    @model_validator(mode="after")
+    def _one_way(self):
+        if (self.columns is None) != (self.rows is None) or (self.columns is None) == (self.polygon is None):
+            raise ValueError("give columns and rows, or a polygon")
+        return self
+
+
+class Surcharge(Table):
+    """Pressure upon the ground surface, added to what is there; its direction stays."""
+
+    x: Annotated[Point, AfterValidator(_increasing)] = quantity(unit="m", meaning="where it begins and ends")
+    pressure: float = quantity(unit="Pa", meaning="pressure, normal to the surface", gt=0)
+    over: int = quantity(1, unit="steps", meaning="steps over which it grows", ge=1)
+
+
 class Stage(Table):
     """One step of the procedure."""
 
@@ -180,6 +203,8 @@ class Stage(Table):
         None, unit="steps", meaning="kind couple: steps over which discs take over from zones (500)", ge=1
     )
     insitu: bool | None = quantity(None, meaning="kind fill: bring the discs to the zones' stress (true)")
+    excavate: Excavation | None = quantity(None, meaning="kind excavate: what is dug away")
+    surcharge: Surcharge | None = quantity(None, meaning="kind surcharge: what is put upon the ground")
     large_strain: Literal[True] | None = quantity(None, meaning="zones follow their gridpoints from this stage on")
     discard: bool = quantity(False, meaning="forget the outcome: the next stage starts where this one did")
 
@@ -218,8 +243,8 @@ def scene_class():
         __doc__="What fills a window.",
         radius=(float, quantity(unit="m", meaning="mean radius", gt=0)),
         spread=(float, quantity(0.25, meaning="radii are uniform in radius (1 -+ spread)", ge=0, lt=0.8)),
-        packing=(Literal["relaxed"], quantity("relaxed", meaning="how discs are placed")),
-        porosity=(float, quantity(0.16, meaning="porosity aimed at", gt=0.1, lt=0.4)),
+        packing=(Literal["relaxed", "inward"], quantity("relaxed", meaning="spread and relaxed, or placed from the ring inward")),
+        porosity=(float, quantity(0.16, meaning="porosity aimed at; packing inward fills what it can", gt=0.1, lt=0.4)),
         confinement=(float, quantity(100e3, unit="Pa", meaning="mean pressure of the fresh packing", gt=0)),
         density_matching=(bool, quantity(True, meaning="discs weigh what the zones they replace weighed")),
         stiffness=(Literal["disc", "contact"], quantity("disc", meaning="springs belong to discs (in series) or to contacts")),

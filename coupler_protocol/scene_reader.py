@@ -1,6 +1,7 @@
 """From a TOML file to a scene, or to the list of all that is wrong with it."""
 
 import difflib
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -21,7 +22,7 @@ NOT_YET = {
 
 
 def read_scene(path, overrides=()):
-    """Read the scene at `path`; `overrides` are KEY=VALUE texts ("material.0.density=2000").
+    """Read the scene at `path`, TOML or the resolved scene.json of a run; `overrides` are KEY=VALUE texts ("seed=2").
 
     Raises SceneError with every problem found: file, line, key, reason, remedy. Raises OSError where the file is there and
     cannot be read.
@@ -35,6 +36,8 @@ def read_scene(path, overrides=()):
         raise SceneError([Problem(str(path), None, "", "there is no such file", remedy)]) from None
     except UnicodeDecodeError as error:
         raise SceneError([Problem(str(path), None, "", f"not a text in UTF-8: {error.reason}", "is it a TOML file?")]) from None
+    if path.suffix == ".json":
+        return build_scene(json.loads(text), str(path))
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

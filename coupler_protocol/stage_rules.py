@@ -45,4 +45,38 @@ def large_strain_begins_in_the_shape_drawn(scene):
             moved = stage.name
 
 
-STAGE_RULES = (stages_follow_each_other, large_strain_begins_in_the_shape_drawn)
+def loads_have_their_stages(scene):
+    """Excavations and surcharges stand in stages of their kind, which last long enough and change nothing else."""
+    for i, stage in enumerate(scene.stage):
+        for kind in ("excavate", "surcharge"):
+            load = getattr(stage, kind)
+            if stage.kind != kind:
+                if load is not None:
+                    remedy = f'add kind = "{kind}" or remove the table'
+                    yield ("stage", i, kind), f"stage {stage.name!r} is of kind {stage.kind!r}", remedy
+                continue
+            if load is None:
+                yield ("stage", i), f"stage {stage.name!r} does not say what it does", f"add {kind} = {{ .. }}"
+            elif stage.until is not None and stage.until.steps is not None and stage.until.steps < load.over:
+                why = f"the stage ends after {stage.until.steps} steps, inside the {load.over} of {kind}"
+                yield ("stage", i, "until", "steps"), why, f"use at least {load.over} steps"
+            if stage.gravity is not None or stage.gravity_factor is not None:
+                yield ("stage", i), f"gravity cannot change in a stage of kind {kind!r}", "give it a stage of its own"
+
+
+def surcharges_lie_on_the_ground(scene):
+    """A surcharge has a width, and ground under it."""
+    for i, stage in enumerate(scene.stage):
+        if stage.surcharge is not None:
+            first, last = stage.surcharge.x
+            if not 0.0 <= first < last <= scene.grid.length:
+                why = f"[{first:g}, {last:g}] is no part of the ground"
+                yield ("stage", i, "surcharge", "x"), why, f"use [first, last] between 0 and {scene.grid.length:g} m"
+
+
+STAGE_RULES = (
+    stages_follow_each_other,
+    large_strain_begins_in_the_shape_drawn,
+    loads_have_their_stages,
+    surcharges_lie_on_the_ground,
+)

@@ -1,9 +1,14 @@
-"""Filling a window: evenly spread discs, relaxed without friction and grown to the confining stress.
+"""Filling a window: discs spread evenly or placed from the ring inward, grown to the confining stress.
 
+packing = "relaxed":
 1. Points of the R2 sequence (additive recurrence of the plastic number, Roberts 2018) inside the window, as
    many discs as the porosity asks for, radii uniform in radius (1 -+ spread); they start 2 % smaller.
 2. Relaxation without friction in the static mode; velocities are set to zero a few times, so that the first
    overlaps cannot throw discs about.
+packing = "inward": instead of 1 and 2 discs are placed one by one, each in touch with two, as many as there
+is room for (inward.py).
+
+Both:
 3. Servo: every 200 steps, while the mean stress is not the wanted one, all radii change by what an affine
    deformation would need,
 
@@ -20,6 +25,7 @@ import numpy as np
 import shapely
 
 from coupler_protocol.interface import polygon_area
+from dem_server import inward
 from dem_server.contacts import contact_forces
 from dem_server.effects import RING, SOIL, Law
 from dem_server.effects.damping import DampingTable
@@ -52,16 +58,22 @@ def pack(polygon, ring_xy, ring_radius, discs, rng, report=None):
     polygon (P, 2) counter-clockwise; ring_xy (R, 2), ring_radius (R,); discs: the scene's table; rng: numpy
     Generator; report(text, fraction): progress, if wanted.
     """
+    area, relaxed = polygon_area(polygon), discs.packing == "relaxed"
     solid_ring = np.pi * ring_radius**2 @ inner_share(ring_xy)
-    radius = draw_radii(polygon_area(polygon) * (1.0 - discs.porosity) - solid_ring, discs, rng)
+    radius = draw_radii(area * (1.0 - discs.porosity) - solid_ring if relaxed else area, discs, rng)
     inset = shapely.Polygon(polygon).buffer(-(ring_radius.max() + discs.radius * (1.0 - discs.spread)))
     if inset.is_empty or len(radius) < 1:
         raise ValueError(f"no disc of radius {discs.radius} m fits into the window: choose a smaller radius")
-    xy = spread_points(inset, len(radius), rng)
+    if relaxed:
+        xy, radius = spread_points(inset, len(radius), rng), START * radius
+    else:
+        xy, radius = inward.fill(polygon, ring_xy, ring_radius, START * radius)
     order = in_strips(xy, 4.0 * discs.radius)
-    model, state = smooth_discs(ring_xy, ring_radius, xy[order], START * radius[order], discs)
-    settle(model, state, report)
-    press(model, state, polygon_area(polygon), discs.confinement, report)
+    model, state = smooth_discs(ring_xy, ring_radius, xy[order], radius[order], discs)
+    if relaxed:
+        settle(model, state, report)
+    contact_forces(model, state)
+    press(model, state, area, discs.confinement, report)
     escaped = ~shapely.contains_xy(shapely.Polygon(polygon), state.x[model.ring :])
     if escaped.any():
         raise ArithmeticError(f"{escaped.sum()} discs left the ring while packing: porosity too small?")

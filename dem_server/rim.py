@@ -10,6 +10,8 @@ disc's translation that node I gives, L_I that of its spin, r its radius, and 2 
 rotation of the disc on the other end.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from coupler_protocol.interface import node_shares, segment_vectors
@@ -30,17 +32,27 @@ def _move_ring(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper):
         nodes[i, 1] += velocity[i, 1]
 
 
-class Rim:
-    """Ring of one window: the first R discs of the state. nodes (K,2): present positions of the rim's nodes [m]."""
+class RimState(NamedTuple):
+    """What changes on a rim of K nodes."""
 
-    def __init__(self, ring, mapping):
+    nodes: np.ndarray  # (K,2) [m] present positions
+    sums: np.ndarray  # (K,) [kg] additional masses by the mass rule
+    builds: int  # lists built when the sums were
+
+
+class Rim:
+    """Ring of one window. nodes (K,2): present positions of its nodes [m]; the ring's discs are the first R of the state."""
+
+    def __init__(self, ring, mapping, state=None):
         self.ring = ring
-        self.nodes = ring.nodes.copy()
+        self.nodes, self._sums, self._builds = state or (ring.nodes.copy(), np.zeros(len(ring.nodes)), -1)
         self.force = np.zeros_like(self.nodes)
         self.paper = mapping == "paper"
         self._where = (ring.seg0, ring.seg1, ring.w0, ring.node)
-        self._builds = -1
-        self._sums = np.zeros(len(self.nodes))
+
+    def saved(self):
+        """What of it belongs into a checkpoint."""
+        return RimState(self.nodes, self._sums, self._builds)
 
     @property
     def discs(self):

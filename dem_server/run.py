@@ -24,6 +24,7 @@ def lockstep(side):
             side.watch.to("computing")
             side.record(order)
             side.watch.to("recording")
+        side.answer = side.looked
         move_free(model, state, side.gravity)
         side.watch.to("computing")
         kind, frame = talk.hear((messages.VELOCITY, messages.STOP), in_step=True)
@@ -37,7 +38,7 @@ def lockstep(side):
 
 
 def say_forces(side):
-    """FORCE: nodal forces and additional masses of the rim, and how the discs fare."""
+    """FORCE: nodal forces and additional masses of the rim, and how the discs fared at the last look."""
     frame, K = side.force_frame, len(side.rim.nodes)
     frame.values[: 2 * K] = side.rim.nodal_forces(side.state).ravel()
     if not isfinite(frame.values[: 2 * K].sum()):

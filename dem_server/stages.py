@@ -6,15 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from coupler_protocol import checkpoint, messages
+from coupler_protocol import messages
 from coupler_protocol.exits import PeerLost, PhysicsFailed
-from coupler_protocol.handshake import join
+from coupler_protocol.handshake import join, resume_from
 from coupler_protocol.interface import build_ring
 from coupler_protocol.recorder import FrameInfo, Recorder
+from coupler_protocol.restart import END, filled, index_of, kept_stages, load, part_file
 from coupler_protocol.runfile import peak_memory
 from coupler_protocol.timing import Stopwatch
 from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
-from dem_server import balance, energy, insitu, mesostructure, packing, record, run, stones
+from dem_server import balance, energy, insitu, mesostructure, packing, record, restart, run, stones
 from dem_server.contacts import contact_forces
 from dem_server.model import build_model
 from dem_server.rim import Rim
@@ -26,31 +27,49 @@ FIELD_COLUMNS = 7  # x, y, area, sxx, syy, sxy, density
 class DiscreteSide:
     """One window, its discs and its conversation with the continuum."""
 
-    def __init__(self, scene, rank, conversation, out, progress):
+    def __init__(self, scene, rank, conversation, out, progress, origin=None):
         self.scene, self.rank, self.conversation = scene, rank, conversation
-        self.out, self.progress = Path(out), progress
+        self.out, self.progress, self.origin = Path(out), progress, origin
         self.watch = Stopwatch()
-        self.answer = messages.Answer(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self.answer = self.looked = messages.Answer(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # with the next FORCE, and after it
         self.steps = 0
         self.stage = None
         self.recorder = None
         self.report = {}
         self.model = self.state = self.rim = self.stones = None
+        there = origin is not None and filled(scene, index_of(scene, origin))
+        self.saved = load(scene, origin, restart.name(rank)) if there else None
 
     # -- the procedure -----------------------------------------------------------------------------------------------
 
     def run(self):
         """Everything from HELLO to FAREWELL; returns the reason the continuum gave for the end."""
-        nodes = join(self.conversation, self.scene)
+        nodes = join(self.conversation, self.scene, self._resume())
         self.draw_stones(nodes)
         constants = record.stones(self.stones.outlines) if self.stones else None
-        path = self.out / f"dem.rank{self.rank}.vtkhdf"
-        with Recorder(path, "discrete", self.scene.title, constants=constants) as self.recorder:
-            self.fill(nodes)
-            self.bring_to_stress()
+        about = {} if self.origin is None else {"kept_stages": kept_stages(self.scene, self.origin)}
+        path = part_file(self.scene, self.out, restart.name(self.rank), self.origin)
+        with Recorder(path, "discrete", self.scene.title, about, constants) as self.recorder:
+            if self.saved:
+                self.take_up(nodes)
+            else:
+                self.fill(nodes)
+                self.bring_to_stress()
+            self.set_out()
             reason = run.lockstep(self)
         self.conversation.say_control(messages.FAREWELL, self.summary())
         return reason
+
+    def _resume(self):
+        """What HELLO says about where this side begins."""
+        if self.origin is None:
+            return None
+        return resume_from(self.origin.stage, self.saved.about["session"] if self.saved else 0)
+
+    def take_up(self, nodes):
+        """The window as it was saved at the end of a stage."""
+        self.watch.begin(self.origin.stage)
+        restart.take_up(self, self.saved, nodes)
 
     def draw_stones(self, nodes):
         """Where stones will be, if the scene has any."""
@@ -82,7 +101,7 @@ class DiscreteSide:
         self._turn(messages.PACKED, self.report)
 
     def bring_to_stress(self):
-        """FIELD: the stress of the zones that were here; the discs take it over, then they are bonded. READY, and wait for GO."""
+        """FIELD: the stress of the zones that were here; the discs take it over, then they are bonded."""
         _, frame = self.conversation.hear((messages.FIELD,))
         self.conversation.sequence += 1
         self.watch.to("waiting")
@@ -105,7 +124,10 @@ class DiscreteSide:
         self.rim.contacts_changed()
         contact_forces(self.model, self.state)
         self.state.origin[:] = self.state.x
-        self.answer = self._answer(gravity)
+        self.answer = self.looked = self._answer(gravity)
+
+    def set_out(self):
+        """READY, and wait for GO; a window that was just filled is saved, and recorded in any case."""
         log.info("ready %s", self.report)
         self.watch.to("computing")
         inner = pack_array(self.rim.inner_mass(self.state))
@@ -116,9 +138,18 @@ class DiscreteSide:
         go = content_of(frame)
         self.gravity, self.steps = go["gravity"], go["step"]
         self._prepare_frames()
-        self.recorder.frame(FrameInfo(self.steps, float(self.steps), "fill", 1.0), **record.frame(self.model, self.state))
+        name, factor = self._begin_with()
+        if not self.saved:
+            self.save(name, END, factor)
+        self.recorder.frame(FrameInfo(self.steps, float(self.steps), name, factor), **record.frame(self.model, self.state))
         self.watch.to("recording")
         self._begin_stage(go["stage"])
+
+    def _begin_with(self):
+        """Stage and gravity factor of the State in which the steps begin."""
+        if self.saved:
+            return self.origin.stage, self.saved.about["gravity_factor"]
+        return next(stage.name for stage in self.scene.stage if stage.kind == "fill"), 1.0
 
     def _prepare_frames(self):
         talk, K = self.conversation, len(self.rim.nodes)
@@ -151,9 +182,9 @@ class DiscreteSide:
         self.steps = int(order.step)
         self.watch.stages[-1].steps += 1
         if self.steps % self.scene.record.history == 0:
-            self.answer = self._answer(order.gravity)
+            self.looked = self._answer(order.gravity)
             name = self.scene.stage[self.stage].name
-            self.progress(name, "", self.steps, None, self.answer.ratio, order.gravity_factor)
+            self.progress(name, "", self.steps, None, self.looked.ratio, order.gravity_factor)
 
     def _answer(self, gravity):
         ratio = balance.unbalanced_ratio(self.model, self.state, gravity)
@@ -175,10 +206,10 @@ class DiscreteSide:
         if self.steps % self.scene.record.history == 0:
             self.recorder.history(
                 self.steps,
-                unbalanced_ratio=self.answer.ratio,
-                bonds_broken=int(self.answer.broken),
-                kinetic_energy=self.answer.kinetic,
-                velocity_caps=int(self.answer.warnings),
+                unbalanced_ratio=self.looked.ratio,
+                bonds_broken=int(self.looked.broken),
+                kinetic_energy=self.looked.kinetic,
+                velocity_caps=int(self.looked.warnings),
             )
         flags = int(order.flags)
         name = self._name_of(int(order.stage))
@@ -186,19 +217,16 @@ class DiscreteSide:
             info = FrameInfo(self.steps, float(self.steps), name, order.gravity_factor)
             self.recorder.frame(info, **record.frame(self.model, self.state))
         if flags & messages.CHECKPOINT:
-            self.save(name)
+            self.save(name, END, order.gravity_factor)
         if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
             self.watch.to("recording")
             self._begin_stage(int(order.stage) + 1)
 
     # -- what is left behind -----------------------------------------------------------------------------------------
 
-    def save(self, stage, phase="end of step"):
-        """Write State to its checkpoint file; returns the path."""
-        path = self.out / f"dem.rank{self.rank}.{stage}.h5"
-        about = {"step": self.steps, "stage": stage, "phase": phase, "scene": self.scene.digest()}
-        checkpoint.save(path, self.state, about)
-        return path
+    def save(self, stage, phase, factor=0.0):
+        """Write the State to its checkpoint file; returns the path."""
+        return restart.save(self, stage, phase, factor)
 
     def summary(self):
         """What the continuum needs for run.json."""

@@ -28,15 +28,14 @@ from coupler_protocol.lockstep import Clocks, Conversation
 from coupler_protocol.scene_reader import build_scene, read_scene
 from coupler_protocol.wire import StepFrame
 from dem_server import contacts as dem_contacts
-from dem_server import model as dem_model
 from dem_server import motion as dem_motion
-from dem_server.packing import Packing
+from dem_server.restart import WindowState
 from dem_server.rim import Rim
 from fdm_server import advance as fdm_advance
 from fdm_server import grid as fdm_grid
 from fdm_server import model as fdm_model
 from fdm_server import motion as fdm_motion
-from fdm_server.hole import cut_window
+from fdm_server.restart import GridState
 from fdm_server.windows import rim_of, window_zones
 
 
@@ -62,17 +61,14 @@ def coupled(scene, out):
 def continuum_alone(scene, out, steps, repeats):
     """Seconds a step of the cut grid on the coupled state, forces of the discs held."""
     grid = fdm_grid.build_grid(scene)
-    model = fdm_model.build_model(scene, grid)
-    state = fdm_model.new_state(model)
-    for window in scene.window:
-        model, state, _ = cut_window(model, state, window_zones(grid, window))
-    fields, _ = checkpoint.load(out / "fdm.rank0.couple.h5")
-    state = fdm_model.State(**fields)
+    whole = fdm_model.build_model(scene, grid)
+    saved = checkpoint.rebuild(GridState, checkpoint.load(out / "fdm.rank0.couple.h5")[0])
+    model = fdm_model.model_of(grid, saved.zone, whole.density, whole.material_law, whole.fixed)
     gravity = scene.stage[0].gravity
 
     def step():
-        fdm_motion.update_velocities(model, state, gravity)
-        fdm_advance.advance(model, state)
+        fdm_motion.update_velocities(model, saved.grid, gravity)
+        fdm_advance.advance(model, saved.grid)
 
     return repeated(step, steps, repeats)
 
@@ -81,13 +77,10 @@ def discs_alone(scene, out, steps, repeats):
     """Seconds a step of the discs of rank 1 on the coupled state, with the ring held."""
     grid = fdm_grid.build_grid(scene)
     nodes = grid.xy[rim_of(grid, window_zones(grid, scene.window[0]))]
-    ring = build_ring(nodes, scene.discs.radius)
-    fields, _ = checkpoint.load(out / "dem.rank1.couple.h5")
-    state = dem_model.State(**fields)
-    R = len(ring.radius)
-    packing = Packing(state.x[R:].copy(), state.radius[R:].copy())
-    model, _ = dem_model.build_model(ring.xy, ring.radius, packing, scene.discs, scene.ring)
-    rim, still, gravity = Rim(ring, scene.coupling.mapping), np.zeros_like(nodes), scene.stage[0].gravity
+    saved = checkpoint.rebuild(WindowState, checkpoint.load(out / "dem.rank1.couple.h5")[0])
+    model, state = saved.model, saved.discs
+    rim = Rim(build_ring(nodes, scene.discs.radius), scene.coupling.mapping, saved.rim)
+    still, gravity = np.zeros_like(nodes), scene.stage[0].gravity
 
     def step():
         rim.nodal_forces(state)

@@ -42,7 +42,8 @@ def test_every_bit_and_type_comes_back(tmp_path):
     checkpoint.save(tmp_path / "fdm.rank0.couple.h5", state, {"scene": "abc", "step": 12, "factor": 1.5})
     fields, attributes = checkpoint.load(tmp_path / "fdm.rank0.couple.h5")
     assert attributes == {"scene": "abc", "step": 12, "factor": 1.5}
-    back = State(**fields)._replace(bonds=Bonds(**fields["bonds"]))
+    assert attributes == checkpoint.attributes(tmp_path / "fdm.rank0.couple.h5")
+    back = checkpoint.rebuild(State, fields)
     for name in ("velocity", "flags", "empty"):
         before, after = getattr(state, name), getattr(back, name)
         assert (after.dtype, after.shape, after.tobytes()) == (before.dtype, before.shape, before.tobytes())
@@ -50,6 +51,20 @@ def test_every_bit_and_type_comes_back(tmp_path):
     assert [type(back.time), type(back.step), type(back.sliding)] == [float, int, bool]
     assert back.bonds.state.tolist() == [True, False]
     assert back.bonds.broken == 3
+
+
+class Side(NamedTuple):
+    grid: GridState
+    rims: dict[str, Bonds]
+
+
+def test_states_in_states_come_back_as_what_they_were(tmp_path):
+    side = Side(GridState(np.ones(3), None), {"upper": Bonds(np.arange(2), 1), "lower": Bonds(np.arange(3), 2)})
+    checkpoint.save(tmp_path / "a.h5", side)
+    back = checkpoint.rebuild(Side, checkpoint.load(tmp_path / "a.h5")[0])
+    assert isinstance(back.grid, GridState)
+    assert back.grid.plastic is None
+    assert {name: bonds.broken for name, bonds in back.rims.items()} == {"upper": 1, "lower": 2}
 
 
 def test_an_absent_effect_stays_absent(tmp_path):

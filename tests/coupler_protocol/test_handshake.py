@@ -74,6 +74,8 @@ def test_both_sides_agree_on_session_turn_and_rim(scene):
         (lambda h: changed(h, ("material", 0, "elastic"), {"bulk": 0.5e9}), "elastic.shear: only the continuum has it"),
         (lambda h: changed(h, ("window",), []), "window: "),
         (lambda h: h | {"scene": 5}, "HELLO: scene is a int, not a dict"),
+        (lambda h: h | {"resume": {"after": "couple", "session": 7}}, "goes on after stage 'couple' .* begins at the start"),
+        (lambda h: h | {"resume": "couple"}, "one side begins elsewhere"),
         (lambda h: {}, "HELLO: package is missing"),
         (lambda h: h | {"scene": {b"seed": 1}}, "HELLO has a key that is not a text"),
     ],

@@ -43,7 +43,8 @@ def test_discs_belong_to_the_stone_their_centre_lies_in():
     report = stones.report(model, state, found)
     assert report["stones"] == len(found.outlines)
     assert report["stone_content"] == pytest.approx(0.45, rel=1e-12)
-    assert report["stone_content_discs"] == pytest.approx(0.45, abs=0.04)
+    inner = shapely.Polygon(TALL).buffer(-state.radius[: model.ring].max()).area  # where free discs are
+    assert report["stone_content_discs"] == pytest.approx(0.45 * polygon_area(TALL) / inner, abs=0.03)
 
 
 def test_a_stone_weighs_its_polygon_and_the_soil_the_rest():
@@ -74,11 +75,12 @@ def test_making_stones_changes_no_force(body):
     scale = np.abs(before).max()
     np.testing.assert_allclose(state.force[: model.ring], before, atol=1e-10 * scale)
     assert (model.material[model.ring :] == np.where(state.stone[model.ring :] >= 0, STONE, SOIL)).all()
-    assert unbalanced_ratio(model, state, GRAVITY) < 2e-6
+    assert unbalanced_ratio(model, state, GRAVITY) < 1e-5
     insitu.add_bonds(model, state)
-    insitu.relax(model, state, GRAVITY, 500)
+    insitu.relax(model, state, GRAVITY, 300)
+    insitu.come_to_rest(model, state, GRAVITY)
     assert state.broken_tension + state.broken_shear == 0
-    assert unbalanced_ratio(model, state, GRAVITY) < 2e-6
+    assert unbalanced_ratio(model, state, GRAVITY) < 1e-6
     np.testing.assert_allclose(mean_stress(contacts(state), polygon_area(TALL)), stress, atol=1e-3 * np.abs(stress).max())
 
 

@@ -32,6 +32,7 @@ def soil_discs(radius=0.03, shear=0.4, friction=0.55, bond=True, **changes):
     table = {
         "radius": radius,
         "spread": 0.25,
+        "packing": "relaxed",
         "porosity": 0.16,
         "confinement": 100e3,
         "stiffness": "disc",

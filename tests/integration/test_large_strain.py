@@ -34,8 +34,8 @@ def test_the_rim_is_at_the_same_place_for_discs_and_zones(tmp_path, configs):
         np.testing.assert_allclose(now[on_node], moved[[near[k] for k in on_node]], atol=1e-11)
         assert np.abs(grid.displacement[[near[k] for k in on_node]]).max() > 0.05
         assert found.info["stages"][-1]["ended_by"].startswith("displacement")
-    assert checkpoint.load(tmp_path / "run" / "fdm.rank0.couple.h5")[0]["mass"] is None
-    assert checkpoint.load(tmp_path / "run" / "fdm.rank0.overload.h5")[0]["mass"].min() > 0
+    assert checkpoint.load(tmp_path / "run" / "fdm.rank0.couple.h5")[0]["grid"]["mass"] is None
+    assert checkpoint.load(tmp_path / "run" / "fdm.rank0.overload.h5")[0]["grid"]["mass"].min() > 0
 
 
 def test_an_inverted_zone_ends_both_sides_with_their_states_saved(tmp_path, configs):

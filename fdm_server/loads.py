@@ -1,0 +1,69 @@
+"""Forces that change over the steps of a stage: relief of the ground by an excavation, pressure upon its surface.
+
+What dug zones did to the gridpoints that stay, R (stresses and weight), is put in their place and taken away gradually; a
+pressure p grows in the same way. In step n of the stage, with s = min(1, n/over), the applied forces are
+
+    (1 - s) R          or          -s p n dA                besides what was applied before.
+
+Both keep their direction and their size, whatever the surface does under them. Pressure on a part xi_0..xi_1 of a side of length
+l goes to its two ends as p l (d - m) and p l m with d = xi_1 - xi_0, m = (xi_1^2 - xi_0^2)/2.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdm_server import shape
+from fdm_server.boundary import surface_edges
+from fdm_server.hole import cut_window
+
+
+class ForceRamp(NamedTuple):
+    """Applied forces of n gridpoints, from `start` to `end` [N] in so many steps."""
+
+    nodes: NDArray[np.int64]  # (n,)
+    start: NDArray[np.float64]  # (n,2)
+    end: NDArray[np.float64]  # (n,2)
+    over: int
+
+    def apply(self, state, done):
+        """Set the forces of the step after `done` steps of the stage."""
+        share = (done + 1) / self.over
+        if share < 1.0:
+            state.applied[self.nodes] = self.start + share * (self.end - self.start)
+        elif done < self.over:
+            state.applied[self.nodes] = self.end
+
+
+def dig(model, state, mask, gravity, over):
+    """Remove the zones `mask` (Z of the grid,); returns new model, new state, and the ramp that relieves the ground."""
+    model, state, reaction = cut_window(model, state, mask)
+    force = reaction.under(gravity)
+    nodes = np.flatnonzero(np.any(force != 0.0, axis=1))
+    before = state.applied[nodes]
+    return model, state, ForceRamp(nodes, before + force[nodes], before, over)
+
+
+def press(model, state, surcharge, rims=()):
+    """The ramp that brings `surcharge` (table of a scene) upon the ground surface; rims: gridpoints of the windows' rims."""
+    force = pressure_forces(shape.present(model, state), surface_edges(model.grid, model.zones, rims), surcharge)
+    nodes = np.flatnonzero(np.any(force != 0.0, axis=1))
+    before = state.applied[nodes]
+    return ForceRamp(nodes, before, before + force[nodes], surcharge.over)
+
+
+def pressure_forces(xy, edges, surcharge):
+    """Forces (N,2) [N] of the pressure on the sides `edges` (E,2), ground on their left, that face upwards."""
+    a, b = xy[edges[:, 0]], xy[edges[:, 1]]
+    along = b - a
+    upward = along[:, 0] < 0.0  # ground on the left of a side that runs to the left
+    edges, a, along = edges[upward], a[upward], along[upward]
+    first, last = ((x - a[:, 0]) / along[:, 0] for x in (surcharge.x[1], surcharge.x[0]))
+    first, last = np.clip(first, 0.0, 1.0), np.clip(last, 0.0, 1.0)
+    part, moment = last - first, 0.5 * (last**2 - first**2)
+    push = surcharge.pressure * np.column_stack([-along[:, 1], along[:, 0]])  # -p n l
+    force = np.zeros_like(xy)
+    np.add.at(force, edges[:, 0], push * (part - moment)[:, None])
+    np.add.at(force, edges[:, 1], push * moment[:, None])
+    return force

@@ -1,0 +1,54 @@
+"""What the continuum saves at the end of a stage, and how it goes on from there.
+
+Beside the State of the grid this is which zones there still are, for the model is built from them, and what each rim keeps of the
+zones it was cut from.
+"""
+
+import json
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupler_protocol import checkpoint, restart
+from fdm_server.model import State, model_of
+
+NAME = "fdm.rank0"
+
+
+class RimState(NamedTuple):
+    """Reaction of the zones that were inside a rim of K gridpoints."""
+
+    reaction: NDArray[np.float64]  # (K,2) [N] without weight
+    reaction_mass: NDArray[np.float64]  # (K,) [kg]
+
+
+class GridState(NamedTuple):
+    """All that changes on the continuum's side."""
+
+    zone: NDArray[np.int64]  # (A,) active zones
+    grid: State
+    rims: dict[str, RimState]  # by the name of the window
+
+
+def save(side, stage, phase, factor):
+    """Write the checkpoint of a stage of a fdm_server.stages.ContinuumSide; returns its path."""
+    path = side.out / f"{NAME}.{stage}.h5"
+    rims = {rim.window.name: RimState(rim.reaction, rim.reaction_mass) for rim in side.rims}
+    about = restart.attributes(side.scene, stage, phase, side.steps, side.session, factor, rows=side.rows(), gravity=side.gravity)
+    checkpoint.save(path, GridState(side.model.zone, side.state, rims), about)
+    return path
+
+
+def take_up(side, saved):
+    """Bring a side that was just built to a saved stage end (coupler_protocol.restart.Saved)."""
+    found = checkpoint.rebuild(GridState, saved.fields)
+    model = side.model
+    side.model = model_of(side.grid, found.zone, model.density, model.material_law, model.fixed)
+    side.state = found.grid
+    for rim in side.rims:
+        rim.reaction, rim.reaction_mass = found.rims[rim.window.name]
+    side.steps = saved.about["step"]
+    side.earlier = json.loads(saved.about["rows"])
+    side.gravity = tuple(json.loads(saved.about["gravity"]))
+    side.coupled = restart.coupled(side.scene, saved.index)

@@ -1,0 +1,96 @@
+"""One stage while it runs: gravity, handover, and when it ends."""
+
+from coupler_protocol import messages
+from coupler_protocol.schedule import leg_of
+from fdm_server.ending import Ending
+from fdm_server.motion import farthest, unbalanced_ratio
+from fdm_server.safety import check_motion
+
+
+class StageRun:
+    """One stage while it runs: its step count, gravity, handover and end."""
+
+    def __init__(self, side, index, stage, leg):
+        self.side, self.index, self.stage, self.leg = side, index, stage, leg
+        self.rims = side.rims if side.coupled else []
+        self.load = None  # a fdm_server.loads.ForceRamp, where forces change
+        self.done = 0
+        self.ended = False
+        self.ratio = ([1.0] + [row["ratio_continuum"] for row in side.earlier + side.results])[-1]
+        self.ended_by = ""
+        self._last_step = False
+        self._handover = (stage.handover or 500) if stage.kind == "couple" else 0
+        change = stage.excavate or stage.surcharge
+        ramps = max(self._handover, leg.over, change.over if change else 0)
+        self._ending = Ending(stage.until, ramps) if stage.until else None
+        self._every = side.scene.record.history
+        stages = side.scene.stage
+        self._next = stages[index + 1] if index + 1 < len(stages) else stage
+
+    @property
+    def gravity(self):
+        """Gravity [m/s2] of the present step."""
+        return self.leg.at(self.done)
+
+    @property
+    def factor(self):
+        """Gravity factor of the present step (after the last one: of the last)."""
+        return self.leg.factor(max(0, self.done - self.ended))
+
+    @property
+    def share(self):
+        """Share of the discs in the rim's forces."""
+        return min(1.0, self.done / self._handover) if self._handover else 1.0
+
+    def order(self):
+        """Scalars of VELOCITY for the present step."""
+        self.ended_by = self.ended_by or self._ending.out_of_steps(self.done + 1)
+        self._last_step = bool(self.ended_by)
+        number = self.side.steps + 1
+        flags = 0
+        if self._last_step:
+            flags = messages.END_OF_STAGE | messages.RECORD | messages.CHECKPOINT
+        elif number % self.side.scene.record.every == 0:
+            flags = messages.RECORD
+        following = self.leg.at(self.done + 1)
+        if self._last_step:
+            following = leg_of(self._next, self.leg.gravity, self.leg.factor(self.done)).at(0)
+        return messages.Order(self.index, number, following, self.leg.factor(self.done), 1.0, 1.0, flags)
+
+    def look(self, model, state):
+        """Every few steps: sanity, ratios of both codes, and whether the next step is to be the stage's last."""
+        if self.side.steps % self._every:
+            return
+        self.side.hub.stop.check()  # stages of the grid alone wait for nobody who would ask
+        check_motion(model, state)
+        self.ratio = unbalanced_ratio(model, state, self.gravity)
+        ratios = [self.ratio, *(rim.answer.ratio for rim in self.rims)]
+        displacement = farthest(state.displacement)
+        self.ended_by = self.ended_by or self._ending.reached(self.done + 1, ratios, displacement)
+        self.side.progress(self.stage.name, "", self.done, self.stage.until.steps, max(ratios), self.factor)
+
+    def set_loads(self):
+        """Applied forces of the next step, where they change."""
+        if self.load is not None:
+            self.load.apply(self.side.state, self.done)
+
+    def step_done(self):
+        """Count the step."""
+        self.done += 1
+        self.set_loads()
+        self.side.steps += 1
+        self.side.watch.stages[-1].steps += 1
+        self.ended = self._last_step
+
+    def result(self):
+        """Outcome for run.json and the closing table."""
+        return {
+            "name": self.stage.name,
+            "kind": self.stage.kind,
+            "steps": self.done,
+            "ended_by": self.ended_by,
+            "gravity_factor": self.factor,
+            "ratio_continuum": self.ratio,
+            "ratio_discrete": [rim.answer.ratio for rim in self.rims],
+            "bonds_broken": [int(rim.answer.broken) for rim in self.rims],
+        }

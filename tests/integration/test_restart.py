@@ -1,0 +1,210 @@
+"""Going on from the end of a stage gives the bits of the straight run, in one process and in two."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+from colluvium import open_run
+from coupler_protocol import checkpoint
+from tests.conftest import command
+from tests.integration.test_two_processes import SHORT, STONES, children_of, coupled_frames, differing, overrides, wait_for
+
+STAGES = ("equilibrium", "fill", "couple", "overload")
+SIDES = ("fdm.rank0", "dem.rank1")
+LARGE = ("grid.large_strain=true", *STONES)
+
+
+def colluvium(*arguments):
+    """Run a command of colluvium; returns what it left."""
+    return subprocess.run(command("colluvium.cli", *arguments, "--quiet"), capture_output=True, text=True, timeout=300)
+
+
+@pytest.fixture(scope="module")
+def scene(configs):
+    return configs / "quick_slope.toml"
+
+
+@pytest.fixture(scope="module")
+def straight(tmp_path_factory, scene):
+    """The short run without a stop, in small strain."""
+    out = tmp_path_factory.mktemp("small")
+    done = colluvium("run", scene, "--out", out, "--force", "--in-process", *overrides())
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+@pytest.fixture(scope="module")
+def straight_large(tmp_path_factory, scene):
+    """The same in large strain and with stones."""
+    out = tmp_path_factory.mktemp("large")
+    done = colluvium("run", scene, "--out", out, "--force", "--in-process", *overrides(*LARGE))
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+def assert_equal_runs(a, b, first):
+    """All frames from the stage number `first` on are the same bits in both runs, for both sides, and so are the histories."""
+    with open_run(a) as one, open_run(b) as two:
+        later = [[i for i, frame in enumerate(run.frames) if frame.stage in STAGES[first:]] for run in (one, two)]
+        assert [one.frames[i] for i in later[0]] == [two.frames[i] for i in later[1]]
+        for i, j in zip(*later, strict=True):
+            assert set(one._rows[i]) == set(two._rows[j])
+            pairs = [(one.gridpoints(i), two.gridpoints(j)), (one.zones(i), two.zones(j))] if one.has(i, 0) else []
+            pairs += [(one.discs(i), two.discs(j)), (one.contacts(i), two.contacts(j))] if one.has(i, 1) else []
+            for x, y in pairs:
+                assert x.names == y.names
+                assert [name for name in x.names if x[name].tobytes() != y[name].tobytes()] == []
+        begin = one.frames[later[0][0]].step if first else 0
+        for rank in (0, 1):
+            for name in one.files[rank].history_names():
+                (steps, values), (other_steps, other) = one.history(name, rank), two.history(name, rank)
+                late = steps > begin
+                np.testing.assert_array_equal(steps[late], other_steps[other_steps > begin])
+                assert values[late].tobytes() == other[other_steps > begin].tobytes()
+
+
+@pytest.mark.parametrize("stage", STAGES[:-1])
+@pytest.mark.parametrize("processes", ["one", "two"])
+def test_a_branch_without_changes_equals_the_straight_run_bit_for_bit(tmp_path, scene, straight, stage, processes):
+    mode = ["--in-process"] if processes == "one" else []
+    branch(tmp_path / "run", scene, straight, stage, *mode, *overrides())
+
+
+@pytest.mark.parametrize("stage", STAGES[1:-1])
+def test_so_does_one_with_stones_in_large_strain(tmp_path, scene, straight_large, stage):
+    branch(tmp_path / "run", scene, straight_large, stage, *overrides(*LARGE))
+
+
+def branch(out, scene, before, stage, *options):
+    """Branch off the run `before` without changing anything, and compare."""
+    done = colluvium("run", scene, "--out", out, "--from", f"{before}@{stage}", *options)
+    assert done.returncode == 0, done.stderr
+    first = STAGES.index(stage) + 1
+    for later in STAGES[first:]:
+        for side in SIDES:
+            name = f"{side}.{later}.h5"
+            assert differing(before / name, out / name) == [], name
+    assert_equal_runs(before, out, first)
+    info = json.loads((out / "run.json").read_text())
+    assert [row["name"] for row in info["stages"]] == list(STAGES)
+    assert info["begins_after"] == {"run": str(before), "stage": stage}
+    with open_run(out) as run:
+        assert run.frames[0].stage == stage  # the State it began with
+
+
+def test_so_does_one_after_an_excavation(tmp_path, configs):
+    """The pit is dug in large strain; the surcharge that follows stands on ground that is not the scene's any more."""
+    text = (configs / "quick_excavation.toml").read_text(encoding="utf-8")
+    text += '[[stage]]\nname = "load"\nkind = "surcharge"\nuntil = { steps = 90 }\n'
+    text += "surcharge = { x = [0.5, 9.0], pressure = 50e3, over = 70 }\n"
+    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
+    changes = ("stage.3.until.steps=120", "stage.3.excavate.over=100", "stage.3.large_strain=true")
+    more = [word for pair in (*SHORT[:3], *changes, "record.every=50") for word in ("--set", pair)]
+    done = colluvium("run", tmp_path / "scene.toml", "--out", tmp_path / "straight", "--in-process", *more)
+    assert done.returncode == 0, done.stderr
+    done = colluvium("run", tmp_path / "scene.toml", "--out", tmp_path / "run", "--from", f"{tmp_path / 'straight'}@pit", *more)
+    assert done.returncode == 0, done.stderr
+    for side in SIDES:
+        assert differing(tmp_path / "straight" / f"{side}.load.h5", tmp_path / "run" / f"{side}.load.h5") == []
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_a_killed_run_is_resumed_and_reads_as_one_run(tmp_path, scene, straight):
+    out = tmp_path / "run"
+    arguments = command("colluvium.cli", "run", scene, "--out", out, "--quiet", *overrides())
+    launcher = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        wait_for((out / "dem.rank1.couple.h5").exists, 200, "the end of the stage couple on the discs' side")
+        wait_for((out / "fdm.rank0.couple.h5").exists, 20, "and on the grid's")
+    finally:
+        for pid in children_of(launcher.pid):
+            os.kill(pid, signal.SIGKILL)
+        launcher.kill()
+        launcher.wait()
+    for side in SIDES:
+        (out / f"{side}.overload.h5").unlink(missing_ok=True)  # a fast machine may have got there before it was killed
+    done = colluvium("resume", out)
+    assert done.returncode == 0, done.stderr
+    assert "after stage 'couple'" in done.stderr
+    assert (out / "fdm.rank0.part1.vtkhdf").exists()
+    assert_equal_runs(straight, out, 0)
+    for side in SIDES:
+        assert differing(straight / f"{side}.overload.h5", out / f"{side}.overload.h5") == []
+    again = colluvium("resume", out)
+    assert again.returncode == 4
+    assert "nothing is left to compute" in again.stderr
+
+
+def test_a_run_resumed_twice_from_ever_earlier_ends_is_still_one_run(tmp_path, scene, straight):
+    out = tmp_path / "run"
+    assert colluvium("run", scene, "--out", out, "--in-process", *overrides()).returncode == 0
+    for gone in (["overload"], ["couple", "overload"]):
+        for path in [out / f"{side}.{stage}.h5" for side in SIDES for stage in gone]:
+            path.unlink()
+        assert colluvium("resume", out, "--in-process").returncode == 0
+        assert_equal_runs(straight, out, 0)
+    assert sorted(path.name for path in out.glob("fdm*.vtkhdf")) == [
+        "fdm.rank0.part1.vtkhdf",
+        "fdm.rank0.part2.vtkhdf",
+        "fdm.rank0.vtkhdf",
+    ]
+
+
+def test_a_branch_may_change_later_stages(tmp_path, scene, straight):
+    more = ["--set", "stage.3.gravity_factor.to=1.5"]
+    done = colluvium("run", scene, "--out", tmp_path / "run", "--in-process", "--from", f"{straight}@couple", *overrides(), *more)
+    assert done.returncode == 0, done.stderr
+    assert json.loads((tmp_path / "run" / "run.json").read_text())["stages"][-1]["gravity_factor"] == 1.5
+    assert differing(straight / "fdm.rank0.overload.h5", tmp_path / "run" / "fdm.rank0.overload.h5")
+
+
+@pytest.mark.parametrize(
+    ("stage", "override", "code", "words"),
+    [
+        ("couple", "material.0.density=2600", 3, "material.0.density: 2600.0 on this scene, 2700.0 on "),
+        ("couple", "stage.2.handover=50", 3, "stage.2.handover: 50 on this scene, 100 on "),
+        ("overload", "seed=1", 4, "this is the last stage"),
+        ("nowhere", "seed=1", 4, "the scene has no stage 'nowhere'; it has equilibrium, fill, couple, overload"),
+    ],
+)
+def test_anything_else_is_refused_by_its_name_before_anything_is_written(tmp_path, scene, straight, stage, override, code, words):
+    more = [*overrides(), "--set", override]
+    done = colluvium("run", scene, "--out", tmp_path / "run", "--from", f"{straight}@{stage}", *more)
+    assert done.returncode == code
+    assert words in done.stderr
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_run_is_not_overwritten_by_its_own_branch(scene, straight):
+    done = colluvium("run", scene, "--out", straight, "--force", "--from", f"{straight}@couple", *overrides())
+    assert done.returncode == 4
+    assert "colluvium resume" in done.stderr
+
+
+def test_sides_that_go_on_from_different_runs_are_kept_apart(tmp_path, scene, straight):
+    """Started by hand: the continuum goes on from one run, the discs from another one of the same scene."""
+    assert colluvium("run", scene, "--out", tmp_path / "other", "--in-process", *overrides()).returncode == 0
+    grid = [scene, "--bind", "tcp://127.0.0.1:0", "--out", tmp_path / "a", "--from", f"{straight}@couple", *overrides()]
+    discs = [scene, "--connect", tmp_path / "a" / "endpoint", "--out", tmp_path / "b", *overrides()]
+    fdm = subprocess.Popen(command("fdm_server", *grid, "--quiet"), stderr=subprocess.PIPE, text=True)
+    try:
+        for origin in (["--from", f"{tmp_path / 'other'}@couple"], ["--from", f"{straight}@fill"], []):
+            wrong = command("dem_server", *discs, *origin, "--force", "--quiet")
+            done = subprocess.run(wrong, capture_output=True, text=True, timeout=60)
+            assert done.returncode == 5
+            assert "one side begins elsewhere" in done.stderr
+        right = command("dem_server", *discs, "--from", f"{straight}@couple", "--force", "--quiet")
+        assert subprocess.run(right, capture_output=True, text=True, timeout=120).returncode == 0
+        assert fdm.wait(30) == 0
+    finally:
+        fdm.kill()
+        fdm.communicate()
+    assert coupled_frames(tmp_path / "b" / "dem.rank1.vtkhdf") > 1
+    with h5py.File(tmp_path / "a" / "fdm.rank0.overload.h5") as file:
+        assert file.attrs["step"] == checkpoint.attributes(straight / "fdm.rank0.overload.h5")["step"]
