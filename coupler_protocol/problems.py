@@ -19,6 +19,11 @@ class Problem:
         return f"{text}\n    {self.remedy}" if self.remedy else text
 
 
+def unfit(key, reason, remedy):
+    """The error for a scene that turns out, only when it is built, to ask for what cannot be."""
+    return SceneError([Problem("scene", None, key, reason, remedy)])
+
+
 class SceneError(ValueError):
     """A scene that cannot be computed; `problems` lists everything found, in the order of the file."""
 

@@ -25,6 +25,7 @@ import scipy.interpolate
 import shapely
 
 from coupler_protocol.interface import polygon_area
+from coupler_protocol.problems import unfit
 from dem_server.balance import unbalanced_ratio
 from dem_server.bins import bins_over
 from dem_server.contacts import contact_forces
@@ -68,9 +69,8 @@ def match_weight(model, state, target):
     soil = np.ones(model.count, dtype=bool) if state.stone is None else state.stone < 0
     wanted = float(target[:, 2] @ target[:, 6]) - float(state.weight[~soil].sum())
     if wanted <= 0.0:
-        raise ValueError(
-            "the stones alone weigh more than the zones they replace: lower discs.stone.density or set density_matching = false"
-        )
+        reason = "the stones alone weigh more than the zones they replace"
+        raise unfit("discs.stone.density", reason, "choose a lower density, or density_matching = false")
     factor = wanted / float(state.weight[soil].sum())
     state.weight[soil] *= factor
     return factor

@@ -22,12 +22,13 @@ import scipy.optimize
 
 from coupler_protocol.interface import polygon_area
 from coupler_protocol.jit import jit
+from coupler_protocol.problems import unfit
 from dem_server.intrusion import fits
 from dem_server.polygons import placed, random_outline
 
 TRIES = 1000  # places tried for a stone
 SHRINK, SMALLEST = 0.85, 0.1  # factor of the next try, and the last one
-SWEEPS = 20000
+SWEEPS = 10000  # of Monte Carlo at most
 GROWTH = 0.05  # of its size a stone grows at most in a sweep
 MOVE, TURN = 0.1, 0.5  # first step of a move in sizes, of a turn [rad]
 ACCEPTED = 0.4  # share of moves accepted, which the length of the step is adapted to
@@ -52,10 +53,11 @@ class Mesostructure(NamedTuple):
         return float(sum(polygon_area(outline) for outline in self.outlines))
 
 
-def draw(domain, stones, rng):
+def draw(domain, stones, rng, report=None):
     """Mesostructure of a window.
 
-    domain (P, 2): simple polygon, counter-clockwise [m]; stones: the scene's table; rng: numpy Generator.
+    domain (P, 2): simple polygon, counter-clockwise [m]; stones: the scene's table; rng: numpy Generator;
+    report(text, fraction): progress, if wanted.
     """
     size = draw_sizes(stones.content * polygon_area(domain), stones.size, rng)
     flatness = rng.uniform(*stones.flatness, len(size))
@@ -69,11 +71,12 @@ def draw(domain, stones, rng):
     pieces = unit, corners.astype(np.int64), reach, domain, float(stones.gap)
     place, sweeps = largest_first(size, *pieces, rng), 0
     if place is not None and (place[:, 3] < size).any():
-        sweeps = grow(place, size, *pieces, rng)
+        sweeps = grow(place, size, *pieces, rng, report)
     if place is None or sweeps > SWEEPS:
-        raise ValueError(
-            f"no room for a stone content of {stones.content:g} with a gap of {stones.gap:g} m: "
-            "choose a smaller content or gap, or sizes that differ more"
+        raise unfit(
+            "stones.content",
+            f"no room for a content of {stones.content:g} with a gap of {stones.gap:g} m between stones",
+            "choose a smaller content or gap, or sizes that differ more",
         )
     world = [placed(o, p[:2], p[2], s) for o, p, s in zip(outlines, place, size, strict=True)]
     return Mesostructure(world, size, flatness, place[:, 2] % np.pi, sweeps)
@@ -97,7 +100,8 @@ def draw_sizes(area, size, rng):
 
     low, high = size.min / drawn.max(), size.max / drawn.min()
     if excess(low) > 0.0:
-        raise ValueError(f"a single stone of {size.min:g} m covers more than the {area:.3g} m2 asked for: choose smaller stones")
+        reason = f"a single stone of {size.min:g} m covers more than the {area:.3g} m2 asked for"
+        raise unfit("stones.size.min", reason, "choose smaller stones")
     while excess(high) < 0.0:  # all at their largest: one more is needed
         drawn = np.append(drawn, size.max)
     factor = scipy.optimize.brentq(excess, low, high, xtol=1e-15, rtol=1e-14)
@@ -140,7 +144,7 @@ def put(k, place, unit, corners, world):
         world[k, i, 1] = place[k, 1] + s * unit[k, i, 0] + c * unit[k, i, 1]
 
 
-def grow(place, size, unit, corners, reach, domain, gap, rng):
+def grow(place, size, unit, corners, reach, domain, gap, rng, report=None):
     """Move and grow all stones until they have their `size` (S,); returns the number of sweeps it took."""
     world, there = np.zeros_like(unit), np.ones(len(size), dtype=np.bool_)
     for k in range(len(size)):
@@ -151,6 +155,8 @@ def grow(place, size, unit, corners, reach, domain, gap, rng):
         moved = move_all(random, step, place, size, unit, corners, reach, world, there, domain, gap)
         if (place[:, 3] == size).all():
             return sweep
+        if report and sweep % 100 == 0:
+            report("stones grow", float(place[:, 3] @ place[:, 3] / (size @ size)))
         step = min(max(step * (1.1 if moved > ACCEPTED * len(size) else 0.9), 1e-3), 5.0)
     return SWEEPS + 1
 

@@ -25,6 +25,7 @@ import numpy as np
 import shapely
 
 from coupler_protocol.interface import polygon_area
+from coupler_protocol.problems import unfit
 from dem_server import inward
 from dem_server.contacts import contact_forces
 from dem_server.effects import RING, SOIL, Law
@@ -63,7 +64,7 @@ def pack(polygon, ring_xy, ring_radius, discs, rng, report=None):
     radius = draw_radii(area * (1.0 - discs.porosity) - solid_ring if relaxed else area, discs, rng)
     inset = shapely.Polygon(polygon).buffer(-(ring_radius.max() + discs.radius * (1.0 - discs.spread)))
     if inset.is_empty or len(radius) < 1:
-        raise ValueError(f"no disc of radius {discs.radius} m fits into the window: choose a smaller radius")
+        raise unfit("discs.radius", f"no disc of radius {discs.radius:g} m fits into the window", "choose a smaller radius")
     if relaxed:
         xy, radius = spread_points(inset, len(radius), rng), START * radius
     else:

@@ -75,7 +75,7 @@ class DiscreteSide:
         """Where stones will be, if the scene has any."""
         if self.scene.stones is not None:
             rng = np.random.default_rng([self.scene.seed, self.rank, *b"stones"])
-            self.stones = mesostructure.draw(nodes, self.scene.stones, rng)
+            self.stones = mesostructure.draw(nodes, self.scene.stones, rng, self._note)
 
     def fill(self, nodes):
         """Ring on the rim and a packing inside it; PACKED tells the continuum."""

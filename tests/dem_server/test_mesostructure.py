@@ -87,7 +87,7 @@ def test_growth_takes_over_where_random_places_run_out():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"content": 0.75, "gap": 0.2}, "no room for a stone content of 0.75"),
+        ({"content": 0.75, "gap": 0.2}, "no room for a content of 0.75"),
         ({"content": 1e-5}, "choose smaller stones"),
     ],
 )
