@@ -1,9 +1,10 @@
-"""Pictures of a run: `colluvium report RUN_DIR` draws every figure whose data the run has recorded."""
+"""`colluvium report RUN_DIR`: every figure whose data the run has recorded, as PNG, and all its frames in one page."""
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from colluvium.html import player
 from colluvium.results import Run, open_run
 
 FIGURES = (  # file name, module of colluvium.figures, function
@@ -14,6 +15,7 @@ FIGURES = (  # file name, module of colluvium.figures, function
     ("shear_strain", "shear", "draw_strain"),
     ("plastic_zones", "plastic", "draw"),
     ("force_chains", "chains", "draw"),
+    ("fabric", "roses", "draw"),
     ("histories", "histories", "draw"),
 )
 
@@ -25,20 +27,27 @@ def write(
     other_path: str | Path | None = None,
     progress: Callable[[Path], None] | None = None,
 ) -> list[Path]:
-    """Draw a run's figures into `out` (default: RUN_DIR/report), tell `progress` each path, return all."""
+    """Draw a run's figures and report.html into `out` (default: RUN_DIR/report), tell `progress` each path, return all."""
     folder = Path(out) if out is not None else Path(run_dir) / "report"
     with open_run(run_dir, other_path) as run:
         if not run.frames:
             raise ValueError(f"{run_dir}: no frame was recorded, there is nothing to draw")
         folder.mkdir(parents=True, exist_ok=True)
         paths = []
-        for name, module, function in FIGURES:
-            path = folder / f"{name}.png"
-            if _draw(run, module, function, path):
-                paths.append(path)
-                if progress is not None:
-                    progress(path)
+        for path in _files(run, folder):
+            paths.append(path)
+            if progress is not None:
+                progress(path)
     return paths
+
+
+def _files(run: Run, folder: Path) -> Iterator[Path]:
+    """Each file as soon as it is written."""
+    for name, module, function in FIGURES:
+        path = folder / f"{name}.png"
+        if _draw(run, module, function, path):
+            yield path
+    yield player.write(run, folder / "report.html")
 
 
 def _draw(run: Run, module: str, function: str, path: Path) -> bool:

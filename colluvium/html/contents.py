@@ -93,11 +93,15 @@ class Contents:
             "step": info.step,
             "stage": info.stage,
             "gravity_factor": info.gravity_factor,
-            "farthest": farthest,
+            "farthest": farthest if np.isfinite(farthest) else None,
             "drawn": min(1.0, frames.REACH * self._size / farthest) if farthest > 0.0 else 1.0,
             "grid": self._grid(i) if self.run.has(i, 0) else None,
-            "windows": [self._window(i, rank) for rank in self.run.windows if self.run.has(i, rank)],
+            "windows": [self._window(i, rank) for rank in self.run.windows if self._is_somewhere(i, rank)],
         }
+
+    def _is_somewhere(self, i: int, rank: int) -> bool:
+        """Whether a window was recorded and its discs have places: those of a computation that blew up have none."""
+        return self.run.has(i, rank) and bool(np.isfinite(self.run.discs(i, rank).displacement).all())
 
     def _grid(self, i: int) -> dict[str, Any]:
         zones, gridpoints = self.run.zones(i), self.run.gridpoints(i)
@@ -127,7 +131,7 @@ class Contents:
         told["contacts"] = {
             "ends": [keep.whole(column) for column in contacts.ends[order].T],
             "force": keep.reals(contacts.normal_force[order]),
-            "widest": float(np.quantile(np.abs(contacts.normal_force), chains.PART)) if len(order) else 1.0,
+            "widest": _strong(contacts.normal_force),
         }
         if "bond_state" in contacts:
             told["contacts"]["bond"] = keep.whole(contacts.bond_state[order])
@@ -140,7 +144,8 @@ class Contents:
         return self._motion(start, now - start) | {"corners": self.packing.whole([len(outline) for outline in placed])}
 
     def _body(self, start: np.ndarray, displacement: np.ndarray) -> dict[str, Any]:
-        self._values["displacement"][-1].append(np.hypot(*displacement.T))
+        size = np.hypot(*displacement.T)
+        self._values["displacement"][-1].append(size[np.isfinite(size)])
         return self._motion(start, displacement)
 
     def _motion(self, start: np.ndarray, displacement: np.ndarray) -> dict[str, Any]:
@@ -188,13 +193,20 @@ def _scale(quantity: Quantity, values: list[np.ndarray]) -> dict[str, Any] | Non
     """The colour scale of one frame: its ends in SI units, and the factor to the unit in which they are written."""
     if not values:
         return None
-    return _readable(quantity, *style.limits(*values))
+    return _readable(quantity, *_ends(values))
 
 
 def _envelope(quantity: Quantity, values: list[list[np.ndarray]]) -> dict[str, Any] | None:
     """One scale that holds those of all frames."""
-    ends = np.array([style.limits(*frame) for frame in values if frame])
+    ends = np.array([_ends(frame) for frame in values if frame])
     return _readable(quantity, ends[:, 0].min(), ends[:, 1].max()) if len(ends) else None
+
+
+def _ends(values: list[np.ndarray]) -> tuple[float, float]:
+    """Smallest and largest value but for a few; the same, where all values are."""
+    together = np.concatenate(values)
+    low, high = (together.min(), together.max()) if len(together) else (0.0, 0.0)
+    return style.limits(*values) if high > low else (float(low), float(high))
 
 
 def _readable(quantity: Quantity, low: float, high: float) -> dict[str, Any]:
@@ -202,13 +214,21 @@ def _readable(quantity: Quantity, low: float, high: float) -> dict[str, Any]:
         high = max(abs(low), abs(high))
         low = -high
     elif quantity.scale in POSITIVE:
-        low, high = 0.0, high if high > 0.0 else 1.0
+        low = 0.0
+    if not high > low:
+        high = low + 1.0
     factor, unit = style.readable(quantity.unit, np.array([low, high]))
     return {"low": float(low), "high": float(high), "factor": factor, "unit": unit}
 
 
 def _large_strain(scene: dict[str, Any]) -> bool:
-    return bool(scene.get("large_strain")) or any(stage.get("large_strain") for stage in scene.get("stage", ()))
+    return bool(scene.get("grid", {}).get("large_strain")) or any(stage.get("large_strain") for stage in scene.get("stage", ()))
+
+
+def _strong(force: np.ndarray) -> float:
+    """The force that only few contacts exceed [N]."""
+    known = np.abs(force[np.isfinite(force)])
+    return float(np.quantile(known, chains.PART)) if known.any() else 1.0
 
 
 def _widest(told: list[dict[str, Any]]) -> float:

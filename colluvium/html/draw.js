@@ -44,6 +44,7 @@ function drawFrame(context, view, state) {
   context.setTransform(view.pixels, 0, 0, -view.pixels, view.x, view.y);
   if (frame.grid) drawGrid(context, frame.grid, part, view, state);
   for (const window of frame.windows) drawWindow(context, window, part, view, state);
+  if (frame.grid) drawBorder(context, frame.grid, part, view);
   context.setTransform(1, 0, 0, 1, 0, 0);
   drawAxes(context, view);
 }
@@ -64,6 +65,11 @@ function drawGrid(context, grid, part, view, state) {
     context.fill();
     context.stroke();
   }
+}
+
+// The border of the mesh and of its holes, on top of the discs that cover it.
+function drawBorder(context, grid, part, view) {
+  const { x, y } = places(grid, part);
   const [from, to] = grid.border.map((number) => data.array(number));
   context.beginPath();
   for (let edge = 0; edge < from.length; edge++) {
@@ -86,6 +92,11 @@ function drawWindow(context, window, part, view, state) {
   const key = discQuantity(state);
   const values = key && discValues(window, key), colour = key && colouring(key, state);
   const stone = window.stone === undefined ? null : data.array(window.stone);
+  if (window.stones) {
+    stonePath(context, window.stones, part);
+    context.fillStyle = DARK;
+    context.fill();
+  }
   const more = (0.3 * view.ratio) / view.pixels; // gaps between small discs would make their colours pale
   for (let i = 0; i < radius.length; i++) {
     context.fillStyle = key ? colour(values[i]) : stone && stone[i] >= 0 ? DARK : PLAIN;
@@ -94,11 +105,16 @@ function drawWindow(context, window, part, view, state) {
     context.fill();
   }
   if (state.chains) drawChains(context, window, x, y, radius, view, state);
-  if (window.stones) drawStones(context, window.stones, part, view);
+  if (window.stones) {
+    stonePath(context, window.stones, part);
+    context.lineWidth = (Math.max(0.5, Math.min(1.2, (0.012 * view.pixels) / view.ratio)) * view.ratio) / view.pixels;
+    context.strokeStyle = INK;
+    context.stroke();
+  }
   if (state.zones === "plastic") drawBroken(context, window, x, y, view);
 }
 
-function drawStones(context, stones, part, view) {
+function stonePath(context, stones, part) {
   const { x, y } = places(stones, part);
   let first = 0;
   context.beginPath();
@@ -108,16 +124,19 @@ function drawStones(context, stones, part, view) {
     context.closePath();
     first += count;
   }
-  context.lineWidth = (1.1 * view.ratio) / view.pixels;
-  context.strokeStyle = INK;
-  context.stroke();
+}
+
+// The force that is drawn widest.
+function widestForce(state) {
+  if (state.scale === "run") return run.chains.run;
+  return Math.max(...run.frames[state.frame].windows.map((window) => window.contacts.widest));
 }
 
 // Contacts as lines, in classes of width; the strongest on top. The widest line is as wide as a disc's radius.
 function drawChains(context, window, x, y, radius, view, state) {
   const [a, b] = window.contacts.ends.map((number) => data.array(number));
   const force = data.array(window.contacts.force);
-  const strongest = state.scale === "run" ? run.chains.run : window.contacts.widest;
+  const strongest = widestForce(state);
   const widest = radius[Math.floor(radius.length / 2)] || 0;
   const classes = 12, members = Array.from({ length: 2 * classes }, () => []);
   for (let i = 0; i < force.length; i++) {

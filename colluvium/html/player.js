@@ -78,6 +78,7 @@ function caption() {
 }
 
 function readableLength(metres) {
+  if (metres === null) return "beyond all numbers";
   const [factor, unit] = metres >= 0.5 ? [1, "m"] : metres >= 5e-4 ? [1e3, "mm"] : [1e6, "µm"];
   return `${Number((metres * factor).toPrecision(3))} ${unit}`;
 }
@@ -95,7 +96,7 @@ function keys() {
     found.push(swatches(signs));
   }
   if (state.chains && frame.windows.length) {
-    const force = state.scale === "run" ? run.chains.run : Math.max(...frame.windows.map((window) => window.contacts.widest));
+    const force = widestForce(state);
     const [factor, unit] = force >= 1e6 ? [1e-6, "MN"] : force >= 1e3 ? [1e-3, "kN"] : [1, "N"];
     const widest = `normal force: widest line ${Number((force * factor).toPrecision(3))} ${unit} per m`;
     found.push(swatches([["line", run.chains.compression, `compression (${widest})`], ["line", run.chains.tension, "tension in a bond"]]));

@@ -26,7 +26,7 @@ def write(run: Run, path: Path) -> Path:
         facts=escape(_facts(run)),
         style=_part("style.css"),
         script="\n".join(_part(name) for name in SCRIPTS),
-        description=json.dumps(description, separators=(",", ":")).replace("<", "\\u003c"),
+        description=json.dumps(description, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
         arrays=packing.text(),
         last=len(run.frames) - 1,
         histories=histories.plots(run),
@@ -69,6 +69,11 @@ def _closing(info: dict[str, Any]) -> str:
         return "<p>Not yet: the run has left no run.json.</p>"
     tables = ((closing.OUTCOME, closing.rows(info)), (closing.SECONDS, closing.times(info)))
     parts = [_table(columns, rows) for columns, rows in tables if rows]
+    if parts:
+        parts.append(
+            '<p class="hint">P/l vs stress: rms difference between the discs\' forces on the rim and the stress of the zones '
+            "beside it, over the rms stress. Times in seconds.</p>"
+        )
     parts += [f"<p>{escape(sentence)}</p>" for sentence in closing.sentences(info)]
     return "\n".join(parts)
 
