@@ -171,6 +171,7 @@ class ContinuumSide:
             ]
         self.results.append(result)
         self.state = self.state if instead is None else instead
+        self.recorder.sync()  # a run that goes on from the checkpoint relies on all frames before it
         self.save(stage.stage.name, END, stage.factor)
         self.watch.to("recording")
         log.info("stage %s", result)
