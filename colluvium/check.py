@@ -1,7 +1,7 @@
 """`colluvium check`: what a scene will compute and what it will not, without computing it."""
 
 from coupler_protocol.scene import declared_effects
-from coupler_protocol.schedule import plan
+from coupler_protocol.schedule import large_strain, plan
 
 
 def effects(scene):
@@ -52,6 +52,7 @@ def stages(scene):
     return [
         {"name": s.name, "kind": s.kind, "gravity": leg.gravity, "factor": [leg.start, leg.end], "over": leg.over}
         | {"until": s.until.model_dump(exclude_none=True) if s.until else {}, "discard": s.discard}
+        | {"large_strain": large_strain(scene, s)}
         for s, leg in zip(scene.stage, plan(scene), strict=True)
     ]
 
@@ -72,7 +73,8 @@ def print_answer(found, console):
     if found["stones"]:
         stones = found["stones"]
         console.print(
-            f"stones: {100 * stones['content']:g} % of each window, each a {stones['body']}, mean size {stones['size']['mean']:g} m"
+            f"stones: {100 * stones['content']:g} % of each window, each a {stones['body']}, "
+            f"mean size {stones['size']['mean']:g} m"
         )
     console.print("effects that act:")
     for row in found["effects"]:
@@ -86,4 +88,5 @@ def print_answer(found, console):
     for s in found["stages"]:
         until = ", ".join(f"{k} {v:g}" for k, v in s["until"].items())
         ramp = f"{s['factor'][0]:g} to {s['factor'][1]:g} g over {s['over']} steps" if s["over"] else f"{s['factor'][1]:g} g"
-        console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}" + (f", until {until}" if until else ""), markup=False)
+        more = (", large strain" if s["large_strain"] else "") + (f", until {until}" if until else "")
+        console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}{more}", markup=False)

@@ -100,7 +100,8 @@ def resume_command(options):
     scene = read_scene(out / "scene.json")
     options.origin = restart.last_saved(scene, out)
     restart.check(scene, options.origin)
-    (out / "endpoint").unlink(missing_ok=True)
+    for name in ("endpoint", "run.json"):  # of the process that ended
+        (out / name).unlink(missing_ok=True)
     print(f"going on after stage {options.origin.stage!r}", file=sys.stderr)
     return _compute(options, scene, out / "scene.json", out, [])
 

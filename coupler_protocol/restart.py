@@ -1,11 +1,12 @@
 """Going on from the end of a stage: where the checkpoints are, and whether they belong to the scene and to each other.
 
 A checkpoint `NAME.STAGE.h5` of a run directory holds the State of one side at the end of a stage. As attributes it carries what
-it belongs to: step, stage, phase, the resolved scene, and the session in which both sides computed that stage: checkpoints of
-equal session and stage are of the same moment.
+it belongs to: version, step, stage, phase, the resolved scene, and the session in which both sides computed that stage:
+checkpoints of equal session and stage are of the same moment.
 """
 
 import json
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -52,6 +53,7 @@ class Saved(NamedTuple):
 def attributes(scene, stage, phase, step, session, factor, **more):
     """Attributes of a checkpoint; `factor`: the gravity factor; `more` goes in as JSON."""
     named = {"stage": stage, "phase": phase, "step": step, "session": session, "gravity_factor": factor}
+    named["version"] = version("colluvium")
     return named | {key: json.dumps(value) for key, value in {"scene": scene.resolved(), **more}.items()}
 
 
@@ -93,6 +95,8 @@ def load(scene, origin, name):
     about = checkpoint.attributes(path)
     if about.get("phase") != END:
         raise exits.EnvironmentFailed(f"{path} is no State of a stage's end")
+    if about["version"] != version("colluvium"):
+        raise exits.EnvironmentFailed(f"{path} was written by version {about['version']}, this is {version('colluvium')}")
     check_scene(scene, json.loads(about["scene"]), index, path)
     return Saved(index, checkpoint.load(path)[0], about)
 
@@ -106,7 +110,7 @@ def check(scene, origin):
 
 
 def check_scene(scene, earlier, index, path):
-    """Raise SceneError where `scene` differs from the resolved `earlier` one in more than title and later stages than `index`."""
+    """Raise SceneError where `scene` differs from the resolved `earlier` in more than title and stages after `index`."""
     from coupler_protocol.handshake import first_difference
 
     now = scene.resolved()

@@ -13,6 +13,7 @@ from coupler_protocol.interface import build_ring
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.restart import END, filled, index_of, kept_stages, load, part_file
 from coupler_protocol.runfile import peak_memory
+from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
 from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
 from dem_server import balance, energy, insitu, mesostructure, packing, record, restart, run, stones
@@ -139,9 +140,10 @@ class DiscreteSide:
         self.gravity, self.steps = go["gravity"], go["step"]
         self._prepare_frames()
         name, factor = self._begin_with()
-        if not self.saved:
-            self.save(name, END, factor)
         self.recorder.frame(FrameInfo(self.steps, float(self.steps), name, factor), **record.frame(self.model, self.state))
+        if not self.saved:
+            self.recorder.sync()
+            self.save(name, END, factor)
         self.watch.to("recording")
         self._begin_stage(go["stage"])
 
@@ -149,7 +151,8 @@ class DiscreteSide:
         """Stage and gravity factor of the State in which the steps begin."""
         if self.saved:
             return self.origin.stage, self.saved.about["gravity_factor"]
-        return next(stage.name for stage in self.scene.stage if stage.kind == "fill"), 1.0
+        stages = zip(self.scene.stage, plan(self.scene), strict=True)
+        return next((stage.name, leg.end) for stage, leg in stages if stage.kind == "fill")
 
     def _prepare_frames(self):
         talk, K = self.conversation, len(self.rim.nodes)
@@ -217,6 +220,7 @@ class DiscreteSide:
             info = FrameInfo(self.steps, float(self.steps), name, order.gravity_factor)
             self.recorder.frame(info, **record.frame(self.model, self.state))
         if flags & messages.CHECKPOINT:
+            self.recorder.sync()  # a run that goes on from the checkpoint relies on all frames before it
             self.save(name, END, order.gravity_factor)
         if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
             self.watch.to("recording")

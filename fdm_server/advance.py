@@ -39,12 +39,13 @@ def advance_kernel(
                 limit(b, pattern[b], share, mohr_coulomb, tension, stress, plastic, limited)
             corner_forces(b, x, y, stress, corner_force)
     else:
+        position = xy + displacement
         end_x, end_y, end_share = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES))
         mid_x, mid_y, mid_inverse = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 5 * LANES))
         turn = np.empty(TURN_ROWS * LANES)
         for b in range(corner.shape[0]):
             gather_velocities(b, corner, velocity, u)
-            inverted += present_shape(b, corner, share, xy, displacement, end_x, end_y, end_share)
+            inverted += present_shape(b, corner, share, position, end_x, end_y, end_share)
             middle_shape(end_x, end_y, u, mid_x, mid_y, mid_inverse)
             strain_increments(0, mid_x, mid_y, mid_inverse, u, strain)
             half_turns(mid_x, mid_y, mid_inverse, u, turn)

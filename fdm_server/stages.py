@@ -173,6 +173,7 @@ class ContinuumSide:
         self.state = self.state if instead is None else instead
         if not stage.stage.discard:
             self.gravity = stage.leg.gravity, stage.factor
+        self.recorder.sync()  # a run that goes on from the checkpoint relies on all frames before it
         self.save(stage.stage.name, END, stage.factor)
         self.watch.to("recording")
         log.info("stage %s", result)
