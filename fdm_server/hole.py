@@ -1,4 +1,4 @@
-"""A window becomes a hole: its zones leave the model, and what they did to their rim stays as forces."""
+"""A window or an excavation: its zones leave the model, and what they did to the gridpoints that stay remains as forces."""
 
 from typing import NamedTuple
 
