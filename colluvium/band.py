@@ -43,13 +43,20 @@ class Surface(NamedTuple):
     crest: np.ndarray
 
 
+class Cells(NamedTuple):
+    """Zones and, behind them, the bins of the windows in one frame."""
+
+    xy: np.ndarray  # (n, 2) middles at the start [m]
+    strain: np.ndarray  # (n,) engineering shear strain
+    rank: np.ndarray  # (n,) 0: a zone, else the window of the bin
+    pairs: np.ndarray  # (p, 2) cells that share a corner
+
+
 def levels(run: Run, stages: tuple[str, ...] = ("overload",)) -> list[Level]:
     """The level of every frame of the stages whose kind is one of `stages`."""
     kinds = {stage["name"]: stage["kind"] for stage in run.scene["stage"]}
     surface = ground(run)
-    return [
-        level(run, i, surface) for i, frame in enumerate(run.frames) if kinds[frame.stage] in stages and run.has(i, 0)
-    ]
+    return [level(run, i, surface) for i, frame in enumerate(run.frames) if kinds[frame.stage] in stages and run.has(i, 0)]
 
 
 def failure(found: list[Level], threshold: float = FAILED) -> Level | None:
@@ -113,8 +120,18 @@ def ground(run: Run) -> Surface:
 
 def level(run: Run, frame: int, surface: Surface) -> Level:
     """The level of one frame."""
+    found = cells(run, frame)
+    toe, crest = nearest(found.xy, surface.toe), nearest(found.xy, surface.crest)
+    info = run.frames[frame]
+    through = bottleneck(found.strain, found.pairs, toe, crest)
+    around = bottleneck(np.where(found.rank > 0, -1.0, found.strain), found.pairs, toe, crest)
+    return Level(frame, info.gravity_factor, info.step, through, around)
+
+
+def cells(run: Run, frame: int) -> Cells:
+    """Zones and bins of one frame, and which of them share a corner: middles within one and a half cells each way."""
     zones = run.zones(frame)
-    middles, strain = [zones.xy], [zones.shear_strain]
+    middles, strain, ranks = [zones.xy], [zones.shear_strain], [0]
     for rank in run.windows:
         if run.has(frame, rank):
             bins = window_fields.bins(run, frame, rank)
@@ -122,15 +139,10 @@ def level(run: Run, frame: int, surface: Surface) -> Level:
             use = bins.used & np.isfinite(inside)
             middles.append(bins.rectangles[use].mean(axis=1))
             strain.append(inside[use])
-    in_window = np.arange(sum(map(len, middles))) >= len(middles[0])
-    xy, strain = np.concatenate(middles), np.concatenate(strain)
-    # cells that share a corner: middles no further apart than one and a half cells each way
+            ranks.append(rank)
+    xy = np.concatenate(middles)
     pairs = cKDTree(xy / _cell_size(run, frame)).query_pairs(1.5, output_type="ndarray")
-    toe, crest = _nearest(xy, surface.toe), _nearest(xy, surface.crest)
-    info = run.frames[frame]
-    through = _bottleneck(strain, pairs, toe, crest)
-    around = _bottleneck(np.where(in_window, -1.0, strain), pairs, toe, crest)
-    return Level(frame, info.gravity_factor, info.step, through, around)
+    return Cells(xy, np.concatenate(strain), np.repeat(ranks, [len(part) for part in middles]), pairs)
 
 
 def _cell_size(run: Run, frame: int) -> np.ndarray:
@@ -138,25 +150,26 @@ def _cell_size(run: Run, frame: int) -> np.ndarray:
     return np.median(np.ptp(corners, axis=1), axis=0)
 
 
-def _nearest(xy: np.ndarray, points: np.ndarray) -> np.ndarray:
+def nearest(xy: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """The cells, by their middles (n, 2), that lie nearest to the points (m, 2)."""
     return np.unique(cKDTree(xy).query(points)[1])
 
 
-def _bottleneck(strain: np.ndarray, pairs: np.ndarray, toe: np.ndarray, crest: np.ndarray) -> float:
-    """The highest of the strains that still connects one of `toe` with one of `crest` (0 where nothing does)."""
+def bottleneck(strain: np.ndarray, pairs: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> float:
+    """The highest of the strains that still connects one of `starts` with one of `ends` (0 where nothing does)."""
     values = np.unique(strain[strain >= 0.0])
     low, high = -1, len(values)  # values[low] connects, values[high] does not
     while high - low > 1:
         middle = (low + high) // 2
-        if _connected(strain >= values[middle], pairs, toe, crest):
+        if _connected(strain >= values[middle], pairs, starts, ends):
             low = middle
         else:
             high = middle
     return float(values[low]) if low >= 0 else 0.0
 
 
-def _connected(chosen: np.ndarray, pairs: np.ndarray, toe: np.ndarray, crest: np.ndarray) -> bool:
+def _connected(chosen: np.ndarray, pairs: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> bool:
     kept = pairs[chosen[pairs].all(axis=1)]
     graph = coo_array((np.ones(len(kept), dtype=bool), kept.T), shape=(len(chosen), len(chosen)))
     piece = connected_components(graph, directed=False)[1]
-    return bool(np.intersect1d(piece[toe[chosen[toe]]], piece[crest[chosen[crest]]]).size)
+    return bool(np.intersect1d(piece[starts[chosen[starts]]], piece[ends[chosen[ends]]]).size)
