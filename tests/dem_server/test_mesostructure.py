@@ -26,7 +26,7 @@ def check_places(found, domain, gap):
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize(("content", "gap"), [(0.3, 0.03), (0.45, 0.03), (0.6, 0.0), (0.7, 0.0)])
+@pytest.mark.parametrize(("content", "gap"), [(0.3, 0.03), (0.45, 0.03), (0.6, 0.03), (0.6, 0.0), (0.7, 0.0), (0.7, 0.01)])
 def test_content_is_exact_and_no_stone_intrudes(content, gap, seed):
     found = draw(PAPER, stones_table(content=content, gap=gap), np.random.default_rng(seed))
     assert found.area / polygon_area(PAPER) == pytest.approx(content, rel=1e-12)
@@ -88,6 +88,8 @@ def test_growth_takes_over_where_random_places_run_out():
     ("changes", "message"),
     [
         ({"content": 0.75, "gap": 0.2}, "no room for a content of 0.75"),
+        ({"content": 0.7, "gap": 0.03}, r"(?s)would fill (8[6-9]|9\d) % of the room.*choose a content up to 0\.6\d, a gap up to 0\.01\d m"),
+        ({"content": 0.3, "gap": 3.0}, "no room for a content of 0.3"),
         ({"content": 1e-5}, "choose smaller stones"),
     ],
 )
