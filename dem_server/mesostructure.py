@@ -37,6 +37,7 @@ from dem_server.polygons import placed, random_outline
 TRIES = 1000  # places tried for a stone
 SHRINK, SMALLEST = 0.85, 0.1  # factor of the next try, and the last one
 SWEEPS = 40000  # of Monte Carlo at most
+EARLY, NEAR = 10000, 0.99  # sweeps after which growth goes on only if this share of the area is covered
 REACHED, JAMMED = 0.80, 0.85  # of Phi, Eq (2): growth comes that far with nearly every seed, and with none
 GROWTH = 0.05  # of its size a stone grows at most in a sweep
 MOVE, TURN = 0.1, 0.5  # first step of a move in sizes, of a turn [rad]
@@ -84,7 +85,7 @@ def draw(domain, stones, rng, report=None):
         sweeps = grow(place, size, *pieces, rng, report)
     if place is None or sweeps > SWEEPS:
         covered = 0.0 if place is None else float(place[:, 3] @ place[:, 3] / (size @ size)) * stones.content
-        reason = no_room(stones) + (f": after {SWEEPS} sweeps stones cover {covered:.3f}" if covered else "")
+        reason = no_room(stones) + (f": they jam at {covered:.3f}" if covered else "")
         raise unfit("stones.content", reason, "choose a smaller content or gap, larger stones, or another seed")
     world = [placed(o, p[:2], p[2], s) for o, p, s in zip(outlines, place, size, strict=True)]
     return Mesostructure(world, size, flatness, place[:, 2] % np.pi, sweeps)
@@ -180,7 +181,7 @@ def put(k, place, unit, corners, world):
 
 
 def grow(place, size, unit, corners, reach, domain, gap, rng, report=None):
-    """Move and grow all stones until they have their `size` (S,); returns the number of sweeps it took."""
+    """Move and grow all stones until they have their `size` (S,); returns the number of sweeps it took, SWEEPS + 1 in vain."""
     world, there = np.zeros_like(unit), np.ones(len(size), dtype=np.bool_)
     for k in range(len(size)):
         put(k, place, unit, corners, world)
@@ -190,8 +191,11 @@ def grow(place, size, unit, corners, reach, domain, gap, rng, report=None):
         moved = move_all(random, step, place, size, unit, corners, reach, world, there, domain, gap)
         if (place[:, 3] == size).all():
             return sweep
+        covered = float(place[:, 3] @ place[:, 3] / (size @ size))
+        if sweep == EARLY and covered < NEAR:
+            break
         if report and sweep % 100 == 0:
-            report("stones grow", float(place[:, 3] @ place[:, 3] / (size @ size)))
+            report("stones grow", covered)
         step = min(max(step * (1.1 if moved > ACCEPTED * len(size) else 0.9), 1e-3), 5.0)
     return SWEEPS + 1
 

@@ -26,7 +26,8 @@ def draw(run: Run) -> Any:
     frame = next(i for i in range(len(run.frames)) if run.has(i, rank))
     discs, placed = run.discs(frame, rank), run.stones(rank)
     columns = 3 if placed else 1
-    figure, axes = plt.subplots(1, columns, figsize=(0.8 + 3.0 * columns, 7.0), sharey=True, squeeze=False, layout="compressed")
+    size = (0.8 + 3.0 * columns, 7.0)
+    figure, axes = plt.subplots(1, columns, figsize=size, sharex=True, sharey=True, squeeze=False, layout="compressed")
     xy = starting_places(discs)
     control = discs.control == 1 if "control" in discs else np.zeros(len(xy), dtype=bool)
     colours = np.full(len(xy), DISC, dtype=object)

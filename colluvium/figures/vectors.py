@@ -81,7 +81,7 @@ def _draw_panel(run: Run, frame: int, rank: int, axes: Any, outline: np.ndarray,
         units="xy", width=0.05 * cell, headwidth=4.0, headlength=5.0, minlength=0.0, minshaft=1.5, zorder=3,
     )
     room = (MARGIN + 1) * cell  # for arrows that begin in the margin
-    axes.update_datalim([outline.min(axis=0) - room, outline.max(axis=0) + room])
+    axes.update_datalim([outline.min(axis=0) - room, outline.max(axis=0) + room, *(xy[chosen] + arrows)])
     return longest
 
 
