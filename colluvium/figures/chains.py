@@ -21,7 +21,7 @@ def missing(run: Run) -> str:
 
 @style.styled
 def draw(run: Run) -> Any:
-    """The first window in each state of the band, or at the ends of the stages; each panel says which force its widest lines carry."""
+    """The first window in each state of the band, or at the ends of the stages; panels say what their widest lines carry."""
     import matplotlib.pyplot as plt
     from matplotlib.lines import Line2D
 
