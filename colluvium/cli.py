@@ -185,11 +185,13 @@ def report_command(options):
     from colluvium import report
 
     try:
-        paths = report.write(options.run_dir, options.out, other_path=options.run_dir_b)
+        report.write(options.run_dir, options.out, other_path=options.run_dir_b, progress=print, skipped=_not_drawn)
     except ModuleNotFoundError as error:
         raise exits.EnvironmentFailed(f"{error.name} is missing: pip install 'colluvium[report]'") from None
-    for path in paths:
-        print(path)
+
+
+def _not_drawn(name, lacking):
+    print(f"not drawn: {name} ({lacking})", file=sys.stderr)
 
 
 def status_command(options):

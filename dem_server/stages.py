@@ -112,6 +112,7 @@ class DiscreteSide:
         if self.scene.discs.density_matching:
             self.report["density_factor"] = float(insitu.match_weight(self.model, self.state, field))
         if content["insitu"]:
+            aim = insitu.aim_of(self.model, self.state, field)
             found = insitu.bring_to_stress(self.model, self.state, field, gravity, self._note)
             self.report |= {key: _plain(value) for key, value in found._asdict().items()}
         if self.stones is not None:
@@ -119,6 +120,8 @@ class DiscreteSide:
             if content["insitu"]:
                 insitu.come_to_rest(self.model, self.state, gravity)
                 self.report["ratio"] = balance.unbalanced_ratio(self.model, self.state, gravity)
+                errors = insitu.stress_error(self.state, aim).tolist()
+                self.report |= dict(zip(("error_xx", "error_yy", "error_xy"), errors, strict=True))
             insitu.forget_breakage(self.state)
         if self.model.law.bond is not None:
             insitu.add_bonds(self.model, self.state)
