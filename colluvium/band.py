@@ -1,9 +1,9 @@
 """Has the slope failed, and does the band cross the window? A rule anyone can check on the recorded frames.
 
-The *level* of a frame is the highest shear strain L such that cells (coupler_protocol.band) strained by at least L connect the toe
-(ground surface in the lowest quarter of the slope's height) with the crest (level ground on top). The slope counts as failed from
-the first frame whose level reaches FAILED. The band crosses the windows where the level drops once their bins may not be used,
-else it goes round them.
+The *level* of a frame is the highest shear strain L such that cells strained by at least L connect the toe (ground surface in the
+lowest quarter of the slope's height) with the crest (level ground on top); coupler_protocol.band has the rule. The slope counts
+as failed from the first frame whose level reaches FAILED. The band crosses the windows where the level drops once their bins may
+not be used, else it goes round them.
 
 Strains count from the end of the stage `equilibrium`.
 """

@@ -5,8 +5,8 @@
     c   it is through: on to zones beyond the window
     d   it is complete: on to the crest
 
-A state holds in a frame where the highest shear strain that still makes its connection (`Reach`) is 1 % or more; the rule is that of
-coupler_protocol.band_states, by which a stage can end, too.
+A state holds in a frame where the highest shear strain that still makes its connection (`Reach`) is 1 % or more.
+coupler_protocol.band_states has the rule; stages can end by it, too.
 
 A state is *reached* in the first frame from which on it holds to the end of the run: connections through a window that shears
 everywhere come and go. Where it was seen earlier and lost again, that is said.

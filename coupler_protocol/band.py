@@ -10,9 +10,6 @@ The continuum ends stages by this rule and reports read it off recorded frames: 
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 COUNTED = 0.01
 
@@ -66,6 +63,8 @@ def cells(xy: np.ndarray, corners: np.ndarray, strain: np.ndarray, windows=()) -
 
     Two share a corner where their middles lie within one and a half cells each way.
     """
+    from scipy.spatial import cKDTree  # here and below: only where a band is looked for, for it takes long to load
+
     size = np.median(np.ptp(xy[corners], axis=1), axis=0)
     parts = [(0, middles(xy, corners), strain), *windows]
     places = np.concatenate([part[1] for part in parts])
@@ -83,6 +82,8 @@ def toe_to_crest(found: Cells, surface: Surface, without: np.ndarray | None = No
 
 def nearest(xy: np.ndarray, points: np.ndarray) -> np.ndarray:
     """The cells, by their middles (n, 2), that lie nearest to the points (m, 2)."""
+    from scipy.spatial import cKDTree
+
     return np.unique(cKDTree(xy).query(points)[1])
 
 
@@ -100,6 +101,9 @@ def bottleneck(strain: np.ndarray, pairs: np.ndarray, starts: np.ndarray, ends: 
 
 
 def _connected(chosen: np.ndarray, pairs: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> bool:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     kept = pairs[chosen[pairs].all(axis=1)]
     graph = coo_array((np.ones(len(kept), dtype=bool), kept.T), shape=(len(chosen), len(chosen)))
     piece = connected_components(graph, directed=False)[1]

@@ -164,6 +164,9 @@ class Until(Table):
     ratio: float | None = quantity(None, meaning="unbalanced force ratio on every code, sustained", gt=0, lt=1)
     steps: int | None = quantity(None, unit="steps", meaning="steps of the stage", ge=1)
     displacement: float | None = quantity(None, unit="m", meaning="largest displacement of a gridpoint", gt=0)
+    band: Literal["enters", "through", "complete"] | None = quantity(
+        None, meaning="first frame in which the band enters a window, is through it, or connects toe and crest (docs/theory.md)"
+    )
 
 
 class Excavation(Table):

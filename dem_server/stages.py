@@ -20,6 +20,7 @@ from dem_server import balance, energy, insitu, mesostructure, packing, record, 
 from dem_server.contacts import contact_forces
 from dem_server.model import build_model
 from dem_server.rim import Rim
+from dem_server.strain import WindowStrain
 
 log = logging.getLogger(__name__)
 FIELD_COLUMNS = 7  # x, y, area, sxx, syy, sxy, density
@@ -138,7 +139,7 @@ class DiscreteSide:
         self.watch.to("waiting")
         go = content_of(frame)
         self.gravity, self.steps = go["gravity"], go["step"]
-        self._prepare_frames()
+        self._prepare_frames(go.get("bin"))
         name, factor = self._begin_with()
         self.recorder.frame(FrameInfo(self.steps, float(self.steps), name, factor), **record.frame(self.model, self.state))
         if not self.saved:
@@ -154,11 +155,12 @@ class DiscreteSide:
         stages = zip(self.scene.stage, plan(self.scene), strict=True)
         return next((stage.name, leg.end) for stage, leg in stages if stage.kind == "fill")
 
-    def _prepare_frames(self):
+    def _prepare_frames(self, bin_length):
         talk, K = self.conversation, len(self.rim.nodes)
         self.force_frame = StepFrame(messages.FORCE, talk.session, self.rank, len(messages.Answer._fields), 3 * K)
         self.velocity_frame = StepFrame(messages.VELOCITY, talk.session, self.rank, len(messages.Order._fields), 2 * K)
         self.velocity = np.zeros((K, 2))
+        self.strain = None if bin_length is None else WindowStrain(bin_length, self.state, self.model.ring, talk, K)
 
     def _turn(self, kind, content):
         """Say something that the continuum will answer when it gets there."""

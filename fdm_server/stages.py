@@ -12,6 +12,7 @@ from coupler_protocol.runfile import stage_rows
 from coupler_protocol.schedule import large_strain, leg_of
 from coupler_protocol.timing import Stopwatch
 from fdm_server import fields, record, restart
+from fdm_server.band import bin_length
 from fdm_server.coupling import Rim, open_windows, traction_difference
 from fdm_server.excavation import excavations
 from fdm_server.grid import build_grid
@@ -37,6 +38,7 @@ class ContinuumSide:
             Rim(self.grid, window, hub.conversations[rank]) for rank, window in enumerate(scene.window, start=1)
         ]
         self.digs = excavations(scene, self.grid, self.model.fixed, self.rims)
+        self.bin_length = bin_length(scene, self.grid)
         self.coupled = False
         self.gravity = 0.0, 1.0  # [m/s2], and the factor it is multiplied by, as the last stage left them
         self.steps = 0
@@ -80,7 +82,8 @@ class ContinuumSide:
         for rim in self.rims if there else ():
             rim.hear_ready()
         for rim in self.rims if self.coupled else ():
-            rim.say_go(leg_of(self.scene.stage[index + 1], *self.gravity).at(0), self.steps, index + 1)
+            gravity = leg_of(self.scene.stage[index + 1], *self.gravity).at(0)
+            rim.say_go(gravity, self.steps, index + 1, self.bin_length)
         return index + 1
 
     # -- kinds of stages ---------------------------------------------------------------------------------------------
@@ -114,7 +117,7 @@ class ContinuumSide:
         """Windows become holes, discs take over gradually."""
         self.model, self.state = open_windows(self.model, self.state, self.rims)
         for rim in self.rims:
-            rim.say_go(stage.gravity, self.steps, stage.index)
+            rim.say_go(stage.gravity, self.steps, stage.index, self.bin_length)
         self.coupled = True
         stage.rims = self.rims
         self.compute(stage)

@@ -144,12 +144,8 @@ def test_a_key_with_nothing_alike_is_answered_with_what_is_known(good):
     assert only_problem(good).remedy == "known here: every, history"
 
 
-@pytest.mark.parametrize(("table", "key"), [(("stage", 0), "time"), (("stage", 0, "until"), "band")])
-def test_keys_of_later_versions_are_named_as_such(good, table, key):
-    place = good
-    for name in table:
-        place = place[name]
-    place[key] = {}
+def test_keys_of_later_versions_are_named_as_such(good):
+    good["stage"][0]["time"] = {}
     assert re.search("this version|yet", only_problem(good).remedy)
 
 
@@ -251,6 +247,11 @@ def change(*path):
     return apply
 
 
+def locate(band):
+    """A stage that ends by its band."""
+    return {"name": "locate", "gravity_factor": 9.0, "discard": True, "until": {"band": band, "steps": 900}}
+
+
 @pytest.mark.parametrize(
     ("apply", "key", "reason"),
     [
@@ -283,6 +284,11 @@ def change(*path):
         (change("stage", 3, "insitu", False), "stage[3].insitu", "only a stage of kind fill"),
         (change("stage", 3, "discard", True), "stage[3].discard", "only stages of the grid alone"),
         (lambda d: d.update(stage=d["stage"][:1]), "window", "no stage couples"),
+        (change("stage", 0, "until", {"band": "complete", "steps": 900}), "stage[0].until.band", "'equilibrium' has no band"),
+        (change("stage", 2, "until", {"band": "complete", "steps": 900}), "stage[2].until.band", "'couple' has no band"),
+        (change("stage", 3, "until", {"band": "enters"}), "stage[3].until.band", "may never come"),
+        (change("stage", 3, "until", {"band": "enters", "steps": 9}), "stage[3].until.band", "before the first one"),
+        (lambda d: d["stage"].insert(1, locate("through")), "stage[1].until.band", "needs a window that is coupled"),
     ],
 )
 def test_a_broken_rule_between_tables_is_named(good, apply, key, reason):
@@ -291,6 +297,18 @@ def test_a_broken_rule_between_tables_is_named(good, apply, key, reason):
     assert problem.key == key
     assert reason in problem.reason
     assert problem.remedy
+
+
+def test_level_ground_has_no_band(good):
+    good["grid"]["profile"] = [[0.0, 12.0], [20.0, 12.0]]
+    good["stage"][3]["until"] = {"band": "complete", "steps": 900}
+    assert "neither toe nor crest" in only_problem(good).reason
+
+
+@pytest.mark.parametrize("band", ["enters", "through", "complete"])
+def test_a_coupled_stage_may_end_by_its_band(good, band):
+    good["stage"][3]["until"] = {"band": band, "steps": 900}
+    assert build_scene(good).stage[3].until.band == band
 
 
 def test_two_windows_with_a_zone_between_them_are_fine(good):
