@@ -34,6 +34,8 @@ def parser():
     check = commands.add_parser("check", help="say what is wrong with a scene, or what it will compute")
     check.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     check.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
+    check.add_argument("--no-locate", action="store_true", help="leave out what a stage of kind locate asks for (seconds)")
+    check.add_argument("--quiet", action="store_true", help="no progress")
     check.add_argument("--json", nargs="?", const="-", metavar="FILE", help="the answer as JSON to FILE or standard output")
     check.set_defaults(work=check_command)
 
@@ -120,22 +122,23 @@ def _compute(options, scene, path, out, passed):
             passed = [*passed, f"--threads={options.threads}", *([f"--from={options.origin}"] if options.origin else [])]
             code = launch.run_files(path, out, len(scene.window), passed, show)
     if code == exits.DONE:
-        _add_band(out)
+        _add_band(scene, out)
     _conclude(out, options.json)
     return code
 
 
-def _add_band(out):
-    """Whether the slope failed under overload, and where: into run.json."""
-    from colluvium import band
+def _add_band(scene, out):
+    """Where the grid alone has its band, and whether the slope failed under overload: into run.json."""
+    from colluvium import band, locate
     from colluvium.results import open_run
     from coupler_protocol.runfile import write_json
 
     with open_run(out) as run:
-        found = band.summary(run)
+        found = {"locate": locate.answer(run, scene), "band": band.summary(run)}
+    found = {key: value for key, value in found.items() if value}
     if found:
         path = out / "run.json"
-        write_json(path, json.loads(path.read_text(encoding="utf-8")) | {"band": found})
+        write_json(path, json.loads(path.read_text(encoding="utf-8")) | found)
 
 
 def _in_process(scene, out, show, origin):
@@ -169,11 +172,17 @@ def _conclude(out, target):
 
 
 def check_command(options):
-    """Say what a scene will compute; problems end with exit code 3."""
-    from colluvium import check
+    """Say what a scene will compute, and where its band runs if it asks; problems end with exit code 3."""
+    from colluvium import check, locate
+    from colluvium.picture import picture
     from coupler_protocol.scene_reader import read_scene
 
-    found = check.answer(read_scene(options.scene, options.set))
+    scene = read_scene(options.scene, options.set)
+    found = check.answer(scene)
+    if locate.stage_of(scene) is not None and not options.no_locate:
+        show = picture(options.quiet)
+        with show or _nothing():
+            found["locate"] = locate.compute(scene, show)
     if options.json:
         _write_json(found, options.json)
     else:
