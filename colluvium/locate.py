@@ -114,24 +114,34 @@ def _ends(line: np.ndarray, box: shapely.Polygon) -> dict[str, float]:
 
 
 def _better(there: Band, scene, number: int) -> dict | None:
-    """Columns and rows of a window of the same size that the band crosses through the middle; None where none fits.
+    """Columns and rows of a window of the same size that the band crosses, through the middle if it can; None where none fits.
 
-    Of the windows with their middle on the band, the nearest one that keeps all rules of a scene.
+    Of the windows that keep all rules of a scene it is the one whose middle is nearest to the band (`off` [m]; within half a
+    zone counts as on it), and of those the one nearest to the window as it is.
     """
     window, size = scene.window[number], _cell(scene)
-    counts = np.array([np.diff(window.columns)[0] + 1, np.diff(window.rows)[0] + 1])
-    points = shapely.get_coordinates(shapely.segmentize(shapely.LineString(there.line), 0.5 * size.min()))
-    centre = shapely.get_coordinates(outline(scene, window).centroid)[0]
-    points = points[np.argsort(np.hypot(*(points - centre).T))]
-    for first in dict.fromkeys(map(tuple, np.rint(points / size - 0.5 * counts).astype(int).tolist())):
-        spans = {name: (a, a + int(n) - 1) for name, a, n in zip(("columns", "rows"), first, counts, strict=True)}
-        moved = window.model_copy(update=spans)
+    wide, high = (last - first + 1 for first, last in (window.columns, window.rows))
+    for off, column, row in _places(there, outline(scene, window), size):
+        moved = window.model_copy(update={"columns": (column, column + wide - 1), "rows": (row, row + high - 1)})
         others = [moved if i == number else other for i, other in enumerate(scene.window)]
-        if min(first) < 0 or broken_rules(scene.model_copy(update={"window": others})):
+        if broken_rules(scene.model_copy(update={"window": others})):
             continue
         if there.level_without(outline(scene, moved)) < there.level:
-            return {name: list(span) for name, span in spans.items()}
+            return {"columns": list(moved.columns), "rows": list(moved.rows), "off": off}
     return None
+
+
+def _places(there: Band, box: shapely.Polygon, size: np.ndarray) -> list[tuple[float, int, int]]:
+    """Where a box could stand across the band, best first: distance of its middle from the band [m], first column and row."""
+    x0, y0, x1, y1 = box.bounds
+    line, half = shapely.LineString(there.line), 0.5 * np.array([x1 - x0, y1 - y0])
+    corners = np.stack(np.meshgrid(*(np.arange(1, n) for n in np.ptp(there.cells.xy, axis=0) // size)), axis=-1).reshape(-1, 2)
+    middles = corners * size + half
+    off = shapely.distance(line, shapely.points(middles))
+    near = np.flatnonzero(off < np.hypot(*half))
+    moved = np.hypot(*(middles - (x0, y0) - half).T)
+    order = near[np.lexsort((moved[near], np.maximum(off[near] - 0.5 * size.max(), 0.0)))]
+    return [(float(off[i]), *map(int, corners[i])) for i in order]
 
 
 # -- in words ------------------------------------------------------------------------------------------------------------
@@ -159,7 +169,7 @@ def _window_in_words(window: dict) -> str:
     does = f"misses window {window['name']}: it passes {window['distance']:.1f} m from it"
     if way:
         does = f"does not need window {window['name']}: it enters{way}, but connects toe and crest round it as well ({round_it})"
-    remedy = "no window of this size with its middle on the band fits into the grid"
+    remedy = "no window of this size that it would cross fits into the grid"
     if window["better"]:
-        remedy = "columns = {columns}, rows = {rows} would have it cross through the middle".format(**window["better"])
+        remedy = "columns = {columns}, rows = {rows} would have it cross {off:.1f} m from the middle".format(**window["better"])
     return f"warning: the band {does}; {remedy}"

@@ -145,7 +145,7 @@ def _meaning(path):
 
 
 def _override(data, text, lines):
-    """Put one KEY=VALUE into `data`; returns problems."""
+    """Put one KEY=VALUE into `data`; items of a list go by their number or their name; returns problems."""
     key, equals, value = text.partition("=")
     path = tuple(int(p) if p.isdecimal() else p for p in key.strip().split("."))
     if not equals or not key.strip():
@@ -154,15 +154,21 @@ def _override(data, text, lines):
         value = tomllib.loads(f"v = {value}")["v"]
     except tomllib.TOMLDecodeError:
         value = value.strip()
-    place = data
-    for part in path[:-1]:
+    place, way = data, []
+    for part in path:
+        way.append(_numbered(place, part))
         try:
-            place = place.setdefault(part, {}) if isinstance(place, dict) else place[part]
+            if len(way) == len(path):
+                place[way[-1]] = value
+            else:
+                place = place.setdefault(way[-1], {}) if isinstance(place, dict) else place[way[-1]]
         except (IndexError, TypeError):
-            return [Problem("--set", None, key, f"there is no {part!r} here", "items of a list are numbered from 0")]
-    try:
-        place[path[-1]] = value
-    except (IndexError, TypeError):
-        return [Problem("--set", None, key, f"there is no {path[-1]!r} here", "items of a list are numbered from 0")]
-    lines[path] = FROM_SET
+            return [Problem("--set", None, key, f"there is no {part!r} here", "items of a list go by name, or number from 0")]
+    lines[tuple(way)] = FROM_SET
     return []
+
+
+def _numbered(place, part):
+    """The number of the item that is called `part`, where `place` is a list that has one; else `part`."""
+    names = [item.get("name") if isinstance(item, dict) else None for item in place] if isinstance(place, list) else []
+    return names.index(part) if part in names else part

@@ -327,6 +327,15 @@ def test_values_of_the_command_line_replace_those_of_the_file(configs):
     assert read_scene(configs / "quick_slope.toml", ["window.0.columns=[15, 17]"]).window[0].columns == (15, 17)
 
 
+def test_items_of_a_list_go_by_their_names_too(configs):
+    scene = read_scene(configs / "quick_slope.toml", ["stage.couple.handover=7", "window.band.rows=[8, 13]"])
+    assert scene.stage[2].handover == 7
+    assert scene.window[0].rows == (8, 13)
+    with pytest.raises(SceneError) as found:
+        read_scene(configs / "quick_slope.toml", ["stage.couple.handover=0"])
+    assert [(p.file, p.key) for p in found.value.problems] == [("--set", "stage[2].handover")]
+
+
 @pytest.mark.parametrize(
     ("override", "words"),
     [
