@@ -1,6 +1,6 @@
 """The line of a band, from toe to crest, and its way through a window.
 
-Of all ways through cells strained by the band's level or more the line takes the one on which the integral of ds / strain is
+Of all ways through cells strained by the band's level or more the line takes the one on which the integral of ds / strain^2 is
 least: it keeps to where the strain is largest. Each point is then moved to the mean of its cell and those that share a corner
 with it, weighted by the square of their strains.
 """
@@ -18,7 +18,7 @@ def along(cells: band.Cells, surface: band.Surface, level: float) -> np.ndarray:
     count, strong = len(cells.xy), cells.strain >= level
     toe, crest = (found[strong[found]] for found in (band.nearest(cells.xy, points) for points in surface))
     a, b = cells.pairs[strong[cells.pairs].all(axis=1)].T
-    length = np.hypot(*(cells.xy[a] - cells.xy[b]).T) * 0.5 * (1.0 / cells.strain[a] + 1.0 / cells.strain[b])
+    length = np.hypot(*(cells.xy[a] - cells.xy[b]).T) * 0.5 * (cells.strain[a] ** -2.0 + cells.strain[b] ** -2.0)
     ways = coo_array((length, (a, b)), shape=(count, count)).tocsr()
     far, before, _ = dijkstra(ways, directed=False, indices=toe, return_predecessors=True, min_only=True)
     way = [int(crest[np.argmin(far[crest])])]
