@@ -6,6 +6,7 @@ from pathlib import Path
 
 from coupler_protocol import messages
 from coupler_protocol.handshake import resume_from, welcome_all
+from coupler_protocol.plugin import Moment
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.restart import END, filled, kept_stages, load, part_file
 from coupler_protocol.runfile import stage_rows
@@ -28,8 +29,9 @@ log = logging.getLogger(__name__)
 class ContinuumSide:
     """The grid, its rims and the way through the stages."""
 
-    def __init__(self, scene, hub, out, progress, origin=None):
+    def __init__(self, scene, hub, out, progress, origin=None, plugin=None):
         self.scene, self.hub, self.out, self.progress, self.origin = scene, hub, Path(out), progress, origin
+        self.plugin = plugin
         self.watch = Stopwatch()
         self.grid = build_grid(scene)
         self.model = build_model(scene, self.grid)
@@ -156,6 +158,8 @@ class ContinuumSide:
             self.recorder.history(self.steps, **record.history(self.model, self.state, stage.ratio, order.gravity_factor))
         if int(order.flags) & messages.RECORD:
             self.frame(stage.stage.name, order.gravity_factor)
+        if self.plugin is not None:
+            self.plugin.step(Moment(0, stage.stage.name, self.steps, self.model, self.state))
 
     def frame(self, name, factor):
         """Write one frame."""
@@ -172,6 +176,8 @@ class ContinuumSide:
             result["traction_difference"] = [
                 traction_difference(self.model, self.state, rim, stress) for rim in self.rims
             ]
+        if self.plugin is not None:
+            self.plugin.stage(Moment(0, stage.stage.name, self.steps, self.model, self.state))
         self.results.append(result)
         self.state = self.state if instead is None else instead
         if not stage.stage.discard:
