@@ -18,6 +18,7 @@ from colluvium.results import Run, open_run
 from coupler_protocol import band
 from coupler_protocol.exits import RunEnded
 from coupler_protocol.scene_rules import broken_rules
+from coupler_protocol.stage_rules import is_level
 
 
 class Band(NamedTuple):
@@ -35,8 +36,9 @@ class Band(NamedTuple):
 
 
 def stage_of(scene):
-    """Number of the last stage of kind locate, or None."""
-    return max((i for i, stage in enumerate(scene.stage) if stage.kind == "locate"), default=None)
+    """Number of the last stage of kind locate, or None; level ground has no band to locate."""
+    found = [i for i, stage in enumerate(scene.stage) if stage.kind == "locate"]
+    return found[-1] if found and not is_level(scene) else None
 
 
 def cut(scene):

@@ -78,6 +78,11 @@ def surcharges_lie_on_the_ground(scene):
                 yield ("stage", i, "surcharge", "x"), why, f"use [first, last] between 0 and {scene.grid.length:g} m"
 
 
+def is_level(scene):
+    """Whether the ground is level: it has no toe, no crest and no band between them."""
+    return scene.grid.profile is None or len({y for _, y in scene.grid.profile}) == 1
+
+
 def bands_end_stages_that_may_have_one(scene):
     """A band is looked for at frames, between the toe and the crest of a slope, beside a window where a window is meant."""
     for i, stage in enumerate(scene.stage):
@@ -86,7 +91,7 @@ def bands_end_stages_that_may_have_one(scene):
             continue
         if stage.kind not in BAND_MAY_END:
             yield at, f"a stage of kind {stage.kind!r} has no band", f"use it in stages of kind {', '.join(BAND_MAY_END)}"
-        if scene.grid.profile is None or len({y for _, y in scene.grid.profile}) == 1:
+        if is_level(scene):
             yield at, "level ground has neither toe nor crest", "use ratio, steps or displacement"
         if band != "complete" and not any(earlier.kind == "couple" for earlier in scene.stage[:i]):
             yield at, f"{band!r} needs a window that is coupled", 'couple one before, or use band = "complete"'

@@ -163,6 +163,8 @@ class DiscreteSide:
         self.force_frame = StepFrame(messages.FORCE, talk.session, self.rank, len(messages.Answer._fields), 3 * K)
         self.velocity_frame = StepFrame(messages.VELOCITY, talk.session, self.rank, len(messages.Order._fields), 2 * K)
         self.velocity = np.zeros((K, 2))
+        if bin_length is not None and not bin_length > 0.0:
+            raise PeerLost(f"the continuum wants the strain in bins of {bin_length} m")
         self.strain = None if bin_length is None else WindowStrain(bin_length, self.state, self.model.ring, talk, K)
 
     def _turn(self, kind, content):

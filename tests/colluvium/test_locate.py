@@ -137,6 +137,11 @@ def test_the_scene_is_cut_to_what_the_grid_alone_computes(tables):
     assert build_scene(scene.model_dump(mode="json", exclude_none=True)).digest() == scene.digest()
 
 
+def test_level_ground_has_no_band_to_locate(tables):
+    tables["grid"] = {"kind": "box", "length": 20.0, "height": 12.0, "zone_size": 0.5}
+    assert locate.stage_of(build_scene(tables)) is None
+
+
 def test_without_such_a_stage_there_is_no_answer(tables):
     del tables["stage"][1]
     scene = build_scene(tables)
