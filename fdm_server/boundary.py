@@ -1,4 +1,4 @@
-"""Boundary conditions: which components of velocity are held at zero on which side of the grid."""
+"""Sides of the grid, and which components of velocity the boundaries of a scene hold or prescribe there."""
 
 import numpy as np
 
@@ -60,12 +60,41 @@ def _classes(grid, edges):
     return left, right, bottom, ~(left | right | bottom)
 
 
+def points_in(grid, boundary):
+    """Gridpoints of the side and range that a boundary names; raises ValueError where there are none."""
+    points = side_of(grid, boundary.on)
+    inside = np.ones(len(points), dtype=np.bool_)
+    for axis, span in enumerate((boundary.x, boundary.y)):
+        if span is not None:
+            at = grid.xy[points, axis]
+            inside &= (at >= span[0] - _near(grid)) & (at <= span[1] + _near(grid))
+    if not np.any(inside):
+        raise ValueError(f"no gridpoint lies in {boundary.place!r}: {extent_of(grid, boundary.on)}")
+    return points[inside]
+
+
+def extent_of(grid, name):
+    """Where a side is, in words."""
+    xy = grid.xy[side_of(grid, name)]
+    if not len(xy):
+        return f"the grid has no {name}"
+    (x0, y0), (x1, y1) = xy.min(axis=0), xy.max(axis=0)
+    return f"the {name} has {len(xy)} gridpoints, from x = {x0:g} to {x1:g} and from y = {y0:g} to {y1:g} m"
+
+
+def motion_of(boundary):
+    """Components (axis, velocity [m/step] or None for a free one) whose motion a boundary sets."""
+    if boundary.velocity is not None:
+        return [(k, v) for k, v in enumerate((boundary.velocity.x, boundary.velocity.y)) if v is not None]
+    if boundary.free is not None:
+        return [("xy".index(letter), None) for letter in boundary.free]
+    return [("xy".index(letter), 0.0) for letter in boundary.fix or ""]
+
+
 def fixed_components(grid, boundaries):
-    """Which components of velocity stay zero (N,2), from the scene's list of {on, fix}."""
+    """Which components of velocity are held or prescribed (N,2); the last of several boundaries counts."""
     fixed = np.zeros(grid.xy.shape, dtype=np.bool_)
     for boundary in boundaries:
-        points = side_of(grid, boundary.on)
-        for axis, letter in enumerate("xy"):
-            if letter in boundary.fix:
-                fixed[points, axis] = True
+        for axis, velocity in motion_of(boundary):
+            fixed[points_in(grid, boundary), axis] = velocity is not None
     return fixed
