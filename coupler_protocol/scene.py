@@ -168,7 +168,11 @@ class Stage(Table):
     """One step of the procedure."""
 
     name: str = quantity(meaning="name of the stage; also its kind where no kind is given", min_length=1)
-    kind: Literal[STAGE_KINDS] = quantity(meaning="what is done")
+    kind: Literal[STAGE_KINDS] = quantity(
+        meaning="equilibrium: the grid alone comes to rest, then displacements count from zero; locate: the grid alone, to be "
+        "discarded or not; load: sides are held, moved or loaded anew; overload: gravity changes; excavate, surcharge: below; "
+        "fill: discs for the windows; couple: discs take over from the windows' zones"
+    )
     gravity: float | None = quantity(None, unit="m/s2", meaning="gravity, downwards; stays for later stages", ge=0)
     gravity_factor: Annotated[Ramp, BeforeValidator(_constant)] | None = quantity(
         None, meaning="gravity is multiplied by this, a number or { to, over }; stays for later stages"

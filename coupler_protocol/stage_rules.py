@@ -1,7 +1,7 @@
 """What must hold between the stages of a scene: one rule a function, as in scene_rules.py."""
 
 from coupler_protocol.scene import GRID_ONLY
-from coupler_protocol.schedule import large_strain
+from coupler_protocol.schedule import beginning, large_strain
 
 
 def stages_follow_each_other(scene):
@@ -79,14 +79,13 @@ def surcharges_lie_on_the_ground(scene):
 def boundaries_change_with_steps_enough(scene):
     """Boundaries change in stages in which the grid is computed and nothing is dug or put upon it; no stage ends in a ramp."""
     allowed = ("equilibrium", "locate", "overload", "load")
-    first = next((i for i, stage in enumerate(scene.stage) if stage.kind != "fill"), 0)
     for i, stage in enumerate(scene.stage):
         if stage.boundary and stage.kind not in allowed:
             remedy = f"move it to a stage of kind {', '.join(allowed)}"
             yield ("stage", i, "boundary"), f"boundaries cannot change in a stage of kind {stage.kind!r}", remedy
-        begins = [("stage", i, "boundary", k, b) for k, b in enumerate(stage.boundary)]
-        begins += [("boundary", k, b) for k, b in enumerate(scene.boundary)] if i == first else []
-        for *path, boundary in begins:
+        for boundary in beginning(scene, i):
+            path = next((("boundary", k) for k, b in enumerate(scene.boundary) if b is boundary), None)
+            path = path or ("stage", i, "boundary", next(k for k, b in enumerate(stage.boundary) if b is boundary))
             if stage.until is not None and stage.until.steps is not None and stage.until.steps < boundary.over:
                 why = f"stage {stage.name!r} ends after {stage.until.steps} steps, inside these {boundary.over}"
                 yield (*path, "over"), why, f"use at most {stage.until.steps}, or give the stage more steps"

@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from coupler_protocol.schedule import acting, beginning
 from fdm_server import shape
-from fdm_server.boundary import edges_of, fixed_components, motion_of, points_in
+from fdm_server.boundary import edges_of, fixed_components, motion_of, points_in, sides_of
 from fdm_server.edges import boundary_edges
 from fdm_server.loads import spread
 
@@ -79,24 +80,11 @@ class Sides(NamedTuple):
 NOTHING = Sides(None, None, {})
 
 
-def acting(scene, index):
-    """The boundaries that act in the stage with this number, in order; those of discarded stages act there only."""
-    stages = scene.stage[: index + 1]
-    return [*scene.boundary, *(b for i, s in enumerate(stages) if i == index or not s.discard for b in s.boundary)]
-
-
-def beginning(scene, index):
-    """The boundaries that begin in the stage with this number."""
-    first = next((i for i, stage in enumerate(scene.stage) if stage.kind != "fill"), 0)
-    return [*(scene.boundary if index == first else []), *scene.stage[index].boundary]
-
-
 def begin_stage(scene, index, model, state):
     """Model with the components held in a stage, and what its boundaries do; makes room in `State.driven` and `State.loads`."""
     boundaries, new = acting(scene, index), beginning(scene, index)
-    if new:
-        attached = np.diff(model.start) > 0
-        model = replace(model, fixed=fixed_components(model.grid, boundaries) | ~attached[:, None])
+    attached = np.diff(model.start) > 0
+    model = replace(model, fixed=fixed_components(model.grid, boundaries) | ~attached[:, None])
     drive = _drive(model, state, boundaries, [b for b in new if not b.loads])
     push = _push(model, state, [b for b in new if b.loads])
     return model, Sides(drive, push, holders(model.grid, boundaries))
@@ -104,12 +92,12 @@ def begin_stage(scene, index, model, state):
 
 def holders(grid, boundaries):
     """Gridpoints {name: (held in x, held in y)} of boundaries that hold or move; equal names are one."""
-    found = {}
+    found, sides = {}, sides_of(grid)
     for boundary in boundaries:
         for axis, velocity in motion_of(boundary):
             if velocity is not None:
                 by_axis = found.setdefault(boundary.label, [np.zeros(0, dtype=np.int64)] * 2)
-                by_axis[axis] = np.union1d(by_axis[axis], points_in(grid, boundary))
+                by_axis[axis] = np.union1d(by_axis[axis], points_in(grid, sides, boundary))
     return {label: tuple(by_axis) for label, by_axis in found.items()}
 
 
@@ -120,8 +108,9 @@ def _drive(model, state, boundaries, new):
             return None
         state.driven = np.zeros_like(state.velocity)
     end, over = state.driven.copy(), np.ones(state.driven.shape, dtype=np.int64)
+    sides = sides_of(model.grid)
     for boundary in new:
-        points = points_in(model.grid, boundary)
+        points = points_in(model.grid, sides, boundary)
         for axis, velocity in motion_of(boundary):
             end[points, axis] = velocity or 0.0
             over[points, axis] = 1 if velocity is None else boundary.over

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol import checkpoint, restart
+from coupler_protocol.schedule import acting
 from fdm_server.boundary import fixed_components
-from fdm_server.conditions import acting
 from fdm_server.model import State, model_of
 
 NAME = "fdm.rank0"

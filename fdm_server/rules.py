@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fdm_server.boundary import edges_of, extent_of, fixed_components, points_in
+from fdm_server.boundary import edges_of, extent_of, fixed_components, points_in, sides_of
 from fdm_server.excavation import excavations
 from fdm_server.grid import build_grid
 from fdm_server.loads import spread
@@ -48,18 +48,11 @@ def _misplaced(scene, grid):
     """Boundaries on sides that the grid does not have, or on no part of them."""
     tables = [(("boundary", k), b) for k, b in enumerate(scene.boundary)]
     tables += [(("stage", i, "boundary", k), b) for i, stage in enumerate(scene.stage) for k, b in enumerate(stage.boundary)]
+    sides = sides_of(grid)
     for path, boundary in tables:
         try:
-            if not boundary.loads:
-                points_in(grid, boundary)
-            elif not np.any(_loaded(grid, boundary)):
-                why = f"no part of the side lies in {boundary.place!r}"
-                yield path, why, extent_of(grid, boundary.on)
+            points = points_in(grid, sides, boundary) if not boundary.loads else edges_of(grid, boundary.on)
+            if boundary.loads and not np.any(spread(grid.xy, points, np.ones(points.shape), boundary.x, boundary.y)):
+                yield path, f"no part of the side lies in {boundary.place!r}", extent_of(grid, boundary.on)
         except ValueError as error:
             yield path, str(error), ""
-
-
-def _loaded(grid, boundary):
-    """Lengths (N,2) [m] of the loaded part that fall to the gridpoints."""
-    edges = edges_of(grid, boundary.on)
-    return spread(grid.xy, edges, np.ones(edges.shape), boundary.x, boundary.y)

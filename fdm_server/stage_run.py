@@ -1,8 +1,8 @@
 """One stage while it runs: gravity, handover, and when it ends."""
 
 from coupler_protocol import messages
-from coupler_protocol.schedule import leg_of
-from fdm_server.conditions import NOTHING, beginning
+from coupler_protocol.schedule import beginning, leg_of
+from fdm_server.conditions import NOTHING
 from fdm_server.ending import Ending
 from fdm_server.motion import farthest, unbalanced_ratio
 from fdm_server.reactions import reactions

@@ -148,6 +148,23 @@ def test_a_discarded_stage_leaves_no_boundary(tmp_path):
     after = grid_state(tmp_path, "rest")
     assert np.all(after["applied"] == 0.0)
     assert after["loads"] == {}
+    assert run.info["stages"][1]["reactions"].keys() == {"left", "right", "bottom"}
+
+
+def test_the_scenes_own_loads_begin_again_after_a_discarded_stage(tmp_path):
+    load = {"on": "top", "pressure": 1e5, "over": 50}
+    first = stage("try", "locate", steps=60, discard=True)
+    with compute(tmp_path, column(), first, stage("rest", ratio=1e-9), boundary=[*ROLLERS, load]) as run:
+        found = [row["reactions"]["bottom"]["y"] for row in run.info["stages"]]
+    assert found[1] == pytest.approx(2e5, rel=1e-7)
+    assert grid_state(tmp_path, "rest")["applied"][:, 1].sum() == pytest.approx(-2e5, rel=1e-12)
+
+
+def test_a_component_held_in_a_discarded_stage_is_free_afterwards(tmp_path):
+    held = stage("try", "locate", steps=60, discard=True, boundary=[{"on": "top", "fix": "y"}])
+    with compute(tmp_path, column(), held, stage("rest", ratio=1e-9, gravity=9.81)) as run:
+        rest = run.info["stages"][1]["reactions"]
+    assert rest["bottom"]["y"] == pytest.approx(WEIGHT * 12.0, rel=1e-7)
 
 
 def test_going_on_inside_the_procedure_gives_the_same_bits(tmp_path):
