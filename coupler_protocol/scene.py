@@ -213,7 +213,7 @@ def scene_class():
                 None,
                 unit="m",
                 meaning="line from left to right below which it fills the ground (level beyond its ends), in place of a region; "
-                'with fit = "profile" zones follow a level line',
+                'with fit = "profile" zones follow it where they can stay good, elsewhere their centre decides',
                 min_length=1,
             ),
         ),
