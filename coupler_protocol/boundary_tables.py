@@ -19,10 +19,10 @@ MOTIONS, FORCES = ("fix", "free", "velocity"), ("pressure", "shear", "stress")
 
 
 class Velocity(Table):
-    """Velocity of a side; a component that is left out moves freely."""
+    """Velocity of a side, in metres a step, in stages of time = real in metres a second; a component left out moves freely."""
 
-    x: float | None = quantity(None, unit="m/step", meaning="to the right")
-    y: float | None = quantity(None, unit="m/step", meaning="upwards")
+    x: float | None = quantity(None, unit="m/step, m/s", meaning="to the right")
+    y: float | None = quantity(None, unit="m/step, m/s", meaning="upwards")
 
     @model_validator(mode="after")
     def _not_empty(self):
