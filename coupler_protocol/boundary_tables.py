@@ -89,6 +89,11 @@ class Boundary(Table):
         return " ".join([self.on, *(f"{axis} {span[0]!r} {span[1]!r}" for axis in "xy" if (span := getattr(self, axis)))])
 
     @property
+    def summary(self):
+        """What acts where, in words."""
+        return f"{' and '.join(key for key in (*MOTIONS, *FORCES) if getattr(self, key) is not None)} on {self.place}"
+
+    @property
     def label(self):
         """Name in the histories."""
         return self.name or self.on

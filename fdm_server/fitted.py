@@ -31,19 +31,28 @@ def fitted_mesh(g, tops=()):
     profile = np.array([(0.0, g.height), (g.length, g.height)] if g.kind == "box" else g.profile, dtype=np.float64)
     _check_profile(profile, g)
     profile[[0, -1], 0] = 0.0, g.length
-    level = [len({y for _, y in line}) == 1 for line in tops]
-    levels = [line[0][1] for line, flat in zip(tops, level, strict=True) if flat]
+    levels = levels_of(tops)
     (fine_x, fine_y), ratio = ((None, None), 1.0) if g.graded is None else ((g.graded.x, g.graded.y), g.graded.ratio)
     x = net_lines(g.length, g.zone_size[0], profile[:, 0], fine_x, ratio)
     y = net_lines(profile[:, 1].max(), g.zone_size[1], [*profile[:, 1], *levels], fine_y, ratio)
     mesh, followed = _mesh(profile, x, y, levels, [], g.zone_size), []
-    for line in (line for line, flat in zip(tops, level, strict=True) if not flat):
+    for line in (line for line in tops if not is_level(line)):
         try:
             mesh = _mesh(profile, x, y, levels, [*followed, line], g.zone_size)
             followed.append(line)
         except ValueError:  # this line spoils zones
             continue
     return mesh
+
+
+def is_level(line):
+    """Whether all points of a line have the same height."""
+    return len({y for _, y in line}) == 1
+
+
+def levels_of(lines):
+    """Heights [m] of the level ones of lines."""
+    return [line[0][1] for line in lines if is_level(line)]
 
 
 def _mesh(profile, x, y, levels, lines, size):
