@@ -1,7 +1,7 @@
 """What must hold between the stages of a scene: one rule a function, as in scene_rules.py."""
 
 from coupler_protocol.scene import GRID_ONLY
-from coupler_protocol.schedule import beginning, large_strain
+from coupler_protocol.schedule import acting, beginning, large_strain
 
 
 def stages_follow_each_other(scene):
@@ -91,6 +91,14 @@ def boundaries_change_with_steps_enough(scene):
                 yield (*path, "over"), why, f"use at most {stage.until.steps}, or give the stage more steps"
 
 
+def quiet_sides_belong_to_real_time(scene):
+    """Quiet sides begin, and act, in stages in real time."""
+    for i, stage in enumerate(scene.stage):
+        if stage.time != "real" and stage.kind != "fill" and any(b.quiet for b in acting(scene, i)):
+            why = f"a quiet side acts in stage {stage.name!r}, which computes no seconds: it would give way without end"
+            yield ("stage", i), why, 'give the stage time = "real", or begin the quiet side in a later stage: [[stage.boundary]]'
+
+
 def weight_needs_gravity(scene):
     """Initial stress from weight needs the gravity of the first stage."""
     if scene.initial_stress is not None and scene.initial_stress.k0 is not None and not scene.stage[0].gravity:
@@ -104,5 +112,6 @@ STAGE_RULES = (
     loads_have_their_stages,
     surcharges_lie_on_the_ground,
     boundaries_change_with_steps_enough,
+    quiet_sides_belong_to_real_time,
     weight_needs_gravity,
 )
