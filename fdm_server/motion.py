@@ -12,6 +12,7 @@ from math import sqrt
 
 import numpy as np
 
+from coupler_protocol import team
 from coupler_protocol.jit import jit
 from fdm_server.effects import combined_damping as combined_law
 from fdm_server.effects import damping as damping_law
@@ -26,14 +27,15 @@ drag = jit(rayleigh_law.drag)
 
 @jit
 def velocity_kernel(
-    force, applied, mass, added_mass, weight_mass, fixed, gravity, damping, half_combined, previous, half_drag, dt, velocity
+    first, last, force, applied, mass, added_mass, weight_mass, fixed, gravity,
+    damping, half_combined, previous, half_drag, dt, velocity,
 ):  # fmt: skip
-    """Velocities (N,2) [m/s] half a step after the forces [N].
+    """Velocities [m/s] of gridpoints first..last half a step after the forces [N].
 
     Absent effects are None: `damping` alpha; `half_combined` alpha/2 with the unbalanced forces of the step before, `previous`
     (N,2) [N]; `half_drag` a dt/2 of Rayleigh damping; in static mode `dt` [s].
     """
-    for n in range(velocity.shape[0]):
+    for n in range(first, last):
         inverse = 1.0 / (mass[n] + added_mass[n])
         if dt is not None:
             inverse *= dt
@@ -57,13 +59,18 @@ def velocity_kernel(
 
 def update_velocities(model, state, gravity):
     """Accelerate the gridpoints over one step; gravity [m/s2] acts downwards."""
-    law = model.law
+    law, mass, gravity = model.law, masses(model, state), float(gravity)
+    half_combined = None if law.combined is None else 0.5 * law.combined
     mass_part = None if law.rayleigh is None else law.rayleigh.mass
-    velocity_kernel(
-        state.force, state.applied, masses(model, state), state.added_mass, model.weight_mass, model.fixed,
-        float(gravity), law.damping, None if law.combined is None else 0.5 * law.combined, state.previous_force,
-        None if mass_part is None else 0.5 * mass_part * state.dt, state.dt, state.velocity,
-    )  # fmt: skip
+    half_drag = None if mass_part is None else 0.5 * mass_part * state.dt
+
+    def accelerate(first, last):
+        velocity_kernel(
+            first, last, state.force, state.applied, mass, state.added_mass, model.weight_mass, model.fixed, gravity,
+            law.damping, half_combined, state.previous_force, half_drag, state.dt, state.velocity,
+        )  # fmt: skip
+
+    team.each(accelerate, model.partition.points)
 
 
 @jit
