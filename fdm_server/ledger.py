@@ -18,8 +18,8 @@ The discrete leap-frog keeps T + U exactly where nothing is damped (T is the kin
 
     error = T - T0 + U - U0 + plastic + damping - gravity - external
 
-is round-off in small strain, whatever yields: gridpoints and zones are booked apart. The stiffness part of Rayleigh damping is the
-difference of both, so there the error can show less; in coupled stages it shows the masses that discs change from step to step.
+is round-off in small strain, whatever yields: gridpoints and zones are booked apart. The stiffness part of Rayleigh damping
+is the difference of both, so there the error can show less; in coupled stages it shows the masses that discs change.
 """
 
 import numpy as np
