@@ -11,7 +11,7 @@ from fdm_server.large_strain import TURN_ROWS, half_turns, middle_shape, present
 from fdm_server.partition import STRIP
 from fdm_server.rates import add_rate, copy_stress
 from fdm_server.safety import check_zones
-from fdm_server.softening import STRENGTH_ROWS, limit_softened
+from fdm_server.softening import CURVES, OPENING_ROWS, SHEAR_ROWS, limit_softened
 from fdm_server.strain import STRAIN_ROWS, gather_increments, gather_velocities, strain_increments
 from fdm_server.stress import RETURN_ROWS, STRESS_ROWS, limit, load
 
@@ -48,7 +48,8 @@ def zones_kernel(
         mid_x, mid_y, mid_inverse = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 5 * LANES))
         turn = np.empty(TURN_ROWS * LANES)
     if softening is not None:
-        strength = np.empty((1, STRENGTH_ROWS * LANES))
+        shear, opening = np.empty((1, SHEAR_ROWS * LANES)), np.empty((1, OPENING_ROWS * LANES))
+        values = np.empty((CURVES + 1) * LANES)
     if viscosity is not None:
         before = np.empty((1, STRESS_ROWS * LANES))
     for s in range(first, last):
@@ -65,7 +66,7 @@ def zones_kernel(
                 if softening is not None:
                     limit_softened(
                         b, pattern[b], share, elastic, mohr_coulomb, tension, softening, stress, plastic, plastic_shear,
-                        strength, limited,
+                        shear, opening, values, limited,
                     )  # fmt: skip
                 elif plastic is not None:
                     limit(b, pattern[b], share, mohr_coulomb, tension, stress, plastic, limited, None)
@@ -88,7 +89,7 @@ def zones_kernel(
                 if softening is not None:
                     limit_softened(
                         0, pattern[b], end_share, elastic, mohr_coulomb, tension, softening, stress[b : b + 1],
-                        plastic[b : b + 1], plastic_shear[b : b + 1], strength, limited,
+                        plastic[b : b + 1], plastic_shear[b : b + 1], shear, opening, values, limited,
                     )  # fmt: skip
                 elif plastic is not None:
                     limit(
