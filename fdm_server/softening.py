@@ -77,7 +77,7 @@ def limit_softened(
     for i in range(LANES):
         flowed += 1 if strain[i] > 0.0 else 0
     if flowed == 0:
-        limit(b, m, share, mohr_coulomb, tension, stress, plastic, limited, elastic)
+        yields = limit(b, m, share, mohr_coulomb, tension, stress, plastic, limited, elastic)
     else:
         for k in range(SHEAR_ROWS * LANES):
             shear[0, k] = mohr_coulomb[m, k]
@@ -87,9 +87,9 @@ def limit_softened(
         curve_values(softening[m], strain, values[: CURVES * LANES], values[CURVES * LANES :])
         strengths(strain, elastic[m], values, shear[0], opening[0])
         if tension is not None:
-            limit(b, 0, share, shear, opening, stress, plastic, limited, elastic[m : m + 1])
+            yields = limit(b, 0, share, shear, opening, stress, plastic, limited, elastic[m : m + 1])
         else:
-            limit(b, 0, share, shear, None, stress, plastic, limited, elastic[m : m + 1])
-    for i in range(LANES):
+            yields = limit(b, 0, share, shear, None, stress, plastic, limited, elastic[m : m + 1])
+    for i in range(LANES if yields else 0):
         flow = limited[SHEARING + T0 + i] + limited[SHEARING + T1 + i]
         strain[i] += flow + (limited[SHEARING + T2 + i] + limited[SHEARING + T3 + i])

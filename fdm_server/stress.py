@@ -128,15 +128,12 @@ def beyond_law(b, m, mohr_coulomb, tension, stress):
 
 @jit
 def limit(b, m, share, mohr_coulomb, tension, stress, plastic, limited, softens):
-    """Bring the stresses of block b back to where the law allows them and update the zones' plastic state."""
+    """Bring the stresses of block b back to where the law allows them, update the zones' plastic state; whether any yields."""
     if not beyond_law(b, m, mohr_coulomb, tension, stress):
         for i in range(LANES):
             before = plastic[b, i]
             plastic[b, i] = ((before & NOW) << PAST) | (before & (NOW << PAST))
-        if softens is not None:
-            for k in range(4 * LANES):
-                limited[SHEARING + k] = 0.0
-        return
+        return False
     return_triangles(b, m, share, mohr_coulomb, tension, stress, limited, softens)
     for i in range(LANES):
         for o in (T0, T1, T2, T3):
@@ -149,3 +146,4 @@ def limit(b, m, share, mohr_coulomb, tension, stress, plastic, limited, softens)
         now |= int(limited[FLOW + T2 + i]) | int(limited[FLOW + T3 + i])
         before = plastic[b, i]
         plastic[b, i] = now | ((before & NOW) << PAST) | (before & (NOW << PAST))
+    return True

@@ -56,6 +56,16 @@ def test_plane_shear_of_clay(angle):
     assert fields.plastic_shear_strain(model, state)[0] == pytest.approx((total - c1 / G) / 2, rel=1e-4)
 
 
+def test_nothing_softens_while_a_zone_is_unloaded():
+    clay = MohrCoulomb(friction=0, cohesion=1e6)
+    model, state, _ = zone(mohr_coulomb=clay, softening=Softening(strain=[0.1], cohesion=[0.5e6]))
+    stretch(model, state, [[0.0, 0.03], [0.0, 0.0]], 1000)
+    before = fields.plastic_shear_strain(model, state)[0]
+    stretch(model, state, [[0.0, -0.01], [0.0, 0.0]], 1000)  # elastic: the span is 2 c/G = 0.02
+    assert before > 0.0
+    assert fields.plastic_shear_strain(model, state)[0] == before
+
+
 def test_the_lag_is_of_first_order():
     found = []
     for steps in (500, 1000, 2000):
