@@ -9,6 +9,7 @@ from dataclasses import fields
 
 import numpy as np
 
+from bench.rows import repeated, row
 from coupler_protocol.scene_reader import build_scene
 from fdm_server import clock
 from fdm_server.advance import advance
@@ -31,6 +32,16 @@ DAMPING = {
 }
 OTHERS = ("large_strain", "real_time", "energy")
 LAWS = (*TABLES, *DAMPING, *OTHERS)
+PLASTIC = ("elastic", "mohr_coulomb", "tension")
+SETS = (  # what is timed beside the laws of bench/fdm.py, and whether it flows
+    (("elastic", "local"), False),
+    (("elastic", "combined"), False),
+    (("elastic", "real_time"), False),
+    (("elastic", "rayleigh"), False),
+    ((*PLASTIC, "softening"), False),
+    ((*PLASTIC, "softening"), True),
+    ((*PLASTIC, "energy"), False),
+)
 PRESSURE = -1e6  # [Pa], so that nothing yields at rest
 SHEAR = {False: 1e-15, True: 1e-3}  # shear strain a step; flowing: all zones yield after a few
 
@@ -83,3 +94,15 @@ class Box:
         found |= {f"law.{name}": value for name, value in self.model.law._asdict().items()}
         found |= {f"ledger.{name}": value for name, value in vars(self.ledger).items()} if self.ledger else {}
         return {name: value.nbytes / self.zones for name, value in found.items() if isinstance(value, np.ndarray)}
+
+
+def rows(width, height, work, repeats, companion):
+    """Cost of a zone-step under the sets of laws above, and what their arrays take."""
+    found = []
+    for laws, flowing in SETS:
+        box = Box(width, height, laws, flowing)
+        seconds = repeated(box.step, max(30, work // box.zones), repeats)
+        name = "set of laws: " + ", ".join(laws).replace("_", " ") + (", flowing" if flowing else "")
+        note = f"{sum(box.bytes().values()):.0f} B/zone of state, parameters and ledger"
+        found.append(row(name, box.zones, [1e9 * s / box.zones for s in seconds], "ns/zone-step", companion, note))
+    return found

@@ -5,10 +5,8 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent.parent / "scripts" / "bench"))
-from laws import LAWS, Box
-
-PLASTIC = ("elastic", "mohr_coulomb", "tension")
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+from bench.laws import LAWS, PLASTIC, Box
 
 
 def arrays(*laws):
