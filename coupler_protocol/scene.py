@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BeforeValidator, Field, create_model, model_validator
 
 from coupler_protocol.declare import Table, quantity
+from coupler_protocol.fos_table import FactorOfSafety
 
 FORMAT = 1
 GRID_ONLY = ("equilibrium", "locate")
@@ -275,6 +276,7 @@ class SceneBase(Table):
     coupling: Coupling = Field(default=Coupling(), description="how motion and force cross the interface")
     link: Link = Field(default=Link(), description="clocks of the connection")
     record: Record = Field(default=Record(), description="what is written how often")
+    fos: FactorOfSafety = Field(default=FactorOfSafety(), description="how a factor of safety is looked for")
     stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
 
     def resolved(self):
