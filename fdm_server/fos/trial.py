@@ -18,7 +18,6 @@ from fdm_server.model import Model, State
 from fdm_server.motion import farthest, unbalanced_ratio, update_velocities
 from fdm_server.safety import check_motion
 
-
 GROWTH = 16  # spans in which gravity grows: twice the steps of settling
 
 

@@ -7,7 +7,7 @@ from fdm_server.fos.verdict import FAILS, RESTS, UNDECIDED
 
 
 def slope(limit, undecided=(1.0, 1.0)):
-    """An oracle of a slope with this factor of safety that is at a loss inside a span of factors; and the factors it was asked."""
+    """An oracle of a slope with this factor of safety at a loss inside a span of factors; and the factors it was asked."""
     asked = []
 
     def oracle(factor):
