@@ -3,6 +3,7 @@
 import json
 import signal
 import sys
+from math import pi
 from pathlib import Path
 
 from coupler_protocol import exits, program
@@ -37,7 +38,7 @@ def command(options):
     if options.by:
         changes.append(f'fos.by="{options.by}"')
     if options.meshes:
-        changes.append(f"fos.zone_sizes={[scene.grid.zone_size[0] / n for n in range(1, options.meshes + 1)]}")
+        changes.append(f"fos.zone_sizes={[_zone_size(scene.grid) / n for n in range(1, options.meshes + 1)]}")
     read_scene(options.scene, changes)  # all problems before any process
     out = program.prepare_folder(options.out or Path("runs") / f"{Path(options.scene).stem}.fos", OWN, options.force)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill stops the search as Ctrl-C does
@@ -60,6 +61,13 @@ def command(options):
         print("\n".join(as_lines(found)))
         print(f"results in {out}")
     return code
+
+
+def _zone_size(grid):
+    """Size in x of the zones of the table [grid], in a ring along the wall of the hole (fdm_server/fos/ground.py)."""
+    if grid.kind != "ring":
+        return grid.zone_size[0]
+    return {"full": 2.0, "half": 1.0, "quarter": 0.5}[grid.part] * pi * grid.inner / grid.around
 
 
 def _draw(out):

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol.problems import unfit
+from coupler_protocol.scene import declared_effects
 from coupler_protocol.schedule import plan
 from fdm_server.advance import advance
 from fdm_server.boundary import fixed_components
@@ -22,6 +23,7 @@ from fdm_server.grid import build_grid
 from fdm_server.loads import press
 from fdm_server.model import Model, State, model_of, new_state
 from fdm_server.motion import unbalanced_ratio, update_velocities
+from fdm_server.ring import ANGLES
 from fdm_server.safety import check_motion
 
 LOOK = 25  # steps between looks at the unbalanced ratio
@@ -40,10 +42,20 @@ class Ground(NamedTuple):
     span: int  # steps of a span of a trial
 
 
+def zone_size(scene):
+    """Size [m] in x of the zones, in a ring along the wall of the hole."""
+    grid = scene.grid
+    return grid.inner * ANGLES[grid.part] / grid.around if grid.kind == "ring" else grid.zone_size[0]
+
+
 def with_zone_size(scene, size):
-    """The scene with zones of `size` [m] in x and of the same shape as before."""
-    dx, dy = scene.grid.zone_size
-    return scene.model_copy(update={"grid": scene.grid.model_copy(update={"zone_size": (size, dy * size / dx)})})
+    """The scene with zones of `size` [m] (see `zone_size`) and of the same shape as before."""
+    grid, before = scene.grid, zone_size(scene)
+    if grid.kind == "ring":
+        change = {"around": max(3, round(grid.around * before / size))}
+    else:
+        change = {"zone_size": (size, grid.zone_size[1] * size / before)}
+    return scene.model_copy(update={"grid": grid.model_copy(update=change)})
 
 
 def settle(scene, stop=lambda: None, say=lambda steps, ratio: None):
@@ -116,8 +128,10 @@ def _with_law(model, scene, materials):
 
 
 def _elastic(materials):
-    """Materials with their stiffness and density alone."""
-    return [type(m)(name=m.name, density=m.density, region=m.region, elastic=m.elastic) for m in materials]
+    """Materials with all that limits their stress left out."""
+    places = (place.partition(".") for place in declared_effects())
+    limits = {key: None for table, _, key in places if table == "material" and key != "elastic"}
+    return [m.model_copy(update=limits) for m in materials]
 
 
 def _press(scene, model, state):

@@ -11,7 +11,7 @@ from coupler_protocol.recorder import FrameInfo, Recorder
 from fdm_server import record
 from fdm_server.fos import bracket as bracketing
 from fdm_server.fos.extrapolation import extrapolate
-from fdm_server.fos.ground import settle, with_zone_size
+from fdm_server.fos.ground import settle, with_zone_size, zone_size
 from fdm_server.fos.reduction import rules
 from fdm_server.fos.trial import run_trial
 from fdm_server.fos.verdict import criterion
@@ -33,7 +33,7 @@ class Study:
         """All meshes, coarse to fine; returns the content of fos.json, which is written after every trial."""
         begin = time.perf_counter()
         table = self.scene.fos
-        sizes = sorted(table.zone_sizes or [self.scene.grid.zone_size[0]], reverse=True)
+        sizes = sorted(table.zone_sizes or [zone_size(self.scene)], reverse=True)
         first = table.bracket
         for number, size in enumerate(sizes, start=1):
             self._mesh(number, len(sizes), size, first)
@@ -108,7 +108,7 @@ class Study:
 
     def _scene(self, size):
         """The scene on a mesh of zones of `size`."""
-        if size == self.scene.grid.zone_size[0]:
+        if size == zone_size(self.scene):
             return self.scene
         if any(s.excavate is not None and s.excavate.columns is not None for s in self.scene.stage):
             raise unfit("fos.zone_sizes", "an excavation counts zones, which differ between meshes", "give it as a polygon")

@@ -6,7 +6,8 @@ fields of this span and the one before, `ratio` the median of the unbalanced rat
 
 Local damping takes a share of the unbalanced force only. A slope above its factor of safety therefore keeps a constant
 unbalanced force and grows faster evenly, in a field that keeps its shape; below it, both die away. Near the limit they do so
-after a long time in which the motion grows all the same, so growth alone proves nothing: the unbalanced ratio must not fall either.
+after a long time in which the motion grows all the same, so growth alone proves nothing: the unbalanced ratio must not fall
+either.
 
 rests      the ratio is below its limit and the last span's motion is below `STILL` of the settlement under own weight;
 fails      after at least `LEAST` spans, in the second half of the steps taken against the second quarter: the motion is
