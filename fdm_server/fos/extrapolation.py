@@ -9,8 +9,8 @@ and with it
     f0 = f1 + (f1 - f2)/(r21^p - 1)        GCI = Fs |f1 - f2|/(r21^p - 1) / |f1|
 
 (Richardson 1911; Roache 1994, J. Fluids Eng. 116; Celik et al. 2008, J. Fluids Eng. 130). Fs = 1.25 with an observed order.
-Collapse loads converge with the first order where the mechanism has a slip line, so p = 1 is taken, with Fs = 3, where there are only two
-meshes, where the values do not approach anything (s < 0), or where p falls outside .5 to 2.
+Collapse loads converge with the first order where the mechanism has a slip line, so p = 1 is taken, with Fs = 3, where there
+are only two meshes, where the values do not approach anything (s < 0), or where p falls outside .5 to 2.
 
 Values are known within brackets: with f1 +- d1 and f2 +- d2, the extrapolated value is uncertain by
 d1 + (d1 + d2)/(r21^p - 1) besides.

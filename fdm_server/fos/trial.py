@@ -1,8 +1,8 @@
 """One trial: steps from the elastic equilibrium with one factor, span after span, until there is a verdict.
 
 Strength is divided at once: dividing it little by little gave the same factors within .3 % on three slopes, with associated
-flow and without. Gravity instead grows in `GROWTH` spans: put on at once it found 8.14 for the slope of the paper, little by little 7.99,
-however slowly, because tension opens in another order.
+flow and without. Gravity instead grows in `GROWTH` spans: put on at once it found 8.14 for the slope of the paper, little by
+little 7.99, however slowly, because tension opens in another order.
 """
 
 import time
