@@ -67,7 +67,8 @@ def test_mistakes_are_named_before_anything_is_computed(configs, tmp_path):
     done = fos(configs / "dawson_slope.toml", "--out", tmp_path / "out", "--set", "fos.bracket=[2.0,1.0]")
     assert done.returncode == 3
     assert "[low, high] with low < high" in done.stderr
-    done = fos(configs / "dawson_slope.toml", "--out", tmp_path / "out", "--set", "fos.zone_sizes=[0.77]")
+    diagonals = ("--set", 'grid.fit="diagonals"', "--set", "fos.zone_sizes=[0.77]")
+    done = fos(configs / "dawson_slope.toml", "--out", tmp_path / "out", *diagonals)
     assert done.returncode == 3
     assert "fos.zone_sizes" in done.stderr
 

@@ -27,18 +27,25 @@ def found(configs):
 
 
 def test_dawson_roth_and_drescher_1999(found):
-    """45 degrees, phi = psi = 20, c = 12.38 kPa, H = 10 m: 1 by limit analysis; a mesh of H/12 is a few per cent too strong."""
+    """45 degrees, phi = psi = 20, c = 12.38 kPa, H = 10 m: 1 by limit analysis; a mesh of H/12 is some per cent too strong."""
     _, bracket, _ = found("dawson_slope", 10 / 12)
-    assert 1.0 < bracket.middle < 1.065
+    assert 0.99 < bracket.middle < 1.04
 
 
 def test_griffiths_and_lane_1999(found):
     """Example 1: 2:1, phi = 20, psi = 0, c = .05 gamma H; upper bound of limit analysis 1.368, Bishop 1.380."""
-    _, bracket, _ = found("griffiths_lane", 1.0)
+    _, bracket, _ = found("griffiths_lane", 1.25)
     assert bracket.middle == pytest.approx(1.37, abs=0.03)
 
 
-@pytest.mark.parametrize(("name", "size"), [("dawson_slope", 10 / 12), ("griffiths_lane", 1.0)])
+def test_triangles_on_the_face_are_stronger(found):
+    """Why the scene asks for columns along the face: with a face along the diagonals of cells the error is larger by half."""
+    _, along, _ = found("dawson_slope", 10 / 12)
+    _, cut, _ = found("dawson_slope", 10 / 12, 'grid.fit="diagonals"')
+    assert 1.4 < (cut.middle - 1.0) / (along.middle - 1.0) < 2.2
+
+
+@pytest.mark.parametrize(("name", "size"), [("dawson_slope", 10 / 12), ("griffiths_lane", 1.25)])
 def test_one_per_cent_off_is_told_apart(found, name, size):
     """Trials at .99 and 1.01 of the mesh's own factor get their verdicts within the budget, with associated flow and without."""
     ground, bracket, scene = found(name, size)
