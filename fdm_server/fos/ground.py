@@ -29,6 +29,7 @@ from fdm_server.safety import check_motion
 LOOK = 25  # steps between looks at the unbalanced ratio
 SHORTEST = 100  # steps of a span
 SETTLED = 0.1  # of the ratio at which trials rest
+BUDGET, SETTLINGS = 60_000, 8  # steps of a trial, and how many times the steps of settling, where the scene says nothing
 
 
 class Ground(NamedTuple):
@@ -40,6 +41,7 @@ class Ground(NamedTuple):
     settlement: float  # [m] root mean square displacement since zero stress
     steps: int  # from zero stress to the ratio at which trials rest
     span: int  # steps of a span of a trial
+    budget: int  # steps of a trial at most
 
 
 def zone_size(scene):
@@ -76,7 +78,8 @@ def settle(scene, stop=lambda: None, say=lambda steps, ratio: None):
     state.velocity[:] = 0.0
     state.displacement[:] = 0.0
     span = max(SHORTEST, LOOK * round(steps / SPANS_OF_SETTLING / LOOK))
-    return Ground(model, state, gravity, settlement, steps, span)
+    budget = scene.fos.steps or max(BUDGET, SETTLINGS * steps)
+    return Ground(model, state, gravity, settlement, steps, span, budget)
 
 
 def begin_trial(scene, ground, factor):

@@ -77,6 +77,7 @@ class Study:
             "settlement": ground.settlement,
             "settling_steps": ground.steps,
             "span": ground.span,
+            "budget": ground.budget,
             "trials": [],
         }
         self.meshes.append(row)

@@ -51,7 +51,7 @@ def test_one_per_cent_off_is_told_apart(found, name, size):
     ground, bracket, scene = found(name, size)
     below, above = (run_trial(scene, ground, share * bracket.middle) for share in (0.99, 1.01))
     assert (below.verdict, above.verdict) == (RESTS, FAILS)
-    assert max(below.steps, above.steps) < 0.5 * scene.fos.steps
+    assert max(below.steps, above.steps) < 0.5 * ground.budget
 
 
 def test_stiffness_does_not_matter(found):
@@ -75,3 +75,11 @@ def test_gravity_of_frictionless_ground(found):
     _, strength, _ = found("dawson_slope", 10 / 8, *tresca)
     _, gravity, _ = found("dawson_slope", 10 / 8, *tresca, 'fos.by="gravity"')
     assert gravity.middle == pytest.approx(strength.middle, rel=0.004)
+
+
+def test_under_the_gravity_at_collapse_the_factor_of_safety_is_one(found):
+    """Two searches of different kinds agree where they must, with friction, without dilation, with a tension cut-off."""
+    _, gravity, _ = found("paper_slope", 2 / 3, 'fos.by="gravity"', "fos.bracket=[7.0,10.0]")
+    heavy = f"stage.0.gravity={9.81 * gravity.middle}"
+    _, strength, _ = found("paper_slope", 2 / 3, heavy, "fos.bracket=[0.9,1.1]")
+    assert strength.middle == pytest.approx(1.0, abs=0.01)
