@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from fdm_server.along_face import along_face_mesh
 from fdm_server.fitted import fitted_mesh
 from fdm_server.net import net_mesh
 from fdm_server.ring import ring_mesh
@@ -37,6 +38,8 @@ def build_grid(scene):
         mesh = ring_mesh(g)
     elif g.regular:
         mesh = net_mesh(g)
+    elif g.fit == "face":
+        mesh = along_face_mesh(g, [m.top[0][1] for m in scene.material if m.top is not None and len({y for _, y in m.top}) == 1])
     else:
         mesh = fitted_mesh(g, [m.top for m in scene.material if m.top is not None])
     xy, zones, column, row = mesh
