@@ -1,0 +1,1 @@
+"""What accuracy costs: one workload a file, each error against wall time."""
