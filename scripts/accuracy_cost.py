@@ -31,7 +31,7 @@ def parser():
     p.add_argument("workload", choices=workloads())
     p.add_argument("--fast", action="store_true", help="coarse meshes only")
     p.add_argument("--json", metavar="FILE", type=Path, help="write the rows to FILE")
-    p.add_argument("--page", metavar="FILE", type=Path, default=PAGE, help="page to write; the picture goes to pictures/ beside it")
+    p.add_argument("--page", metavar="FILE", type=Path, default=PAGE, help="page to write; pictures/ is beside it")
     return p
 
 

@@ -1,8 +1,8 @@
 """The continuum against closed forms and published values."""
 
-from verification.continuum import column, oedometer, patch
+from verification.continuum import column, kirsch, oedometer, patch, salencon, spin, strip_load
 
 TITLE = "Continuum"
 HEAD = """Plane strain, tension positive. Where nothing else is said the scene goes through the product's own stages, as
 `colluvium run` would compute it."""
-CASES = [oedometer, patch, column]
+CASES = [oedometer, patch, column, strip_load, kirsch, salencon, spin]

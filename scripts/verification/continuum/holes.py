@@ -1,4 +1,4 @@
-"""A quarter of a ring of zones around a circular hole: graded, with or without mixed discretisation; shared by Kirsch and Salencon.
+"""A quarter of a graded ring of zones around a circular hole, with or without mixed discretisation; for Kirsch and Salencon.
 
 The ring runs from the wall r = a to r = a 2^d. Radii grow by a constant factor and r = 2a lies on gridpoints, so zones are nearly
 square everywhere. Gridpoints on the axes slide along them.
@@ -39,7 +39,7 @@ class Hole(NamedTuple):
 
 
 def quarter_ring(n, doublings, radius=1.0):
-    """Gridpoints (N,2), quadrilaterals (Q,4), number of rings: n zones to the right angle, from `radius` to radius 2^doublings."""
+    """Gridpoints (N,2), quadrilaterals (Q,4), and rings: n zones to the right angle, from `radius` to radius 2^doublings."""
     rings = doublings * max(1, round(np.log(2.0) * n / (0.5 * np.pi)))
     r = radius * 2.0 ** (doublings * np.arange(rings + 1) / rings)
     angle = 0.5 * np.pi * np.arange(n + 1) / n
@@ -82,7 +82,7 @@ def outward(hole, line):
 
 
 def settle(hole, ratio, load=None, ramp=0, most=400_000, look=100):
-    """Take steps until the unbalanced ratio is reached after the ramp; load(step) sets applied forces. Returns the steps taken."""
+    """Take steps until the unbalanced ratio is reached after the ramp; load(step) sets applied forces. Returns the steps."""
     model, state = hole.model, hole.state
     for step in range(1, most + 1):
         if load is not None:
