@@ -13,11 +13,11 @@ from verification.continuum import kirsch, salencon
 
 TITLE = "circular holes: zone size, mixed discretisation, unbalanced ratio"
 PICTURE = "accuracy_w1.png"
-READ = """Zones get smaller to the right: halving them costs about eight times as much (four times the zones, twice the steps), so a curve of
-order 2 falls by 4 where time grows by 8. A curve that levels off has met its ratio, and from there on smaller zones cost time and
-give nothing; a smaller ratio helps, and is cheap, since steps grow with its logarithm only. The dashed curve is what the same
-quadrilaterals give without mixed discretisation, the same order with a larger error for the elastic hole, and ten times the error
-for the plastic one, which is locking."""
+READ = """Zones get smaller to the right: halving them costs about eight times as much (four times the zones, twice
+the steps), so a curve of order 2 falls by 4 where time grows by 8. A curve that levels off has met its ratio, and from there on
+smaller zones cost time and give nothing; a smaller ratio helps, and is cheap, since steps grow with its logarithm only. The
+dashed curve is what the same quadrilaterals give without mixed discretisation: the same order with a larger error for the elastic
+hole, and ten times the error for the plastic one, which is locking."""
 COLUMNS = {
     "case": "case",
     "method": "method",

@@ -9,6 +9,8 @@ from coupler_protocol.lockstep import Clocks, Hub
 from coupler_protocol.progress import Progress
 from fdm_server.stages import ContinuumSide
 
+IDLE = [{"name": "load", "kind": "overload", "until": {"steps": 1}}]  # for scenes of which only the model is used
+
 
 def tables(grid, material, stage, boundary=None, **more):
     """Tables of a scene without windows; boundary {side: "x" | "y" | "xy"}, more: other tables."""

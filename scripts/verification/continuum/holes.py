@@ -1,24 +1,25 @@
 """A quarter of a graded ring of zones around a circular hole, with or without mixed discretisation; for Kirsch and Salencon.
 
-The ring runs from the wall r = a to r = a 2^d. Radii grow by a constant factor and r = 2a lies on gridpoints, so zones are nearly
-square everywhere. Gridpoints on the axes slide along them.
+The ring of the scene goes from the wall r = a = 1 m to r = 8a, its zones are nearly square. Gridpoints on the axes slide along
+them. Loads on the outer side are those of an infinite plate, which no scene can say, so the cases take the steps themselves.
 """
 
-from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from colluvium import Scene
 from fdm_server import fields
 from fdm_server.advance import advance
 from fdm_server.blocks import triangle_double_areas
-from fdm_server.effects.elastic import Elastic
-from fdm_server.grid import areas, centroids
-from fdm_server.model import Model, State
+from fdm_server.grid import areas, build_grid, centroids
+from fdm_server.model import Model, State, build_model, new_state
 from fdm_server.motion import unbalanced_ratio, update_velocities
-from fdm_server.stress import SD, SM, XY, ZZ
-from verification.continuum.meshes import model_of_zones, overlaid_triangles
+from verification import product
+from verification.continuum.meshes import set_stress, without_mixing
+
+OUTER = 8.0  # [m]
 
 
 class Hole(NamedTuple):
@@ -30,7 +31,7 @@ class Hole(NamedTuple):
     quads: NDArray[np.int64]  # (Q,4)
     wall: NDArray[np.int64]  # (n + 1,) gridpoints from the x axis to the y axis
     outer: NDArray[np.int64]  # (n + 1,) the same at the far side
-    thickness: float  # of what the zones cover: 1, or 2 without mixed discretisation (meshes.py)
+    thickness: float  # of what the zones cover: 1; 2 without mixed discretisation (meshes.py)
 
     @property
     def radius(self):
@@ -38,31 +39,20 @@ class Hole(NamedTuple):
         return np.hypot(*centroids(self.xy, self.quads).T)
 
 
-def quarter_ring(n, doublings, radius=1.0):
-    """Gridpoints (N,2), quadrilaterals (Q,4), and rings: n zones to the right angle, from `radius` to radius 2^doublings."""
-    rings = doublings * max(1, round(np.log(2.0) * n / (0.5 * np.pi)))
-    r = radius * 2.0 ** (doublings * np.arange(rings + 1) / rings)
-    angle = 0.5 * np.pi * np.arange(n + 1) / n
-    x, y = np.cos(angle), np.sin(angle)
-    x[-1] = y[0] = 0.0
-    xy = np.column_stack([np.outer(r, x).ravel(), np.outer(r, y).ravel()])
-    i, j = (k.ravel() for k in np.meshgrid(np.arange(rings), np.arange(n), indexing="ij"))
-    first = i * (n + 1) + j
-    return xy, np.column_stack([first, first + n + 1, first + n + 2, first + 1]), rings
-
-
-def hole(n, doublings, bulk, shear, mohr_coulomb=None, mixed=True, stress=(0.0, 0.0, 0.0)):
-    """The ring of one material under the initial stress xx = yy, zz, xy [Pa]; mixed: with mixed discretisation."""
-    xy, quads, rings = quarter_ring(n, doublings)
-    zones = quads if mixed else overlaid_triangles(quads)
-    elastic = Elastic(bulk=bulk, shear=shear)
-    rock = SimpleNamespace(name="rock", density=1.0, region=None, elastic=elastic, mohr_coulomb=mohr_coulomb, tension=None)
-    model, state = model_of_zones(xy, zones, rock, xy == 0.0)
-    for row, lanes, value in ((SM, 16, stress[0]), (ZZ, 16, stress[1]), (SD, 64, 0.0), (XY, 64, stress[2])):
-        state.stress[:, row : row + lanes] = value
+def hole(n, bulk, shear, mixed=True, pressure=0.0, across=0.0, **laws):
+    """The ring with n zones to the right angle; initial stresses [Pa]: pressure in the plane and across it; laws: tables."""
+    ring = {"kind": "ring", "inner": 1.0, "outer": OUTER, "around": n, "part": "quarter"}
+    material = product.material(bulk, shear, **laws)
+    scene = Scene(**product.tables(ring, material, product.IDLE, {"left": "x", "bottom": "y"}))
+    model = build_model(scene, build_grid(scene))
+    xy, quads = model.grid.xy, model.grid.zones
+    if not mixed:
+        model = without_mixing(model)
+    state = new_state(model)
+    set_stress(state, -pressure, -pressure, -across, 0.0)
     advance(model, state)  # at rest: forces of the initial stress
     wall = np.arange(n + 1)
-    return Hole(model, state, xy, quads, wall, rings * (n + 1) + wall, 1.0 if mixed else 2.0)
+    return Hole(model, state, xy, quads, wall, len(xy) - 1 - n + wall, 1.0 if mixed else 2.0)
 
 
 def edge_forces(hole, line, traction):

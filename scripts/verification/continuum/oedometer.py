@@ -9,15 +9,12 @@ the same with psi, C = 2 c sqrt(N), m1 = a1 - a2 Np and m = a2 - (a1 + a2) Np/2:
 """
 
 from math import radians, sin, sqrt
-from types import SimpleNamespace
 
 import numpy as np
 
 from fdm_server import fields
 from fdm_server.advance import advance
-from fdm_server.effects.elastic import Elastic
-from fdm_server.effects.mohr_coulomb import MohrCoulomb
-from fdm_server.effects.tension import Tension
+from verification import product
 from verification.continuum.meshes import model_of_zones
 from verification.rows import row
 
@@ -39,10 +36,9 @@ def vertical(strain):
 
 def compress(strain, steps):
     """Strain and stress [Pa] (steps,) of the zone, compression positive, and whether it has yielded."""
-    law = {"mohr_coulomb": MohrCoulomb(friction=10, cohesion=1e6, dilation=10), "tension": Tension(strength=5.67e6)}
-    soil = SimpleNamespace(name="soil", density=2000.0, region=None, elastic=Elastic(bulk=K, shear=G), **law)
+    law = {"mohr_coulomb": {"friction": 10.0, "cohesion": 1e6, "dilation": 10.0}, "tension": {"strength": 5.67e6}}
     xy = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    model, state = model_of_zones(xy, np.array([[0, 1, 2, 3]]), soil)
+    model, state = model_of_zones(xy, np.array([[0, 1, 2, 3]]), product.material(K, G, **law))
     state.velocity[2:, 1] = -strain / steps
     stresses, yielded = np.empty(steps), np.empty(steps, dtype=np.bool_)
     for step in range(steps):

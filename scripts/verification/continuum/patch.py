@@ -5,14 +5,12 @@ Outer gridpoints move by a displacement gradient, inner ones find equilibrium. E
 displacement and every zone must have the stress of that gradient: du_i/dx_j constant, Hooke's law.
 """
 
-from types import SimpleNamespace
-
 import numpy as np
 
 from fdm_server import fields
 from fdm_server.advance import advance
-from fdm_server.effects.elastic import Elastic
 from fdm_server.motion import unbalanced_ratio, update_velocities
+from verification import product
 from verification.continuum.meshes import model_of_zones
 from verification.rows import row
 
@@ -44,10 +42,7 @@ def square(n, kind, seed=5):
 def solve(n, kind):
     """Largest errors of displacement and stress over the largest of each."""
     xy, zones, outer = square(n, kind)
-    soil = SimpleNamespace(
-        name="soil", density=2000.0, region=None, elastic=Elastic(bulk=K, shear=G), mohr_coulomb=None, tension=None
-    )
-    model, state = model_of_zones(xy, zones, soil, np.column_stack([outer, outer]))
+    model, state = model_of_zones(xy, zones, product.material(K, G), np.column_stack([outer, outer]))
     target = xy @ GRADIENT.T
     state.velocity[outer] = target[outer]
     advance(model, state)

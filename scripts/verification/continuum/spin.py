@@ -8,16 +8,14 @@ turns with it: sigma(t) = R sigma(0) R'. Under the Jaumann rate of Hooke's law, 
 """
 
 from math import cos, log, pi, sin
-from types import SimpleNamespace
 
 import numpy as np
 
 from fdm_server import fields
 from fdm_server.advance import advance
-from fdm_server.effects.elastic import Elastic
 from fdm_server.shape import begin_large_strain
-from fdm_server.stress import SD, SM, XY, ZZ
-from verification.continuum.meshes import model_of_zones
+from verification import product
+from verification.continuum.meshes import model_of_zones, set_stress
 from verification.rows import row
 
 NAME = "spin"
@@ -28,11 +26,8 @@ ACROSS = -4e5
 
 def zone():
     """Model and State of one distorted zone in large strain."""
-    soil = SimpleNamespace(
-        name="soil", density=2000.0, region=None, elastic=Elastic(bulk=K, shear=G), mohr_coulomb=None, tension=None
-    )
     xy = np.array([[0.0, 0.0], [1.1, 0.1], [0.9, 1.0], [0.1, 0.8]])
-    model, state = model_of_zones(xy, np.array([[0, 1, 2, 3]]), soil)
+    model, state = model_of_zones(xy, np.array([[0, 1, 2, 3]]), product.material(K, G))
     begin_large_strain(model, state)
     return model, state
 
@@ -55,9 +50,7 @@ def turned(angle):
 def spun(steps):
     """Largest error of the stress on the way to the right angle, over its largest component, and the stress at the end."""
     model, state = zone()
-    xx, yy, xy = START[0, 0], START[1, 1], START[0, 1]
-    for first, lanes, value in ((SM, 16, 0.5 * (xx + yy)), (ZZ, 16, ACROSS), (SD, 64, 0.5 * (xx - yy)), (XY, 64, xy)):
-        state.stress[:, first : first + lanes] = value
+    set_stress(state, START[0, 0], START[1, 1], ACROSS, START[0, 1])
 
     def place(t, points):
         c, s = cos(0.5 * pi * t), sin(0.5 * pi * t)
