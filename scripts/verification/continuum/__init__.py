@@ -1,8 +1,19 @@
 """The continuum against closed forms and published values."""
 
-from verification.continuum import column, kirsch, oedometer, patch, salencon, spin, strip_load
+from verification.continuum import (
+    column,
+    cylinder,
+    footing,
+    kirsch,
+    oedometer,
+    patch,
+    rankine,
+    salencon,
+    spin,
+    strip_load,
+)
 
 TITLE = "Continuum"
 HEAD = """Plane strain, tension positive. Where nothing else is said the scene goes through the product's own stages, as
 `colluvium run` would compute it."""
-CASES = [oedometer, patch, column, strip_load, kirsch, salencon, spin]
+CASES = [oedometer, patch, column, strip_load, rankine, footing, kirsch, salencon, cylinder, spin]

@@ -1,7 +1,7 @@
 """A quarter of a graded ring of zones around a circular hole, with or without mixed discretisation; for Kirsch and Salencon.
 
-The ring of the scene goes from the wall r = a = 1 m to r = 8a, its zones are nearly square. Gridpoints on the axes slide along
-them. Loads on the outer side are those of an infinite plate, which no scene can say, so the cases take the steps themselves.
+The ring of the scene goes from the wall r = a = 1 m to r = 8a (or another radius), its zones are nearly square. Gridpoints on the
+axes slide along them. Loads on the outer side are those of an infinite plate, which no scene can say, so the cases take the steps themselves.
 """
 
 from typing import NamedTuple
@@ -39,9 +39,9 @@ class Hole(NamedTuple):
         return np.hypot(*centroids(self.xy, self.quads).T)
 
 
-def hole(n, bulk, shear, mixed=True, pressure=0.0, across=0.0, **laws):
-    """The ring with n zones to the right angle; initial stresses [Pa]: pressure in the plane and across it; laws: tables."""
-    ring = {"kind": "ring", "inner": 1.0, "outer": OUTER, "around": n, "part": "quarter"}
+def hole(n, bulk, shear, mixed=True, pressure=0.0, across=0.0, outer=OUTER, **laws):
+    """The ring with n zones to the right angle; initial pressures [Pa] in the plane and across it; laws: tables."""
+    ring = {"kind": "ring", "inner": 1.0, "outer": outer, "around": n, "part": "quarter"}
     material = product.material(bulk, shear, **laws)
     scene = Scene(**product.tables(ring, material, product.IDLE, {"left": "x", "bottom": "y"}))
     model = build_model(scene, build_grid(scene))
