@@ -1,8 +1,8 @@
 """Rough strip footings on weightless ground: Tresca, without mixed discretisation, and with friction.
 
 Half of a footing of half-width a = 1 m on a box of ground, K = .2 GPa, G = .1 GPa; gridpoints under it are pushed down at a
-constant velocity and held sideways. Pressure is the reaction over a + h/2, h = zone size: the edge of the footing lies half a zone beyond
-its last gridpoint. Prandtl's pressure at collapse:
+constant velocity and held sideways. Pressure is the reaction over a + h/2, h = zone size: the edge of the footing lies half a
+zone beyond its last gridpoint. Prandtl's pressure at collapse:
 
     c = 100 kPa, phi = 0:            p = (2 + pi) c                                       box of 5a x 3a
     c = 100 kPa, phi = psi = 20:     p = c cot phi (exp(pi tan phi) tan^2(45 + phi/2) - 1)  box of 8a x 5a

@@ -1,7 +1,8 @@
 """A quarter of a graded ring of zones around a circular hole, with or without mixed discretisation; for Kirsch and Salencon.
 
-The ring of the scene goes from the wall r = a = 1 m to r = 8a (or another radius), its zones are nearly square. Gridpoints on the
-axes slide along them. Loads on the outer side are those of an infinite plate, which no scene can say, so the cases take the steps themselves.
+The ring of the scene goes from the wall r = a = 1 m to r = 8a (or another radius), its zones are nearly square. Gridpoints on
+the axes slide along them. Loads on the outer side are those of an infinite plate, which no scene can say, so the cases take the
+steps themselves.
 """
 
 from typing import NamedTuple
