@@ -59,6 +59,8 @@ def cut_window(model, state, mask):
         stress=keep(state.stress),
         corner_force=keep(state.corner_force),
         plastic=None if state.plastic is None else keep(state.plastic),
+        driven=state.driven,
+        loads=state.loads,
     )
     if state.mass is not None:
         begin_large_strain(new, after)

@@ -18,6 +18,7 @@ def run_stage(side, stage):
             rim.hear_forces(state, stage.gravity, stage.share)
         watch.to("waiting")
         update_velocities(model, state, stage.gravity)
+        stage.drive(state)
         order = stage.order()
         for rim in rims:
             rim.say_velocities(state, order)

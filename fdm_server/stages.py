@@ -12,9 +12,11 @@ from coupler_protocol.runfile import stage_rows
 from coupler_protocol.schedule import large_strain, leg_of
 from coupler_protocol.timing import Stopwatch
 from fdm_server import fields, record, restart
+from fdm_server.conditions import begin_stage
 from fdm_server.coupling import Rim, open_windows, traction_difference
 from fdm_server.excavation import excavations
 from fdm_server.grid import build_grid
+from fdm_server.initial_stress import initial_state
 from fdm_server.loads import dig, press
 from fdm_server.model import build_model, new_state
 from fdm_server.run import run_stage
@@ -32,7 +34,7 @@ class ContinuumSide:
         self.watch = Stopwatch()
         self.grid = build_grid(scene)
         self.model = build_model(scene, self.grid)
-        self.state = new_state(self.model)
+        self.state = initial_state(scene, self.model) if origin is None else new_state(self.model)
         self.rims = [
             Rim(self.grid, window, hub.conversations[rank]) for rank, window in enumerate(scene.window, start=1)
         ]
@@ -132,6 +134,11 @@ class ContinuumSide:
         self.compute(stage)
         self.finish(stage)
 
+    def load(self, stage):
+        """Boundaries hold, move or load sides of the grid."""
+        self.compute(stage)
+        self.finish(stage)
+
     def surcharge(self, stage):
         """Pressure grows upon the ground surface."""
         stage.load = press(self.model, self.state, stage.stage.surcharge, [rim.nodes for rim in self.rims])
@@ -142,6 +149,7 @@ class ContinuumSide:
         """Take the steps of a stage."""
         if large_strain(self.scene, stage.stage):
             begin_large_strain(self.model, self.state)
+        self.model, stage.sides = begin_stage(self.scene, stage.index, self.model, self.state)
         stage.set_loads()
         run_stage(self, stage)
 
@@ -150,7 +158,9 @@ class ContinuumSide:
     def record(self, stage, order):
         """Histories and frames, as `order` says."""
         if self.steps % self.scene.record.history == 0:
-            self.recorder.history(self.steps, **record.history(self.model, self.state, stage.ratio, order.gravity_factor))
+            values = record.history(self.model, self.state, stage.ratio, order.gravity_factor)
+            values |= record.reactions(self.model, self.state, stage.leg.gravity * order.gravity_factor, stage.sides.holders)
+            self.recorder.history(self.steps, **values)
         if int(order.flags) & messages.RECORD:
             self.frame(stage.stage.name, order.gravity_factor)
 
@@ -212,4 +222,5 @@ KINDS = {
     "overload": ContinuumSide.overload,
     "excavate": ContinuumSide.excavate,
     "surcharge": ContinuumSide.surcharge,
+    "load": ContinuumSide.load,
 }

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from coupler_protocol.boundary_tables import Boundary
 from coupler_protocol.grid_tables import Grid
 from fdm_server.advance import advance
 from fdm_server.effects.damping import Damping
@@ -24,7 +25,7 @@ def soil(elastic=PAPER, mohr_coulomb=None, tension=None, density=DENSITY, region
 
 def sides(**held):
     """Boundaries of a scene: sides(left="x", bottom="xy")."""
-    return [SimpleNamespace(on=side, fix=fix) for side, fix in held.items()]
+    return [Boundary(on=side, fix=fix) for side, fix in held.items()]
 
 
 def box(length, height, zone_size, *materials, boundary=(), damping=0.8):
