@@ -17,4 +17,4 @@ def test_pressure_lies_little_above_that_of_collapse(parts):
 
 
 def test_zones_lock_without_mixed_discretisation():
-    assert footing.collapse(4, mixed=False) > 1.3 * footing.prandtl(0.0)
+    assert footing.locked(4) > 1.3 * footing.prandtl(0.0)

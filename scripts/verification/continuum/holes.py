@@ -1,8 +1,9 @@
 """A quarter of a graded ring of zones around a circular hole, with or without mixed discretisation; for Kirsch and Salencon.
 
-The ring of the scene goes from the wall r = a = 1 m to r = 8a (or another radius), its zones are nearly square. Gridpoints on
-the axes slide along them. Loads on the outer side are those of an infinite plate, which no scene can say, so the cases take the
-steps themselves.
+The ring of the scene goes from the wall r = a = 1 m to r = 8a (or as far as a case says), its zones are nearly square.
+Gridpoints on the axes slide along them. The loads of an infinite plate on the outer side and other ways than straight ramps are
+none that a scene can say: `hole` and `settle` take the steps here. What a scene can say goes through the product, `seen` looks
+at the outcome.
 """
 
 from typing import NamedTuple
@@ -14,6 +15,7 @@ from colluvium import Scene
 from fdm_server import fields
 from fdm_server.advance import advance
 from fdm_server.blocks import triangle_double_areas
+from fdm_server.conditions import begin_stage
 from fdm_server.grid import areas, build_grid, centroids
 from fdm_server.model import Model, State, build_model, new_state
 from fdm_server.motion import unbalanced_ratio, update_velocities
@@ -40,20 +42,33 @@ class Hole(NamedTuple):
         return np.hypot(*centroids(self.xy, self.quads).T)
 
 
-def hole(n, bulk, shear, mixed=True, pressure=0.0, across=0.0, outer=OUTER, **laws):
-    """The ring with n zones to the right angle; initial pressures [Pa] in the plane and across it; laws: tables."""
-    ring = {"kind": "ring", "inner": 1.0, "outer": outer, "around": n, "part": "quarter"}
-    material = product.material(bulk, shear, **laws)
-    scene = Scene(**product.tables(ring, material, product.IDLE, {"left": "x", "bottom": "y"}))
+def ring_grid(n, outer=OUTER):
+    """Table [grid] of the ring with n zones to the right angle."""
+    return {"kind": "ring", "inner": 1.0, "outer": outer, "around": n, "part": "quarter"}
+
+
+AXES = [{"on": "left", "fix": "x"}, {"on": "bottom", "fix": "y"}]
+
+
+def seen(model, state, quads=None, thickness=1.0):
+    """The Hole of a model whose grid is such a ring; quads: its quadrilaterals, where the model has others."""
+    xy = model.grid.xy
+    wall = np.arange(int(model.grid.column.max()) + 2)
+    return Hole(model, state, xy, model.grid.zones if quads is None else quads, wall, len(xy) - len(wall) + wall, thickness)
+
+
+def hole(n, bulk, shear, mixed=True, pressure=0.0, across=0.0, **laws):
+    """The ring to take steps with; initial pressures [Pa] in the plane and across it; laws: tables."""
+    scene = Scene(**product.tables(ring_grid(n), product.material(bulk, shear, **laws), product.IDLE, AXES))
     model = build_model(scene, build_grid(scene))
-    xy, quads = model.grid.xy, model.grid.zones
+    model, _ = begin_stage(scene, 0, model, new_state(model))
+    quads = model.grid.zones
     if not mixed:
         model = without_mixing(model)
     state = new_state(model)
     set_stress(state, -pressure, -pressure, -across, 0.0)
     advance(model, state)  # at rest: forces of the initial stress
-    wall = np.arange(n + 1)
-    return Hole(model, state, xy, quads, wall, len(xy) - 1 - n + wall, 1.0 if mixed else 2.0)
+    return seen(model, state, quads, 1.0 if mixed else 2.0)
 
 
 def edge_forces(hole, line, traction):

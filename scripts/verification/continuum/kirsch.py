@@ -7,20 +7,23 @@ a = 1 m, p = 30 MPa along x, K = 3900 MPa, G = 2800 MPa; pressure positive. With
     sigma_rt = -p/2 (1 + 2 rho^2 - 3 rho^4) sin 2 theta
 
 A quarter ring from a to 8a with 12, 24 and 48 zones to the right angle; the tractions of the closed form act on its outer side,
-so nothing but the zones' size is wrong. At r = 2a, theta = 90 degrees, the stress is interpolated between the zones that touch
-the y axis. The error norm is the root of the mean square, by area within 4a, of all stress components over p.
+so nothing but the zones' size is wrong; and once as a scene, where the undisturbed stress acts on a side 30a away. At r = 2a,
+theta = 90 degrees, the stress is interpolated between the zones that touch the y axis. The error norm is the root of the mean
+square, by area within 4a, of all stress components over p.
 """
 
 import numpy as np
 
 from accuracy.common import order
 from fdm_server.grid import centroids
-from verification.continuum.holes import edge_forces, hole, norm, polar, settle
+from verification import product
+from verification.continuum.holes import AXES, edge_forces, hole, norm, polar, ring_grid, seen, settle
 from verification.rows import row
 
 NAME = "Kirsch hole"
 SOURCE = "Kirsch (1898); Jaeger, Cook & Zimmerman (2007), section 8.5"
 PRESSURE, K, G = 30e6, 3900e6, 2800e6
+NU = (3 * K - 2 * G) / (2 * (3 * K + G))
 
 
 def exact(xy):
@@ -42,6 +45,18 @@ def solve(n, ratio=1e-7, mixed=True):
     traction = -np.column_stack([radial * x - shear * y, radial * y + shear * x])
     ring.state.applied[:] = edge_forces(ring, ring.outer, traction)
     return ring, settle(ring, ratio)
+
+
+def as_scene(n, outer=30.0):
+    """The hole opened by the product in an initial stress; p acts on its outer side."""
+    p = {"stress": {"xx": -PRESSURE}}
+    return product.tables(
+        ring_grid(n, outer),
+        product.material(K, G),
+        [{"name": "open", "kind": "load", "boundary": [{"on": "inner", "stress": {}, "over": 2_000}], "until": {"ratio": 1e-6}}],
+        [*AXES, {"on": "outer"} | p, {"on": "inner"} | p],
+        initial_stress={"xx": -PRESSURE, "zz": -PRESSURE * NU},
+    )
 
 
 def at_two_radii(ring):
@@ -70,3 +85,6 @@ def rows(fast):
     observed = order(size, errors)
     yield row("error norm of the stress over p", errors[-1], 0.0, 0.01, SOURCE, observed)
     yield row("order of the error norm (at least 1.5)", observed, 2.0, [-0.25, 0.5], SOURCE, observed)
+    found = product.compute(as_scene(24 if fast else 36))
+    tangential = at_two_radii(seen(found.model, found.state))[1]
+    yield row("as a scene: tangential stress there [Pa]", tangential, target[1], 0.02, SOURCE)

@@ -12,10 +12,6 @@ the error.
 
 from math import radians, sin, sqrt
 
-import numpy as np
-
-from fdm_server.advance import advance
-from fdm_server.motion import update_velocities
 from verification import product
 from verification.rows import row
 
@@ -25,31 +21,24 @@ K, G, DENSITY, GRAVITY, HEIGHT, FRICTION = 20e6, 10e6, 2000.0, 9.81, 4.0, 30.0
 N = (1 + sin(radians(FRICTION))) / (1 - sin(radians(FRICTION)))
 
 
-def ground(size, cohesion):
-    """The ground at rest under its weight, as the product computes it."""
-    law = {"friction": FRICTION, "cohesion": cohesion}
-    return product.compute(
-        product.tables(
-            {"kind": "box", "length": 4.0, "height": HEIGHT, "zone_size": size},
-            product.material(K, G, DENSITY, mohr_coulomb=law),
-            [{"name": "equilibrium", "gravity": GRAVITY, "until": {"ratio": 1e-8}}],
-            {"left": "x", "right": "x", "bottom": "y"},
-        )
+def scene(size, cohesion, distance, steps):
+    """Ground in zones of `size` m whose right side moves by a distance [m] in so many steps."""
+    move = {"on": "right", "velocity": {"x": distance / steps}}
+    return product.tables(
+        {"kind": "box", "length": 4.0, "height": HEIGHT, "zone_size": size},
+        product.material(K, G, DENSITY, mohr_coulomb={"friction": FRICTION, "cohesion": cohesion}),
+        [
+            {"name": "equilibrium", "gravity": GRAVITY, "until": {"ratio": 1e-8}},
+            {"name": "move", "kind": "load", "boundary": [move], "until": {"steps": steps}},
+        ],
+        {"left": "x", "right": "x", "bottom": "y"},
     )
 
 
 def force_on_wall(size, cohesion, distance, steps):
-    """Horizontal force [N] on the right side in the last fifth of its motion by `distance` [m]."""
-    side = ground(size, cohesion)
-    model, state = side.model, side.state
-    right = model.grid.xy[:, 0] == model.grid.xy[:, 0].max()
-    force = np.empty(steps)
-    for step in range(steps):
-        update_velocities(model, state, GRAVITY)
-        state.velocity[right, 0] = distance / steps
-        advance(model, state)
-        force[step] = state.force[right, 0].sum()
-    return force[-steps // 5 :].mean()
+    """Horizontal force [N] on the right side in the last fifth of its motion."""
+    found = product.compute(scene(size, cohesion, distance, steps), ["reaction_x:right"])
+    return -found.histories["reaction_x:right"][-steps // (5 * product.LOOK) :].mean()
 
 
 def rows(fast):

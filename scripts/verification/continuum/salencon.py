@@ -20,7 +20,8 @@ import numpy as np
 from accuracy.common import order
 from fdm_server import fields
 from fdm_server.grid import areas
-from verification.continuum.holes import OUTER, edge_forces, hole, norm, outward, polar, settle
+from verification import product
+from verification.continuum.holes import AXES, OUTER, edge_forces, hole, norm, outward, polar, ring_grid, seen, settle
 from verification.rows import row
 
 NAME = "Salencon hole"
@@ -75,6 +76,20 @@ def loaded(n, ramp, across=20e6, mixed=True, left=lambda s: 1.0 - s):
     return ring, load
 
 
+def as_scene(n, steps, outer=30.0):
+    """The hole opened by the product: P0 acts on an outer side far away, the support of the wall fades by straight ramps."""
+    boundary = [*AXES, {"on": "outer", "pressure": P0}, {"on": "inner", "pressure": P0}]
+    law = {"friction": FRICTION, "cohesion": COHESION, "dilation": FRICTION}
+    ends = {"ratio": 1e-6, "steps": 100_000}
+    return product.tables(
+        ring_grid(n, outer),
+        product.material(K, G, mohr_coulomb=law),
+        product.slowing({"on": "inner"}, lambda share: {"pressure": P0 * (1.0 - share)}, steps, ends),
+        boundary,
+        initial_stress={"xx": -P0, "yy": -P0, "zz": -20e6},
+    )
+
+
 def wall(ring):
     """Mean displacement [m] of the wall towards the axis."""
     return float(-(ring.state.displacement * ring.xy)[ring.wall].sum(axis=1).mean())
@@ -119,8 +134,10 @@ def rows(fast):
     yield row("plastic radius, stresses outside [m]", elastic_plastic_radius(last), R0, 0.01, SOURCE)
     yield row("radial stress at the plastic radius [Pa]", radial_stress_at(last, R0), AT_R0, 0.01, SOURCE)
     target = wall_displacement()
-    yield row("displacement of the wall [m]", walls[-1], target, 0.03, SOURCE, order(size, walls - target))
-    yield row("error norm of the stress over P0", errors[-1], 0.0, 0.01, SOURCE, order(size, errors))
+    yield row("displacement of the wall [m]", walls[-1], target, 0.03, SOURCE, None if fast else order(size, walls - target))
+    yield row("error norm of the stress over P0", errors[-1], 0.0, 0.01, SOURCE, None if fast else order(size, errors))
+    found = product.compute(as_scene(24, 20_000))
+    yield row("as a scene: displacement of the wall [m]", wall(seen(found.model, found.state)), target, 0.03, SOURCE)
 
 
 def study(pictures):

@@ -66,12 +66,12 @@ def solve(size):
         [{"name": "load", "kind": "surcharge", "surcharge": {"x": [0.0, B], "pressure": P}, "until": {"ratio": 1e-7}}],
         {"left": "x", "right": "x", "bottom": "y"},
     )
-    side = product.compute(scene)
-    centre = centroids(side.grid.xy, side.grid.zones)
+    found = product.compute(scene)
+    centre = centroids(found.model.grid.xy, found.model.grid.zones)
     below = centre[:, 1] < H - B
-    error = fields.stress(side.model, side.state)[below][:, [0, 1, 3]] - exact(centre[below])
-    corner = np.argmin(np.hypot(side.grid.xy[:, 0], side.grid.xy[:, 1] - H))
-    return np.sqrt((error**2).mean()) / P, -side.state.displacement[corner, 1]
+    error = fields.stress(found.model, found.state)[below][:, [0, 1, 3]] - exact(centre[below])
+    corner = np.argmin(np.hypot(found.model.grid.xy[:, 0], found.model.grid.xy[:, 1] - H))
+    return np.sqrt((error**2).mean()) / P, -found.state.displacement[corner, 1]
 
 
 def rows(fast):
