@@ -1,4 +1,4 @@
-"""The front door's command line: run, resume, check, report, status."""
+"""The front door's command line: run, resume, check, fos, report, status."""
 
 import argparse
 import json
@@ -36,6 +36,10 @@ def parser():
     check.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
     check.add_argument("--json", nargs="?", const="-", metavar="FILE", help="the answer as JSON to FILE or standard output")
     check.set_defaults(work=check_command)
+
+    from colluvium import fos
+
+    fos.add_command(commands)
 
     report = commands.add_parser("report", help="draw the pictures of a run")
     report.add_argument("run_dir", metavar="RUN_DIR")

@@ -94,6 +94,14 @@ def run_files(scene_path, out, n_windows, options=(), picture=None):
     return code
 
 
+def run_alone(name, arguments, picture=None):
+    """Run one module of ours (`arguments` begin with its name) as a child with the same care; returns the exit code."""
+    rows = queue.Queue()
+    processes = [Process(name, [str(a) for a in arguments], rows)]
+    interrupted = _watch(processes, rows, picture)
+    return _conclude(processes, interrupted)
+
+
 def _watch(processes, rows, picture):
     """Pass reports on until all have ended or one has failed; returns whether somebody pressed Ctrl-C."""
     try:

@@ -60,10 +60,11 @@ class Grid(Table):
         meaning="slope, required: ground surface from left (x = 0) to right (x = length), faces up to upright, no overhangs",
         min_length=2,
     )
-    fit: Literal["diagonals", "profile"] = quantity(
+    fit: Literal["diagonals", "profile", "face"] = quantity(
         "diagonals",
         meaning="slope: diagonals: faces run along sides and diagonals of equal zones (the profile snaps to them, a face at "
-        "another angle is refused); profile: gridpoints move onto the profile, whatever its angles",
+        "another angle is refused); profile: gridpoints move onto the profile, whatever its angles; face: columns of "
+        "quadrilaterals run along the faces, for ground that rises, stays level and falls (half the error in factors of safety)",
     )
     graded: Graded | None = Field(
         default=None, description='box, and slope with fit = "profile": zones that grow towards the sides; no table: none'
@@ -96,8 +97,8 @@ class Grid(Table):
         extra = [key for key in fields if key not in known and getattr(self, key) != fields[key].default]
         if extra:
             raise ValueError(f'kind = "{self.kind}" takes no {", ".join(extra)}')
-        if self.kind == "slope" and self.graded is not None and self.fit == "diagonals":
-            raise ValueError('diagonals need equal zones: use fit = "profile" with graded, or leave graded out')
+        if self.kind == "slope" and self.graded is not None and self.fit != "profile":
+            raise ValueError(f'fit = "{self.fit}" takes no graded: use fit = "profile" with graded, or leave graded out')
         if self.kind == "ring" and not self.inner < self.outer:
             raise ValueError(f"the outer radius, {self.outer:g} m, must be larger than the inner one, {self.inner:g} m")
         return self

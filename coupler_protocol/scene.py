@@ -15,6 +15,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, create_model, model
 
 from coupler_protocol.boundary_tables import Boundary, InitialStress
 from coupler_protocol.declare import Table, quantity
+from coupler_protocol.fos_table import FactorOfSafety
 from coupler_protocol.grid_tables import Grid, Point
 
 FORMAT = 1
@@ -266,6 +267,7 @@ class SceneBase(Table):
     coupling: Coupling = Field(default=Coupling(), description="how motion and force cross the interface")
     link: Link = Field(default=Link(), description="clocks of the connection")
     record: Record = Field(default=Record(), description="what is written how often")
+    fos: FactorOfSafety = Field(default=FactorOfSafety(), description="how a factor of safety is looked for")
     stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
 
     def resolved(self):

@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from fdm_server.along_face import along_face_mesh
 from fdm_server.fitted import fitted_mesh
 from fdm_server.net import net_mesh
 from fdm_server.ring import ring_mesh
@@ -37,6 +38,8 @@ def build_grid(scene):
         mesh = ring_mesh(g)
     elif g.regular:
         mesh = net_mesh(g)
+    elif g.fit == "face":
+        mesh = along_face_mesh(g, _levels(scene.material))
     else:
         mesh = fitted_mesh(g, _levels(scene.material))
     xy, zones, column, row = mesh

@@ -31,13 +31,10 @@ def draw(run: Run) -> Any:
     frame = frames.of_last_stage(run, 0, 1)[-1]
     figure, axes = plt.subplots(figsize=(8.0, 4.8), layout="compressed")
     zones, xy = run.zones(frame), run.gridpoints(frame).xy
-    colours = np.full(len(zones.corners), ELASTIC, dtype=object)
-    for bit, _, colour in reversed(STATES):
-        colours[(zones.plastic_state & bit) > 0] = colour
     shown = [Patch(color=colour, label=words) for _, words, colour in STATES]
     shown.append(Patch(color=ELASTIC, label="never yielded"))
     filled = domain.fill_polygons(axes, xy[zones.corners], ELASTIC)
-    filled.set_color(list(colours))
+    filled.set_color(colours_of(zones.plastic_state))
     for rank in run.windows:
         if run.has(frame, rank):
             shown += _broken_bonds(run, frame, rank, axes)
@@ -45,6 +42,14 @@ def draw(run: Run) -> Any:
     domain.finish(axes, f"plastic zones: {style.moment(run.frames[frame])}")
     axes.legend(handles=shown, loc="upper left", ncols=1)
     return figure
+
+
+def colours_of(plastic_state: np.ndarray) -> list[str]:
+    """The colour of each zone (Z,) by the strongest statement about it."""
+    colours = np.full(len(plastic_state), ELASTIC, dtype=object)
+    for bit, _, colour in reversed(STATES):
+        colours[(plastic_state & bit) > 0] = colour
+    return list(colours)
 
 
 def _broken_bonds(run: Run, frame: int, rank: int, axes: Any) -> list[Any]:

@@ -1,0 +1,1 @@
+"""Factors of safety: which factor on strength (or gravity) a slope just bears."""

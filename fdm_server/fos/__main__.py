@@ -1,0 +1,40 @@
+"""The process that looks for a factor of safety: `python -m fdm_server.fos SCENE --out DIR` (started by `colluvium fos`)."""
+
+import sys
+
+from coupler_protocol import exits, program
+from coupler_protocol.interrupt import StopRequest, stop_on_signals, stop_with_parent
+from coupler_protocol.progress import Progress
+
+OWN_FILES = ("fos.json", "fos.log")
+
+
+def main(argv=None):
+    """Entry point; returns the exit code."""
+    options = program.server_parser("fdm_server.fos", "Looks for the factor of safety of a scene's grid.").parse_args(argv)
+    program.set_threads(options.threads)
+    stop = StopRequest()
+    stop_on_signals(stop)
+    if options.tether:
+        stop_with_parent(stop)
+    return program.ended("fdm_server.fos", lambda: search(options, stop))
+
+
+def search(options, stop):
+    """Read the scene, search, leave fos.json."""
+    from coupler_protocol.scene_reader import read_scene
+    from fdm_server.fos.study import Study, ignored
+
+    scene = read_scene(options.scene, options.set)
+    out = program.prepare_folder(options.out, OWN_FILES, options.force)
+    program.log_to(out / "fos.log")
+    progress = Progress(0, "none" if options.quiet else options.progress)
+    for line in ignored(scene):
+        progress("start", f"ignored: {line}", now=True)
+    found = exits.physics(Study(scene, out, progress, stop).run)
+    mesh = found["meshes"][-1]
+    progress("done", f"{found['quantity']} {mesh['value']:.4g} ({mesh['low']:.4g} to {mesh['high']:.4g})", now=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,80 @@
+"""Bisection between factors at which the ground rests and at which it fails, with a place for trials that say neither.
+
+Both ends of the first bracket are tried, and widened where they do not hold. A trial without a verdict is never counted as one:
+its factor stays inside the bracket, which is then narrowed from both sides of it.
+"""
+
+from dataclasses import dataclass, field
+
+from fdm_server.fos.verdict import FAILS, RESTS, UNDECIDED
+
+WIDEST = 64.0  # how far from the first bracket it is looked
+MOST = 60  # trials
+
+
+class NoBracket(ArithmeticError):  # noqa: N818
+    """No factor within reach rests, or none fails."""
+
+
+@dataclass
+class Bracket:
+    """What the trials so far say."""
+
+    resolution: float
+    tried: dict[float, str] = field(default_factory=dict)
+
+    @property
+    def high(self):
+        """Lowest factor that fails, or None."""
+        return min((f for f, v in self.tried.items() if v == FAILS), default=None)
+
+    @property
+    def low(self):
+        """Highest factor that rests below `high`, or None."""
+        high = self.high
+        return max((f for f, v in self.tried.items() if v == RESTS and (high is None or f < high)), default=None)
+
+    @property
+    def undecided(self):
+        """Factors within the bracket that got no verdict."""
+        return sorted(f for f, v in self.tried.items() if v == UNDECIDED and self.low < f < self.high)
+
+    @property
+    def contradictions(self):
+        """Factors above `high` that rest all the same."""
+        return sorted(f for f, v in self.tried.items() if v == RESTS and self.high is not None and f > self.high)
+
+    @property
+    def middle(self):
+        """The factor found."""
+        return 0.5 * (self.low + self.high)
+
+    def next_factor(self, first):
+        """The next factor to try, None when done. first: (low, high) to begin with."""
+        for factor in first:
+            if factor not in self.tried:
+                return factor
+        step = max(first[1] / first[0], 1.1)
+        if self.low is None:
+            return min(self.tried) / step
+        if self.high is None:
+            return max(self.tried) * step
+        low, high, between = self.low, self.high, self.undecided
+        for a, b in [(low, between[0]), (between[-1], high)] if between else [(low, high)]:
+            if b - a > self.resolution * 0.5 * (a + b):
+                return 0.5 * (a + b)
+        return None
+
+
+def search(oracle, first, resolution):
+    """The Bracket at the end of a search. oracle(factor) gives a verdict; first: (low, high).
+
+    Raises NoBracket where no factor between first[0]/64 and 64 first[1] rests, or fails.
+    """
+    bracket = Bracket(resolution)
+    while (factor := bracket.next_factor(first)) is not None:
+        if len(bracket.tried) >= MOST or not first[0] / WIDEST <= factor <= first[1] * WIDEST:
+            kind = "rests" if bracket.low is None else "fails"
+            raise NoBracket(f"no factor between {min(bracket.tried):.4g} and {max(bracket.tried):.4g} {kind} in the steps given")
+        bracket.tried[factor] = oracle(factor)
+    return bracket

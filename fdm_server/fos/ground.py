@@ -1,0 +1,142 @@
+"""The ground that all trials of one mesh start from: the grid under its weight and surcharges, in elastic equilibrium.
+
+An elastic equilibrium is one, whatever the way to it, and no trial's outcome depends on the trials before. Windows are
+ignored (the grid alone is computed, in small strain); zones that a scene's excavations take away are gone, its surcharges act.
+"""
+
+import copy
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from coupler_protocol.problems import unfit
+from coupler_protocol.scene import declared_effects
+from coupler_protocol.schedule import plan
+from fdm_server.advance import advance
+from fdm_server.boundary import fixed_components
+from fdm_server.effects import law_from
+from fdm_server.excavation import excavations
+from fdm_server.fos.reduction import reduced
+from fdm_server.fos.verdict import SPANS_OF_SETTLING
+from fdm_server.grid import build_grid
+from fdm_server.loads import press
+from fdm_server.model import Model, State, model_of, new_state
+from fdm_server.motion import unbalanced_ratio, update_velocities
+from fdm_server.ring import ANGLES
+from fdm_server.safety import check_motion
+
+LOOK = 25  # steps between looks at the unbalanced ratio
+SHORTEST = 100  # steps of a span
+SETTLED = 0.1  # of the ratio at which trials rest
+
+
+class Ground(NamedTuple):
+    """Where trials start, on one mesh."""
+
+    model: Model  # elastic
+    state: State
+    gravity: float  # [m/s2]
+    settlement: float  # [m] root mean square displacement since zero stress
+    steps: int  # from zero stress to the ratio at which trials rest
+    span: int  # steps of a span of a trial
+
+
+def zone_size(scene):
+    """Size [m] in x of the zones, in a ring along the wall of the hole."""
+    grid = scene.grid
+    return grid.inner * ANGLES[grid.part] / grid.around if grid.kind == "ring" else grid.zone_size[0]
+
+
+def with_zone_size(scene, size):
+    """The scene with zones of `size` [m] (see `zone_size`) and of the same shape as before."""
+    grid, before = scene.grid, zone_size(scene)
+    if grid.kind == "ring":
+        change = {"around": max(3, round(grid.around * before / size))}
+    else:
+        change = {"zone_size": (size, grid.zone_size[1] * size / before)}
+    return scene.model_copy(update={"grid": grid.model_copy(update=change)})
+
+
+def settle(scene, stop=lambda: None, say=lambda steps, ratio: None):
+    """The Ground of a scene. stop() may end the work, say(steps, ratio) reports progress.
+
+    Raises SceneError where the grid cannot be built, nothing can fail or nothing weighs; Unstable where numbers grow.
+    """
+    gravity = max((leg.gravity * leg.start for leg in plan(scene)), default=0.0)
+    if gravity == 0.0 and (scene.fos.by == "gravity" or all(stage.surcharge is None for stage in scene.stage)):
+        raise unfit("stage", "nothing loads the ground", "add gravity = 9.81 to the first stage")
+    if all(m.mohr_coulomb is None for m in scene.material):
+        raise unfit("material", "no material can fail: none has a strength", "add mohr_coulomb = { .. } to a material")
+    model = _model(scene, _elastic(scene.material))
+    state = new_state(model)
+    _press(scene, model, state)
+    steps = _settle(model, state, gravity, scene.fos.ratio, stop, say)
+    settlement = spread(model, state.displacement)
+    state.velocity[:] = 0.0
+    state.displacement[:] = 0.0
+    span = max(SHORTEST, LOOK * round(steps / SPANS_OF_SETTLING / LOOK))
+    return Ground(model, state, gravity, settlement, steps, span)
+
+
+def begin_trial(scene, ground, factor):
+    """Model and State that a trial begins with: strength divided by `factor`, or as it is where gravity is to grow."""
+    materials = scene.material if scene.fos.by == "gravity" else reduced(scene.material, factor, scene.fos)
+    model = _with_law(ground.model, scene, materials)
+    state = copy.deepcopy(ground.state)
+    state.plastic = new_state(model).plastic
+    return model, state
+
+
+def _settle(model, state, gravity, ratio, stop, say):
+    """Bring an elastic grid to rest at SETTLED times `ratio`; returns the steps it took to `ratio`."""
+    steps, settled = 0, 0
+    while True:
+        update_velocities(model, state, gravity)
+        advance(model, state)
+        steps += 1
+        if steps % LOOK == 0:
+            stop()
+            check_motion(model, state)
+            now = unbalanced_ratio(model, state, gravity)
+            say(steps, now)
+            settled = settled or (steps if now <= ratio else 0)
+            if now <= SETTLED * ratio:
+                return settled
+
+
+def spread(model, motion):
+    """Root mean square of the lengths of `motion` (N,2), weighted by the gridpoints' real masses."""
+    return float(np.sqrt((model.weight_mass[:, None] * motion**2).sum() / model.weight_mass.sum()))
+
+
+def _model(scene, materials):
+    grid = build_grid(scene)
+    fixed = fixed_components(grid, scene.boundary)
+    dug = np.zeros(len(grid.zones), dtype=np.bool_)
+    for mask in excavations(scene, grid, fixed, ()).values():
+        dug |= mask
+    density = np.array([m.density for m in materials], dtype=np.float64)
+    return model_of(grid, np.flatnonzero(~dug), density, law_from(scene.model_copy(update={"material": materials})), fixed)
+
+
+def _with_law(model, scene, materials):
+    """The model with other materials of the same stiffness and density."""
+    law = law_from(scene.model_copy(update={"material": materials}))
+    fresh = model_of(model.grid, model.zone, model.density, law, model.fixed)
+    return replace(fresh, geometry=model.geometry)
+
+
+def _elastic(materials):
+    """Materials with all that limits their stress left out."""
+    places = (place.partition(".") for place in declared_effects())
+    limits = {key: None for table, _, key in places if table == "material" and key != "elastic"}
+    return [m.model_copy(update=limits) for m in materials]
+
+
+def _press(scene, model, state):
+    """Apply all surcharges in full."""
+    for stage in scene.stage:
+        if stage.surcharge is not None:
+            ramp = press(model, state, stage.surcharge)
+            state.applied[ramp.nodes] = ramp.end

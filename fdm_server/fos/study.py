@@ -1,0 +1,133 @@
+"""The factor of a scene on one mesh or several: trials, frames, and fos.json."""
+
+import logging
+import time
+from pathlib import Path
+
+from coupler_protocol import runfile
+from coupler_protocol.exits import PhysicsFailed
+from coupler_protocol.problems import unfit
+from coupler_protocol.recorder import FrameInfo, Recorder
+from fdm_server import record
+from fdm_server.fos import bracket as bracketing
+from fdm_server.fos.extrapolation import extrapolate
+from fdm_server.fos.ground import settle, with_zone_size, zone_size
+from fdm_server.fos.reduction import rules
+from fdm_server.fos.trial import run_trial
+from fdm_server.fos.verdict import criterion
+from fdm_server.grid import build_grid
+
+log = logging.getLogger(__name__)
+QUANTITY = {"strength": "factor of safety", "gravity": "gravity factor at collapse"}
+NEAR = 1.03  # a finer mesh begins with the coarser one's bracket, widened by this
+
+
+class Study:
+    """The search on all meshes of a scene, which leaves its files in the folder `out`."""
+
+    def __init__(self, scene, out, progress, stop):
+        self.scene, self.out, self.progress, self.stop = scene, Path(out), progress, stop
+        self.meshes = []
+
+    def run(self):
+        """All meshes, coarse to fine; returns the content of fos.json, which is written after every trial."""
+        begin = time.perf_counter()
+        table = self.scene.fos
+        sizes = sorted(table.zone_sizes or [zone_size(self.scene)], reverse=True)
+        first = table.bracket
+        for number, size in enumerate(sizes, start=1):
+            self._mesh(number, len(sizes), size, first)
+            first = self.meshes[-1]["low"] / NEAR, self.meshes[-1]["high"] * NEAR
+        self._write(begin)
+        return self.summary(begin)
+
+    def summary(self, begin):
+        """Content of fos.json so far."""
+        done = [m for m in self.meshes if "value" in m]
+        found = {"seconds": round(time.perf_counter() - begin, 3), "meshes": self.meshes}
+        if len(done) > 1:
+            half = [0.5 * (m["high"] - m["low"]) for m in done]
+            found["extrapolation"] = extrapolate([m["zone_size"] for m in done], [m["value"] for m in done], half).as_dict()
+        table = self.scene.fos
+        return {
+            "title": self.scene.title,
+            "scene_hash": self.scene.digest(),
+            "quantity": QUANTITY[table.by],
+            "rules": rules(table),
+            "criterion": criterion(table),
+            "ignored": ignored(self.scene),
+            "about": runfile.describe(self.scene),
+        } | found
+
+    def _write(self, begin):
+        runfile.write_json(self.out / "fos.json", self.summary(begin))
+
+    def _mesh(self, number, of, size, first):
+        """The search on one mesh; its frames go to the folder meshN."""
+        begin = time.perf_counter()
+        scene, name = self._scene(size), f"mesh {number}/{of}"
+        say = self._say(f"{name}: settling")
+        ground = settle(scene, self.stop.check, say)
+        row = {
+            "zone_size": size,
+            "zones": len(ground.model.zone),
+            "gridpoints": len(ground.model.grid.xy),
+            "gravity": ground.gravity,
+            "settlement": ground.settlement,
+            "settling_steps": ground.steps,
+            "span": ground.span,
+            "trials": [],
+        }
+        self.meshes.append(row)
+        folder = self.out / f"mesh{number}"
+        folder.mkdir(exist_ok=True)
+        runfile.write_json(folder / "scene.json", scene.resolved())
+        with Recorder(folder / "fdm.rank0.vtkhdf", "continuum", self.scene.title) as recorder:
+            steps = 0
+
+            def oracle(factor):
+                nonlocal steps
+                trial = run_trial(scene, ground, factor, self.stop.check, self._say(f"{name}: factor {factor:.5g}"))
+                steps += trial.steps
+                gravity_factor = factor if scene.fos.by == "gravity" else 1.0
+                info = FrameInfo(steps, float(steps), f"{factor:.6g} {trial.verdict}", gravity_factor)
+                recorder.frame(info, **record.frame(trial.model, trial.state))
+                row["trials"].append(trial.row(ground.span) | {"frame": len(row["trials"])})
+                log.info("%s: %s after %d steps", name, info.stage, trial.steps)
+                self.progress(name, f"factor {factor:.5g} {trial.verdict}", trial.steps, now=True)
+                self._write(begin)
+                return trial.verdict
+
+            try:
+                found = bracketing.search(oracle, first, scene.fos.resolution)
+            except bracketing.NoBracket as error:
+                raise PhysicsFailed(f"{name}: {error}") from None
+        row |= {"value": found.middle, "low": found.low, "high": found.high}
+        row |= {"undecided": found.undecided, "contradictions": found.contradictions}
+        row["seconds"] = round(time.perf_counter() - begin, 3)
+
+    def _scene(self, size):
+        """The scene on a mesh of zones of `size`."""
+        if size == zone_size(self.scene):
+            return self.scene
+        if any(s.excavate is not None and s.excavate.columns is not None for s in self.scene.stage):
+            raise unfit("fos.zone_sizes", "an excavation counts zones, which differ between meshes", "give it as a polygon")
+        scene = with_zone_size(self.scene, size)
+        try:
+            build_grid(scene)
+        except ValueError as error:
+            raise unfit("fos.zone_sizes", f"{size:g}: {error}", "choose sizes that divide the grid's lengths") from None
+        return scene
+
+    def _say(self, stage):
+        return lambda steps, ratio: self.progress(stage, "", steps, None, ratio)
+
+
+def ignored(scene):
+    """What of the scene has no part in the search, in words."""
+    found = []
+    if scene.window:
+        found.append(f"{len(scene.window)} window(s) and their discs: the grid alone is computed")
+    if scene.grid.large_strain or any(s.large_strain for s in scene.stage):
+        found.append("large strain: trials compute in the shape drawn")
+    return found

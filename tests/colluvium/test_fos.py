@@ -1,0 +1,91 @@
+"""`colluvium fos` on a small slope: every trial is kept, the frames are there, the rules are told, mistakes are named."""
+
+import json
+import subprocess
+
+import numpy as np
+import pytest
+
+from colluvium import open_run
+from tests.conftest import command
+
+COARSE = ("--set", "grid.zone_size=1.25", "--set", "fos.resolution=0.01")
+
+
+def fos(*arguments):
+    """The finished process of a search."""
+    return subprocess.run(command("colluvium.cli", "fos", *arguments), capture_output=True, text=True, timeout=300)
+
+
+@pytest.fixture(scope="module")
+def searched(tmp_path_factory, configs):
+    """(folder, content of fos.json, what was printed) of two meshes by --meshes."""
+    out = tmp_path_factory.mktemp("fos") / "out"
+    done = fos(configs / "dawson_slope.toml", "--meshes", 2, "--out", out, *COARSE)
+    assert done.returncode == 0, done.stderr
+    return out, json.loads((out / "fos.json").read_text()), done
+
+
+def test_every_trial_is_kept(searched):
+    """Factor, verdict, steps, ratio, motion, seconds of each, and the spans they were judged from."""
+    _, found, _ = searched
+    assert [m["zone_size"] for m in found["meshes"]] == [1.25, 0.625]
+    for mesh in found["meshes"]:
+        assert {t["verdict"] for t in mesh["trials"]} >= {"rests", "fails"}
+        assert mesh["low"] == max(t["factor"] for t in mesh["trials"] if t["verdict"] == "rests")
+        assert mesh["high"] == min(t["factor"] for t in mesh["trials"] if t["verdict"] == "fails")
+        for trial in mesh["trials"]:
+            assert trial["steps"] == mesh["span"] * len(trial["spans"]["ratio"])
+            assert trial["seconds"] > 0.0
+            assert (trial["ratio"] <= found["criterion"]["ratio"]) or trial["verdict"] == "fails"
+
+
+def test_a_frame_for_each_trial(searched):
+    """The frame of the lowest failure shows the mechanism: the slope moves, the ground far behind it does not."""
+    out, found, _ = searched
+    mesh = found["meshes"][-1]
+    with open_run(out / "mesh2") as run:
+        assert [f.stage for f in run.frames] == [f"{t['factor']:.6g} {t['verdict']}" for t in mesh["trials"]]
+        failing = min((t for t in mesh["trials"] if t["verdict"] == "fails"), key=lambda t: t["factor"])
+        points = run.gridpoints(failing["frame"])
+        speed = np.hypot(*points.velocity.T)
+        assert points.velocity[speed.argmax(), 0] < 0.0  # out of the slope, which faces left
+        assert speed[points.xy[:, 0] > 33.0].max() < 0.02 * speed.max()
+        assert np.any(run.zones(failing["frame"]).plastic_state & 1)
+
+
+def test_rules_and_criterion_are_told(searched):
+    _, found, done = searched
+    assert set(found["rules"]) == {"strength", "dilation", "tension"}
+    for rule in found["rules"].values():
+        assert rule in done.stdout
+    assert "rests at ratio 1e-05" in done.stdout
+    assert "fails" in done.stderr  # progress
+
+
+def test_mistakes_are_named_before_anything_is_computed(configs, tmp_path):
+    done = fos(configs / "dawson_slope.toml", "--out", tmp_path / "out", "--set", "fos.bracket=[2.0,1.0]")
+    assert done.returncode == 3
+    assert "[low, high] with low < high" in done.stderr
+    diagonals = ("--set", 'grid.fit="diagonals"', "--set", "fos.zone_sizes=[0.77]")
+    done = fos(configs / "dawson_slope.toml", "--out", tmp_path / "out", *diagonals)
+    assert done.returncode == 3
+    assert "fos.zone_sizes" in done.stderr
+
+
+def test_ground_that_cannot_fail(configs, tmp_path):
+    """Rock without a strength: said at once. A strength no factor reaches: no bracket, exit 6."""
+    done = fos(configs / "dawson_slope.toml", "--out", tmp_path / "a", "--set", "material.0={name='rock',density=2000.0,"
+               "elastic={bulk=1e8,shear=3e7}}")  # fmt: skip
+    assert done.returncode == 3
+    assert "none has a strength" in done.stderr
+    done = fos(configs / "dawson_slope.toml", "--out", tmp_path / "b", *COARSE, "--set", "fos.zone_sizes=[1.25]",
+               "--set", "material.0.mohr_coulomb.cohesion=1e9")  # fmt: skip
+    assert done.returncode == 6
+    assert "fails in the steps given" in done.stderr
+
+
+def test_results_are_not_overwritten(configs, searched):
+    done = fos(configs / "dawson_slope.toml", "--out", searched[0], *COARSE)
+    assert done.returncode == 4
+    assert "--force" in done.stderr

@@ -1,0 +1,37 @@
+"""Richardson extrapolation and the grid convergence index, on values that are known to converge, and on such that do not."""
+
+import pytest
+
+from fdm_server.fos.extrapolation import extrapolate, observed_order
+
+
+@pytest.mark.parametrize("order", [0.7, 1.0, 1.6])
+@pytest.mark.parametrize("sizes", [(0.25, 0.5, 1.0), (0.3, 0.5, 0.6), (1.0, 1.2, 2.0)])
+def test_the_order_and_the_limit_of_a_power_law(order, sizes):
+    values = [1.4 + 0.3 * h**order for h in sizes]
+    assert observed_order(sizes, values) == pytest.approx(order, abs=1e-9)
+    found = extrapolate(sizes[::-1], values[::-1], [0.0] * 3)
+    assert found.value == pytest.approx(1.4, abs=1e-9)
+    assert found.safety == 1.25
+    assert found.gci == pytest.approx(1.25 * (values[0] - 1.4) / values[0], rel=1e-9)
+    assert found.from_brackets == 0.0
+
+
+def test_roache_1994():
+    """Fs = 3 with two meshes and an assumed order: 1.03 and 1.06 on h and 2 h go to 1.00."""
+    found = extrapolate([0.5, 1.0], [1.03, 1.06], [0.001, 0.002])
+    assert found.value == pytest.approx(1.0)
+    assert (found.order, found.observed_order, found.safety) == (1.0, None, 3.0)
+    assert found.gci == pytest.approx(3 * 0.03 / 1.03)
+    assert found.from_brackets == pytest.approx(0.004)
+
+
+@pytest.mark.parametrize("values", [[1.0, 1.1, 1.05], [1.0, 1.0, 1.1], [1.0, 1.1, 1.1], [1.0, 1.001, 1.5]])
+def test_an_order_nobody_can_trust_is_not_used(values):
+    found = extrapolate([1.0, 2.0, 4.0], values, [0.0] * 3)
+    assert (found.order, found.safety) == (1.0, 3.0)
+
+
+def test_one_mesh_says_nothing():
+    with pytest.raises(ValueError, match="two or more different sizes"):
+        extrapolate([1.0], [1.0], [0.0])

@@ -1,0 +1,48 @@
+"""What a factor does to the strength of materials."""
+
+from math import radians, tan
+
+import pytest
+
+from coupler_protocol.fos_table import FactorOfSafety
+from coupler_protocol.scene import scene_class
+from fdm_server.fos.reduction import reduced
+
+MATERIAL = scene_class().model_fields["material"].annotation.__args__[0]
+
+
+def soil(**law):
+    """A soil with phi = 30, c = 10 kPa, tension 2 kPa."""
+    strong = {"friction": 30.0, "cohesion": 10e3} | law
+    return MATERIAL(name="a", density=1.0, elastic={"bulk": 1.0, "shear": 1.0}, mohr_coulomb=strong, tension={"strength": 2e3})
+
+
+def test_cohesion_and_the_tangent_of_friction_are_divided():
+    (found,) = reduced([soil()], 1.7, FactorOfSafety())
+    assert found.mohr_coulomb.cohesion == pytest.approx(10e3 / 1.7)
+    assert tan(radians(found.mohr_coulomb.friction)) == pytest.approx(tan(radians(30.0)) / 1.7)
+    assert found.mohr_coulomb.apex() == pytest.approx(soil().mohr_coulomb.apex())
+    assert found.elastic == soil().elastic
+
+
+@pytest.mark.parametrize(("rule", "psi", "factor", "tangent"), [
+    ("kept", 10.0, 1.5, tan(radians(10.0))),  # below the reduced friction: stays
+    ("kept", 30.0, 1.5, tan(radians(30.0)) / 1.5),  # associated stays associated
+    ("kept", 20.0, 4.0, tan(radians(30.0)) / 4.0),  # friction has come down to it
+    ("reduced", 10.0, 1.5, tan(radians(10.0)) / 1.5),
+])  # fmt: skip
+def test_rules_for_dilation(rule, psi, factor, tangent):
+    (found,) = reduced([soil(dilation=psi)], factor, FactorOfSafety(dilation=rule))
+    assert tan(radians(found.mohr_coulomb.dilation)) == pytest.approx(tangent)
+    assert found.mohr_coulomb.dilation <= found.mohr_coulomb.friction
+
+
+@pytest.mark.parametrize(("rule", "strength"), [("kept", 2e3), ("reduced", 1e3)])
+def test_rules_for_tension(rule, strength):
+    (found,) = reduced([soil()], 2.0, FactorOfSafety(tension=rule))
+    assert found.tension.strength == strength
+
+
+def test_soils_without_a_strength_stay():
+    rock = soil().model_copy(update={"mohr_coulomb": None, "tension": None})
+    assert reduced([rock], 2.0, FactorOfSafety()) == [rock]
