@@ -9,6 +9,7 @@ from verification.continuum import (
     patch,
     rankine,
     salencon,
+    slopes,
     spin,
     strip_load,
 )
@@ -16,4 +17,4 @@ from verification.continuum import (
 TITLE = "Continuum"
 HEAD = """Plane strain, tension positive. Where nothing else is said the scene goes through the product's own stages, as
 `colluvium run` would compute it."""
-CASES = [oedometer, patch, column, strip_load, rankine, footing, kirsch, salencon, cylinder, spin]
+CASES = [oedometer, patch, column, strip_load, rankine, footing, kirsch, salencon, cylinder, slopes, spin]
