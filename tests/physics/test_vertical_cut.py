@@ -1,4 +1,4 @@
-"""A vertical cut in clay stands up to gamma H/c = 3.78 (scripts/verification/continuum/slopes.py); other slopes: test_slope_safety.py."""
+"""A vertical cut in clay stands up to gamma H/c = 3.78 (scripts/verification/continuum/slopes.py)."""
 
 import pytest
 
