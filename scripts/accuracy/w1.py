@@ -7,9 +7,10 @@ code computes at four times the cost; their seconds are steps times the seconds 
 
 from math import pi
 
+from verification.continuum import kirsch, salencon
+
 from accuracy.common import curves, order, timed
 from colluvium.figures.style import styled
-from verification.continuum import kirsch, salencon
 
 TITLE = "circular holes: zone size, mixed discretisation, unbalanced ratio"
 PICTURE = "accuracy_w1.png"

@@ -6,6 +6,7 @@ import time
 import traceback
 
 import pages
+
 from verification.rows import KEYS, failure
 
 

@@ -1,7 +1,6 @@
 """Earth pressure on a smooth wall, active and passive (scripts/verification/continuum/rankine.py)."""
 
 import pytest
-
 from verification.continuum import rankine
 
 WEIGHT = 0.5 * rankine.DENSITY * rankine.GRAVITY * rankine.HEIGHT**2

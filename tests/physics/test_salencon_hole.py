@@ -1,7 +1,6 @@
 """Salencon's hole in Mohr-Coulomb rock, psi = phi = 30 (scripts/verification/continuum/salencon.py)."""
 
 import pytest
-
 from verification.continuum import salencon
 
 

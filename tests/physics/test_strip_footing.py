@@ -1,7 +1,6 @@
 """Rough strip footings carry Prandtl's pressure, unless zones lock (scripts/verification/continuum/footing.py)."""
 
 import pytest
-
 from verification.continuum import footing
 
 

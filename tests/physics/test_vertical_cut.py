@@ -1,7 +1,6 @@
 """A vertical cut in clay stands up to gamma H/c = 3.78 (scripts/verification/continuum/slopes.py)."""
 
 import pytest
-
 from verification.continuum import slopes
 
 

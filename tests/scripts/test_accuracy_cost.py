@@ -2,10 +2,9 @@
 
 import json
 
+import accuracy_cost
 import numpy as np
 import pytest
-
-import accuracy_cost
 from accuracy.common import order, timed
 
 

@@ -3,9 +3,8 @@
 import json
 from types import SimpleNamespace
 
-import pytest
-
 import pages
+import pytest
 import verify
 from verification import runner
 from verification.rows import KEYS, row

@@ -11,8 +11,8 @@ Inner radius a = 1 m, outer radius b = 2 m, free outside; K = 200 MPa, G = 100 M
 from math import log
 
 import numpy as np
-
 from accuracy.common import order
+
 from verification import product
 from verification.continuum.holes import AXES, norm, polar, ring_grid, seen
 from verification.rows import row

@@ -16,8 +16,8 @@ flow in the plane only; this needs the initial stress across to stay between the
 """
 
 import numpy as np
-
 from accuracy.common import order
+
 from fdm_server import fields
 from fdm_server.grid import areas
 from verification import product
