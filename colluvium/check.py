@@ -3,7 +3,8 @@
 import numpy as np
 
 from coupler_protocol.scene import declared_effects
-from coupler_protocol.schedule import large_strain, plan
+from coupler_protocol.scene_rules import doubts
+from coupler_protocol.schedule import beginning, large_strain, plan
 
 
 def effects(scene):
@@ -58,14 +59,15 @@ def stages(scene):
     return [
         {"name": s.name, "kind": s.kind, "gravity": leg.gravity, "factor": [leg.start, leg.end], "over": leg.over}
         | {"until": s.until.model_dump(exclude_none=True) if s.until else {}, "discard": s.discard}
-        | {"large_strain": large_strain(scene, s)}
-        for s, leg in zip(scene.stage, plan(scene), strict=True)
+        | {"time": s.time, "large_strain": large_strain(scene, s), "sides": [b.summary for b in beginning(scene, i)]}
+        for i, (s, leg) in enumerate(zip(scene.stage, plan(scene), strict=True))
     ]
 
 
 def answer(scene):
     """All of the above in one dictionary."""
-    return {"title": scene.title, "hash": scene.digest(), **sizes(scene), "effects": effects(scene), "stages": stages(scene)}
+    found = {"title": scene.title, "hash": scene.digest(), **sizes(scene), "effects": effects(scene), "stages": stages(scene)}
+    return found | {"doubts": [{"what": what, "remedy": remedy} for _, what, remedy in doubts(scene)]}
 
 
 def print_answer(found, console):
@@ -96,5 +98,11 @@ def print_answer(found, console):
     for s in found["stages"]:
         until = ", ".join(f"{k} {v:g}" for k, v in s["until"].items())
         ramp = f"{s['factor'][0]:g} to {s['factor'][1]:g} g over {s['over']} steps" if s["over"] else f"{s['factor'][1]:g} g"
-        more = (", large strain" if s["large_strain"] else "") + (f", until {until}" if until else "")
+        more = (", real time" if s["time"] == "real" else "") + (", large strain" if s["large_strain"] else "")
+        more += f", until {until}" if until else ""
+        ramp = ramp if s["gravity"] else "no gravity"
         console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}{more}", markup=False)
+        if s["sides"]:
+            console.print(f"    sides from here on: {', '.join(s['sides'])}", markup=False)
+    for doubt in found["doubts"]:
+        console.print(f"worth a second look: {doubt['what']}\n    {doubt['remedy']}", markup=False)

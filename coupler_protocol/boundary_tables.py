@@ -19,10 +19,10 @@ MOTIONS, FORCES = ("fix", "free", "velocity"), ("pressure", "shear", "stress")
 
 
 class Velocity(Table):
-    """Velocity of a side; a component that is left out moves freely."""
+    """Velocity of a side, in metres a step, in stages of time = real in metres a second; a component left out moves freely."""
 
-    x: float | None = quantity(None, unit="m/step", meaning="to the right")
-    y: float | None = quantity(None, unit="m/step", meaning="upwards")
+    x: float | None = quantity(None, unit="m/step, m/s", meaning="to the right")
+    y: float | None = quantity(None, unit="m/step, m/s", meaning="upwards")
 
     @model_validator(mode="after")
     def _not_empty(self):
@@ -87,6 +87,11 @@ class Boundary(Table):
     def place(self):
         """Side and range in words: loads of the same place replace each other."""
         return " ".join([self.on, *(f"{axis} {span[0]!r} {span[1]!r}" for axis in "xy" if (span := getattr(self, axis)))])
+
+    @property
+    def summary(self):
+        """What acts where, in words."""
+        return f"{' and '.join(key for key in (*MOTIONS, *FORCES) if getattr(self, key) is not None)} on {self.place}"
 
     @property
     def label(self):

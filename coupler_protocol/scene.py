@@ -139,6 +139,7 @@ class Until(Table):
 
     ratio: float | None = quantity(None, meaning="unbalanced force ratio on every code, sustained", gt=0, lt=1)
     steps: int | None = quantity(None, unit="steps", meaning="steps of the stage", ge=1)
+    time: float | None = quantity(None, unit="s", meaning="seconds of the stage, where it computes in real time", gt=0)
     displacement: float | None = quantity(None, unit="m", meaning="largest displacement of a gridpoint", gt=0)
 
 
@@ -187,6 +188,8 @@ class Stage(Table):
     surcharge: Surcharge | None = quantity(None, meaning="kind surcharge: what is put upon the ground")
     boundary: list[Boundary] = Field(default_factory=list, description="what holds, moves or loads sides from this stage on")
     large_strain: Literal[True] | None = quantity(None, meaning="zones follow their gridpoints from this stage on")
+    time: Literal["static", "real"] = quantity("static", meaning="scaled masses on the way to rest, or real masses and seconds")
+    step_factor: float | None = quantity(None, meaning="time = real: share of the stable step that is taken (0.5)", gt=0, le=1)
     discard: bool = quantity(False, meaning="forget the outcome: the next stage starts where this one did")
 
     @model_validator(mode="before")
@@ -214,7 +217,7 @@ def scene_class():
                 None,
                 unit="m",
                 meaning="line from left to right below which it fills the ground (level beyond its ends), in place of a region; "
-                'with fit = "profile" zones follow a level line',
+                'with fit = "profile" zones follow it where they can stay good, elsewhere their centre decides',
                 min_length=1,
             ),
         ),
@@ -243,13 +246,21 @@ def scene_class():
         stone=(discs_material | None, quantity(None, meaning="material of the discs in stones")),
         **_effect_fields("discs"),
     )
+    damping = declared_effects()["damping"] | None
+    stage = create_model(
+        "Stage",
+        __base__=Stage,
+        __doc__=Stage.__doc__,
+        damping=(damping, Field(default=None, description="damping of the grid in this stage; none: the scene's")),
+    )
     return create_model(
         "Scene",
         __base__=SceneBase,
         material=(list[material], Field(default_factory=list, description="soils of the continuum")),
         discs=(discs | None, Field(default=None, description="what fills the windows")),
         ring=(ring | None, Field(default=None, description="contacts of the ring; none: bonded, the discs' own properties")),
-        damping=(declared_effects()["damping"] | None, Field(default=None, description="damping of the grid")),
+        damping=(damping, Field(default=None, description="damping of the grid")),
+        stage=(list[stage], Field(description="the procedure, in order", min_length=1)),
     )
 
 

@@ -16,6 +16,11 @@ def broken_rules(scene):
     return [found for point in entry_points(group="colluvium.rules") for found in point.load()(scene)]
 
 
+def doubts(scene):
+    """What a right scene may still not mean, (path, what, remedy), from the entry-point group `colluvium.doubts`."""
+    return [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
+
+
 def grid_needs_material(scene):
     """A grid has a material everywhere, and every material is elastic at least."""
     if not scene.material:

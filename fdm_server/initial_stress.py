@@ -7,11 +7,14 @@ At the height y, with d = level - y:
 W = g (sum of density times thickness of the ground straight above). Every zone gets the stress of its centre.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import shapely
 
 from fdm_server.advance import advance
 from fdm_server.blocks import to_blocks
+from fdm_server.effects import with_damping
 from fdm_server.grid import centroids
 from fdm_server.model import new_state
 
@@ -37,7 +40,7 @@ def set_stress(model, state, stress):
     state.stress[:] = to_blocks(np.column_stack([0.5 * (xx + yy), zz, sd, sd, sd, sd, xy, xy, xy, xy]))
     velocity = state.velocity
     state.velocity = np.zeros_like(velocity)
-    advance(model, state)  # a step at rest: laws and forces, no motion
+    advance(replace(model, law=with_damping(model.law, None)), state)  # a step at rest: laws and forces, no motion
     state.velocity = velocity
 
 

@@ -12,6 +12,7 @@ from coupler_protocol.runfile import stage_rows
 from coupler_protocol.schedule import large_strain, leg_of
 from coupler_protocol.timing import Stopwatch
 from fdm_server import fields, record, restart
+from fdm_server.blowup import EnergyWatch
 from fdm_server.conditions import begin_stage
 from fdm_server.coupling import Rim, open_windows, traction_difference
 from fdm_server.excavation import excavations
@@ -42,6 +43,7 @@ class ContinuumSide:
         self.coupled = False
         self.gravity = 0.0, 1.0  # [m/s2], and the factor it is multiplied by, as the last stage left them
         self.steps = 0
+        self.time = 0.0  # [s]; static steps count as 1
         self.earlier = []  # rows of run.json of the stages before `origin`
         self.results = []
         self.recorder = None
@@ -147,10 +149,12 @@ class ContinuumSide:
 
     def compute(self, stage):
         """Take the steps of a stage."""
+        stage.set_clock()
         if large_strain(self.scene, stage.stage):
             begin_large_strain(self.model, self.state)
         self.model, stage.sides = begin_stage(self.scene, stage.index, self.model, self.state)
         stage.set_loads()
+        stage.energy = EnergyWatch(self.model, self.state, stage.gravity)
         run_stage(self, stage)
 
     # -- what a stage leaves -----------------------------------------------------------------------------------------
@@ -160,13 +164,14 @@ class ContinuumSide:
         if self.steps % self.scene.record.history == 0:
             values = record.history(self.model, self.state, stage.ratio, order.gravity_factor)
             values |= record.reactions(self.model, self.state, stage.leg.gravity * order.gravity_factor, stage.sides.holders)
+            values |= {} if self.state.dt is None else {"time": self.time}
             self.recorder.history(self.steps, **values)
         if int(order.flags) & messages.RECORD:
             self.frame(stage.stage.name, order.gravity_factor)
 
     def frame(self, name, factor):
         """Write one frame."""
-        info = FrameInfo(self.steps, float(self.steps), name, factor)
+        info = FrameInfo(self.steps, self.time, name, factor)
         self.recorder.frame(info, **record.frame(self.model, self.state))
 
     def finish(self, stage, instead=None):

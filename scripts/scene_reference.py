@@ -29,8 +29,8 @@ without the table there is no such code, memory or output. `--set KEY=VALUE` ove
 
 Stages follow each other and keep what they find: stresses, displacements, gravity, boundaries. There is no gravity before a stage
 sets `gravity`. A stage ends at the first of its `until` conditions, but at a ratio only after its ramps. Velocities are metres a
-step: static stages advance by steps, not seconds. Static stages need `[damping]` to come to rest. Stiffness is given by bulk and
-shear modulus: K = E / (3 (1 - 2 nu)), G = E / (2 (1 + nu)).
+step, for static stages advance by steps; in stages with `time = "real"` they are metres a second. Static stages need `[damping]`
+to come to rest. Stiffness is given by bulk and shear modulus: K = E / (3 (1 - 2 nu)), G = E / (2 (1 + nu)).
 
 What came out is in DIR: `run.json` has the stages with the reactions of all held sides at their ends; `colluvium.open_run` reads
 frames and histories (docs/output.md):
