@@ -10,11 +10,13 @@ from verification.continuum import (
     rankine,
     salencon,
     slopes,
+    softening,
     spin,
     strip_load,
+    waves,
 )
 
 TITLE = "Continuum"
 HEAD = """Plane strain, tension positive. Where nothing else is said the scene goes through the product's own stages, as
 `colluvium run` would compute it."""
-CASES = [oedometer, patch, column, strip_load, rankine, footing, kirsch, salencon, cylinder, slopes, spin]
+CASES = [oedometer, patch, column, strip_load, rankine, footing, kirsch, salencon, cylinder, softening, slopes, spin, waves]
