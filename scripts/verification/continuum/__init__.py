@@ -1,6 +1,8 @@
 """The continuum against closed forms and published values."""
 
 from verification.continuum import (
+    beam,
+    biaxial,
     column,
     cylinder,
     footing,
@@ -19,4 +21,20 @@ from verification.continuum import (
 TITLE = "Continuum"
 HEAD = """Plane strain, tension positive. Where nothing else is said the scene goes through the product's own stages, as
 `colluvium run` would compute it."""
-CASES = [oedometer, patch, column, strip_load, rankine, footing, kirsch, salencon, cylinder, softening, slopes, spin, waves]
+CASES = [
+    oedometer,
+    biaxial,
+    patch,
+    column,
+    beam,
+    strip_load,
+    rankine,
+    footing,
+    kirsch,
+    salencon,
+    cylinder,
+    softening,
+    slopes,
+    spin,
+    waves,
+]

@@ -81,10 +81,11 @@ def as_scene(n, steps, outer=30.0):
     boundary = [*AXES, {"on": "outer", "pressure": P0}, {"on": "inner", "pressure": P0}]
     law = {"friction": FRICTION, "cohesion": COHESION, "dilation": FRICTION}
     ends = {"ratio": 1e-6, "steps": 100_000}
+    relief = product.slowing({"on": "inner"}, lambda share: {"pressure": P0 * (1.0 - share)}, steps, ends)
     return product.tables(
         ring_grid(n, outer),
         product.material(K, G, mohr_coulomb=law),
-        product.slowing({"on": "inner"}, lambda share: {"pressure": P0 * (1.0 - share)}, steps, ends),
+        [product.BEFORE, *relief],
         boundary,
         initial_stress={"xx": -P0, "yy": -P0, "zz": -20e6},
     )
