@@ -11,8 +11,10 @@ from coupler_protocol.link_inproc import transports
 from coupler_protocol.progress import Progress
 
 
-def run(scene, out, stop=None, report="none", origin=None):
+def run(scene, out, stop=None, report="none", origin=None, plugin=None):
     """Compute `scene` into the folder `out` (which exists), from the stage end `origin` on. `report`: form of the progress.
+
+    plugin: a coupler_protocol.plugin.Plugin that both sides call, or None.
 
     Raises what ended the run, a RunEnded of coupler_protocol.exits as a rule.
     """
@@ -25,7 +27,7 @@ def run(scene, out, stop=None, report="none", origin=None):
 
     def discs(rank, transport):
         try:
-            compute_discs(scene, rank, transport, out, Progress(rank, report), stop, origin)
+            compute_discs(scene, rank, transport, out, Progress(rank, report), stop, origin, plugin)
         except BaseException as error:
             failures[rank] = error
         finally:
@@ -37,7 +39,7 @@ def run(scene, out, stop=None, report="none", origin=None):
     for thread in threads:
         thread.start()
     try:
-        compute_grid(scene, hub, out, Progress(0, report), stop, origin)
+        compute_grid(scene, hub, out, Progress(0, report), stop, origin, plugin)
     except BaseException as error:
         failures[0] = error
     finally:

@@ -1,7 +1,9 @@
 """What must hold between the stages of a scene: one rule a function, as in scene_rules.py."""
 
 from coupler_protocol.scene import GRID_ONLY
-from coupler_protocol.schedule import beginning, large_strain
+from coupler_protocol.schedule import acting, beginning, large_strain
+
+BAND_MAY_END = ("locate", "overload", "excavate", "surcharge")  # strains count from the end of the equilibrium
 
 
 def stages_follow_each_other(scene):
@@ -91,11 +93,43 @@ def boundaries_change_with_steps_enough(scene):
                 yield (*path, "over"), why, f"use at most {stage.until.steps}, or give the stage more steps"
 
 
+def quiet_sides_belong_to_real_time(scene):
+    """Quiet sides begin, and act, in stages in real time."""
+    for i, stage in enumerate(scene.stage):
+        if stage.time != "real" and stage.kind != "fill" and any(b.quiet for b in acting(scene, i)):
+            why = f"a quiet side acts in stage {stage.name!r}, which computes no seconds: it would give way without end"
+            yield ("stage", i), why, 'give the stage time = "real", or begin the quiet side in a later stage: [[stage.boundary]]'
+
+
 def weight_needs_gravity(scene):
     """Initial stress from weight needs the gravity of the first stage."""
     if scene.initial_stress is not None and scene.initial_stress.k0 is not None and not scene.stage[0].gravity:
         why = f"the first stage, {scene.stage[0].name!r}, has no gravity to compute the weight of the ground with"
         yield ("initial_stress", "k0"), why, "add gravity = 9.81 to it, or give a gradient in place of k0"
+
+
+def is_level(scene):
+    """Whether the ground is level: it has no toe, no crest and no band between them."""
+    return scene.grid.profile is None or len({y for _, y in scene.grid.profile}) == 1
+
+
+def bands_end_stages_that_may_have_one(scene):
+    """A band is looked for at frames, between the toe and the crest of a slope, beside a window where a window is meant."""
+    for i, stage in enumerate(scene.stage):
+        band, at = stage.until and stage.until.band, ("stage", i, "until", "band")
+        if not band:
+            continue
+        if stage.kind not in BAND_MAY_END:
+            yield at, f"a stage of kind {stage.kind!r} has no band", f"use it in stages of kind {', '.join(BAND_MAY_END)}"
+        if is_level(scene):
+            yield at, "level ground has neither toe nor crest", "use ratio, steps or displacement"
+        if band != "complete" and not any(earlier.kind == "couple" for earlier in scene.stage[:i]):
+            yield at, f"{band!r} needs a window that is coupled", 'couple one before, or use band = "complete"'
+        if stage.until.steps is None:
+            yield at, "the band may never come", "give steps as well"
+        elif stage.until.steps < scene.record.every:
+            why = f"it is looked for at frames, and the stage ends after {stage.until.steps} steps, before the first one"
+            yield at, why, f"record.every at most {stage.until.steps}"
 
 
 STAGE_RULES = (
@@ -104,5 +138,7 @@ STAGE_RULES = (
     loads_have_their_stages,
     surcharges_lie_on_the_ground,
     boundaries_change_with_steps_enough,
+    quiet_sides_belong_to_real_time,
     weight_needs_gravity,
+    bands_end_stages_that_may_have_one,
 )

@@ -43,7 +43,7 @@ for step in range(60):
     update_velocities(model, state, 9.81)
     advance(model, state)
 print(unbalanced_ratio(model, state, 9.81), np.count_nonzero(state.plastic))
-np.savez(sys.argv[1], **{n: v for n in state.__slots__ if isinstance(v := getattr(state, n), np.ndarray | int)})
+np.savez(sys.argv[1], **{n: v for n in state.__slots__ if isinstance(v := getattr(state, n), np.ndarray | int | float)})
 """
 
 
