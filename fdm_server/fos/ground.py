@@ -83,8 +83,8 @@ def begin_trial(scene, ground, factor):
     """Model and State that a trial begins with: strength divided by `factor`, or as it is where gravity is to grow."""
     materials = scene.material if scene.fos.by == "gravity" else reduced(scene.material, factor, scene.fos)
     model = _with_law(ground.model, scene, materials)
-    state = copy.deepcopy(ground.state)
-    state.plastic = new_state(model).plastic
+    state, fresh = copy.deepcopy(ground.state), new_state(model)
+    state.plastic, state.plastic_shear = fresh.plastic, fresh.plastic_shear
     return model, state
 
 
@@ -110,6 +110,12 @@ def spread(model, motion):
     return float(np.sqrt((model.weight_mass[:, None] * motion**2).sum() / model.weight_mass.sum()))
 
 
+def damping_of(scene):
+    """The damping of trials: the scene's, or local damping where that is none for static steps."""
+    table = scene.damping
+    return table if table is not None and (table.local or table.combined) else declared_effects()["damping"]()
+
+
 def _model(scene, materials):
     grid = build_grid(scene)
     fixed = fixed_components(grid, scene.boundary)
@@ -117,14 +123,17 @@ def _model(scene, materials):
     for mask in excavations(scene, grid, fixed, ()).values():
         dug |= mask
     density = np.array([m.density for m in materials], dtype=np.float64)
-    return model_of(grid, np.flatnonzero(~dug), density, law_from(scene.model_copy(update={"material": materials})), fixed)
+    return model_of(grid, np.flatnonzero(~dug), density, _law(scene, materials), fixed)
 
 
 def _with_law(model, scene, materials):
-    """The model with other materials of the same stiffness and density."""
-    law = law_from(scene.model_copy(update={"material": materials}))
-    fresh = model_of(model.grid, model.zone, model.density, law, model.fixed)
-    return replace(fresh, geometry=model.geometry)
+    """The model with other strengths of its materials; stiffness, and masses with it, are the same."""
+    fresh = model_of(model.grid, model.zone, model.density, _law(scene, materials), model.fixed)
+    return replace(fresh, geometry=model.geometry, mass=model.mass)
+
+
+def _law(scene, materials):
+    return law_from(scene.model_copy(update={"material": materials, "damping": damping_of(scene)}))
 
 
 def _elastic(materials):

@@ -13,6 +13,8 @@ Two rules belong to it, and a result means little without them:
 
 from math import atan, degrees, radians, tan
 
+from fdm_server.effects.softening import curves
+
 DILATION = {
     "kept": "psi stays until the reduced friction angle reaches it: psi_F = min(psi, phi_F)",
     "reduced": "tan(psi_F) = tan(psi)/F",
@@ -51,7 +53,21 @@ def _reduced(material, factor, table):
     if material.tension is not None and table.tension == "reduced":
         strength = material.tension.strength / factor
         change["tension"] = material.tension.model_copy(update={"strength": strength})
+    if material.softening is not None:
+        change["softening"] = _reduced_curves(material, factor, table)
     return material.model_copy(update=change)
+
+
+def _reduced_curves(material, factor, table):
+    """Softening with every point of its curves divided by the same rules."""
+    law, values = material.softening, curves(material.softening, material.mohr_coulomb, material.tension)
+    phi = [_divided(angle, factor) for angle in values["friction"][1:]]
+    psi = values["dilation"][1:]
+    psi = list(map(min, psi, phi)) if table.dilation == "kept" else [_divided(angle, factor) for angle in psi]
+    change = {"friction": phi, "dilation": psi, "cohesion": [c / factor for c in values["cohesion"][1:]]}
+    if law.tension is not None and table.tension == "reduced":
+        change["tension"] = [t / factor for t in law.tension]
+    return law.model_copy(update=change)
 
 
 def _divided(angle, factor):

@@ -11,7 +11,7 @@ from coupler_protocol.recorder import FrameInfo, Recorder
 from fdm_server import record
 from fdm_server.fos import bracket as bracketing
 from fdm_server.fos.extrapolation import extrapolate
-from fdm_server.fos.ground import settle, with_zone_size, zone_size
+from fdm_server.fos.ground import damping_of, settle, with_zone_size, zone_size
 from fdm_server.fos.reduction import rules
 from fdm_server.fos.trial import run_trial
 from fdm_server.fos.verdict import criterion
@@ -56,6 +56,7 @@ class Study:
             "rules": rules(table),
             "criterion": criterion(table),
             "ignored": ignored(self.scene),
+            "damping": damping_of(self.scene).model_dump(exclude_none=True),
             "about": runfile.describe(self.scene),
         } | found
 
@@ -130,4 +131,6 @@ def ignored(scene):
         found.append(f"{len(scene.window)} window(s) and their discs: the grid alone is computed")
     if scene.grid.large_strain or any(s.large_strain for s in scene.stage):
         found.append("large strain: trials compute in the shape drawn")
+    if any(s.time == "real" for s in scene.stage):
+        found.append("real time: trials are static")
     return found

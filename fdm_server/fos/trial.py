@@ -48,8 +48,12 @@ class Trial(NamedTuple):
         }
 
 
-def run_trial(scene, ground, factor, stop=lambda: None, say=lambda steps, ratio: None):
-    """The Trial of a factor; stop() may end the work, say(steps, ratio) reports progress. Raises Unstable."""
+def run_trial(scene, ground, factor, stop=lambda: None, say=lambda steps, ratio: None, accelerate=update_velocities):
+    """The Trial of a factor. Raises Unstable.
+
+    stop() may end the work, say(steps, ratio) reports progress; accelerate(model, state, gravity) is the light half of a step
+    (scripts/equilibrium_study.py puts others in its place).
+    """
     begin = time.perf_counter()
     model, state = begin_trial(scene, ground, factor)
     spans, steps, before, found = [], 0, None, None
@@ -57,13 +61,13 @@ def run_trial(scene, ground, factor, stop=lambda: None, say=lambda steps, ratio:
     if scene.fos.by == "gravity":
         for part in range(1, GROWTH + 1):
             gravity = ground.gravity * (1.0 + (factor - 1.0) * part / GROWTH)
-            say(steps, _steps(model, state, gravity, ground.span)[-1])
+            say(steps, _steps(model, state, gravity, ground.span, accelerate)[-1])
             steps += ground.span
             stop()
         state.displacement[:] = 0.0
     while found is None and steps + ground.span <= scene.fos.steps:
         start = state.displacement.copy()
-        ratios = _steps(model, state, gravity, ground.span)
+        ratios = _steps(model, state, gravity, ground.span, accelerate)
         steps += ground.span
         stop()
         check_motion(model, state)
@@ -76,11 +80,11 @@ def run_trial(scene, ground, factor, stop=lambda: None, say=lambda steps, ratio:
     return Trial(factor, found or UNDECIDED, steps, spans, farthest(state.displacement), seconds, model, state)
 
 
-def _steps(model, state, gravity, count):
+def _steps(model, state, gravity, count, accelerate):
     """Take `count` steps; returns the unbalanced ratios seen, the last one at the end."""
     ratios = []
     for step in range(1, count + 1):
-        update_velocities(model, state, gravity)
+        accelerate(model, state, gravity)
         advance(model, state)
         if step % LOOK == 0 or step == count:
             ratios.append(unbalanced_ratio(model, state, gravity))

@@ -26,10 +26,27 @@ def test_roache_1994():
     assert found.from_brackets == pytest.approx(0.004)
 
 
+@pytest.mark.parametrize("order", [0.7, 1.0, 1.6])
+def test_four_meshes_are_fitted_together(order):
+    """A power law is found again; noise as large as a bracket moves the limit by no more than the brackets are said to leave."""
+    sizes = [0.25, 0.35, 0.5, 1.0]
+    values = [1.4 + 0.3 * h**order for h in sizes]
+    exact = extrapolate(sizes, values, [0.0] * 4)
+    assert (exact.order, exact.value) == (pytest.approx(order, abs=1e-4), pytest.approx(1.4, abs=1e-5))
+    noisy = extrapolate(sizes, [f + e for f, e in zip(values, (1e-3, -1e-3, 1e-3, -1e-3), strict=True)], [1e-3] * 4)
+    assert noisy.from_brackets > 1e-3
+    assert abs(noisy.value - 1.4) < 10 * noisy.from_brackets
+
+
 @pytest.mark.parametrize("values", [[1.0, 1.1, 1.05], [1.0, 1.0, 1.1], [1.0, 1.1, 1.1], [1.0, 1.001, 1.5]])
 def test_an_order_nobody_can_trust_is_not_used(values):
     found = extrapolate([1.0, 2.0, 4.0], values, [0.0] * 3)
     assert (found.order, found.safety) == (1.0, 3.0)
+
+
+@pytest.mark.parametrize("values", [[1.0, 1.1, 1.0, 1.1], [1.0, 1.0001, 1.0002, 1.5]])
+def test_four_meshes_that_follow_no_power_law(values):
+    assert extrapolate([1.0, 2.0, 3.0, 4.0], values, [0.0] * 4).safety == 3.0
 
 
 def test_one_mesh_says_nothing():

@@ -6,6 +6,7 @@ import pytest
 
 from coupler_protocol.fos_table import FactorOfSafety
 from coupler_protocol.scene import scene_class
+from fdm_server.effects.softening import Softening
 from fdm_server.fos.reduction import reduced
 
 MATERIAL = scene_class().model_fields["material"].annotation.__args__[0]
@@ -46,3 +47,15 @@ def test_rules_for_tension(rule, strength):
 def test_soils_without_a_strength_stay():
     rock = soil().model_copy(update={"mohr_coulomb": None, "tension": None})
     assert reduced([rock], 2.0, FactorOfSafety()) == [rock]
+
+
+def test_softening_curves_are_divided_point_by_point():
+    """What is left after softening is divided like what was there before; psi stays below the phi of its own point."""
+    curves = {"strain": [0.01, 0.1], "cohesion": [5e3, 0.0], "friction": [25.0, 20.0], "dilation": [20.0, 15.0]}
+    soft = soil(dilation=25.0).model_copy(update={"softening": Softening(**curves)})
+    (found,) = reduced([soft], 1.5, FactorOfSafety())
+    law = found.softening
+    assert law.strain == [0.01, 0.1]
+    assert law.cohesion == pytest.approx([5e3 / 1.5, 0.0])
+    assert [tan(radians(a)) for a in law.friction] == pytest.approx([tan(radians(a)) / 1.5 for a in (25.0, 20.0)])
+    assert law.dilation == pytest.approx([min(20.0, law.friction[0]), min(15.0, law.friction[1])])

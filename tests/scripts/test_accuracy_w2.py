@@ -1,0 +1,50 @@
+"""scripts/accuracy_cost.py W2: curves of the factors of safety."""
+
+import json
+
+import pytest
+
+accuracy_cost = pytest.importorskip("accuracy_cost")
+
+
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory):
+    """(rows, page) of the fast run."""
+    pytest.importorskip("matplotlib")
+    folder = tmp_path_factory.mktemp("w2")
+    accuracy_cost.main(["W2", "--fast", "--page", str(folder / "accuracy.md"), "--json", str(folder / "rows.json")])
+    assert (folder / "pictures" / "accuracy_w2.png").stat().st_size > 10_000
+    return json.loads((folder / "rows.json").read_text()), (folder / "accuracy.md").read_text()
+
+
+def curve(rows, case, method):
+    return [row for row in rows if row["case"] == case and row["method"].startswith(method)]
+
+
+def test_smaller_zones_are_better_and_columns_along_the_face_best(rows):
+    along = curve(rows[0], "Dawson", "zone size, columns")
+    cut = curve(rows[0], "Dawson", "zone size, triangles")
+    for found in (along, cut):
+        assert [r["error"] for r in found] == sorted((r["error"] for r in found), reverse=True)
+        assert 0.7 < found[0]["order"] < 1.6
+    by_size = {r["parameter"]: r["error"] for r in along}
+    assert all(by_size[r["parameter"]] < r["error"] for r in cut if r["parameter"] in by_size)
+
+
+def test_extrapolation_beats_every_mesh_it_comes_from(rows):
+    (limit,) = curve(rows[0], "Dawson", "extrapolated, columns")
+    assert limit["error"] < 0.01 < min(r["error"] for r in curve(rows[0], "Dawson", "zone size, columns"))
+    assert limit["to_one_percent"] == limit["seconds"]
+
+
+def test_narrower_brackets_are_narrower_and_dearer(rows):
+    found = curve(rows[0], "Dawson", "bracket")
+    assert [r["error"] for r in found] == sorted((r["error"] for r in found), reverse=True)
+    assert [r["trials"] for r in found] == sorted(r["trials"] for r in found)
+    assert all(r["error"] <= 0.5 * r["parameter"] or r["trials"] > 8 for r in found)
+
+
+def test_the_section_says_how_to_read_it(rows):
+    assert "## W2: " in rows[1]
+    assert "Halving the zones halves the error" in rows[1]
+    assert "limit analysis" in rows[1]
