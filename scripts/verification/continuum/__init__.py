@@ -5,6 +5,7 @@ from verification.continuum import (
     biaxial,
     column,
     cylinder,
+    energy,
     footing,
     kirsch,
     oedometer,
@@ -37,4 +38,5 @@ CASES = [
     slopes,
     spin,
     waves,
+    energy,
 ]

@@ -29,6 +29,7 @@ from verification.rows import row
 NAME = "strip footing"
 SOURCE = "Prandtl (1920)"
 K, G, COHESION = 0.2e9, 0.1e9, 0.1e6
+OVER = 500  # steps until the footing has its velocity
 
 
 def prandtl(friction):
@@ -41,7 +42,7 @@ def prandtl(friction):
 
 def scene(parts, friction, box, depth, velocity):
     """The footing with `parts` zones under its half on a box of (length, height) m, pressed `depth` m deep."""
-    push = {"on": "top", "name": "footing", "x": [0.0, 1.0], "velocity": {"x": 0.0, "y": -velocity}, "over": 500}
+    push = {"on": "top", "name": "footing", "x": [0.0, 1.0], "velocity": {"x": 0.0, "y": -velocity}, "over": OVER}
     return product.tables(
         {"kind": "box", "length": box[0], "height": box[1], "zone_size": 1.0 / parts},
         product.material(K, G, mohr_coulomb={"friction": friction, "cohesion": COHESION, "dilation": friction}),
