@@ -19,7 +19,8 @@ from verification.rows import row
 NAME = "energy"
 SOURCE = "conservation of energy"
 PARTS = ("kinetic", "strain", "plastic", "damping", "external", "gravity", "error")
-RECORD = {"every": 10**9, "history": product.LOOK, "energy": True}
+LOOK = 10  # steps between points of the histories
+RECORD = {"every": 10**9, "history": LOOK, "energy": True}
 
 
 def kept(tables, *more):
@@ -55,7 +56,7 @@ def rows(fast):
     work = pushed["external"][-1]
     yield row("footing: largest error over the work", np.abs(pushed["error"]).max() / work, 0.0, 1e-2, SOURCE)
     force = -pushed["reaction_y:footing"]
-    ways = np.minimum(product.LOOK * np.arange(1, len(force) + 1) / footing.OVER, 1.0) * velocity * product.LOOK
+    ways = np.minimum(LOOK * np.arange(1, len(force) + 1) / footing.OVER, 1.0) * velocity * LOOK
     yield row("footing: external work over reaction times way", work / (force * ways).sum(), 1.0, 1e-2, SOURCE)
     spent = sum(pushed[part][-1] for part in ("plastic", "damping", "strain", "kinetic"))
     yield row("footing: plastic, damping, stored over the work", spent / work, 1.0, 1e-2, SOURCE)
