@@ -41,6 +41,11 @@ FIELDS = {
     "normal_force": Quantity("N", "normal contact force per unit thickness, compression positive"),
     "shear_force": Quantity("N", "shear contact force per unit thickness on the second disc, along (-n_y, n_x)"),
     "bond_state": Quantity("-", "0 never bonded, 1 bonded, 2 broken in tension, 3 broken in shear"),
+    "rolling_moment": Quantity("N m", "moment of rolling resistance on the second disc, counter-clockwise positive"),
+    "parallel_bond_state": Quantity("-", "parallel bond: 0 never bonded, 1 bonded, 2 broken in tension, 3 broken in shear"),
+    "parallel_bond_normal_force": Quantity("N", "force of the parallel bond, compression positive, part of normal_force"),
+    "parallel_bond_shear_force": Quantity("N", "shear force of the parallel bond on the second disc, part of shear_force"),
+    "parallel_bond_moment": Quantity("N m", "bending moment of the parallel bond on the second disc"),
 }
 
 FRAME = {

@@ -237,6 +237,16 @@ def scene_class():
         **grain,
     )
     ring = create_model("Ring", __base__=Table, __doc__="Properties of contacts with control discs.", **grain)
+    pair = create_model(
+        "Pair",
+        __base__=Table,
+        __doc__="Contacts between two materials of discs; a table here goes before what both materials combine to.",
+        between=(
+            tuple[Literal["soil", "stone", "ring"], Literal["soil", "stone", "ring"]],
+            quantity(meaning="the two materials"),
+        ),
+        **grain,
+    )
     discs = create_model(
         "Discs",
         __base__=Table,
@@ -250,6 +260,7 @@ def scene_class():
         stiffness=(Literal["disc", "contact"], quantity("disc", meaning="springs belong to discs (in series) or to contacts")),
         soil=(discs_material, quantity(meaning="material of the discs")),
         stone=(discs_material | None, quantity(None, meaning="material of the discs in stones")),
+        pair=(list[pair], Field(default_factory=list, description="contacts between two materials that have their own values")),
         **_effect_fields("discs"),
     )
     return create_model(

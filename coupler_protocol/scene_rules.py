@@ -92,11 +92,27 @@ def stones_need_their_material(scene):
         return
     if grain.spring is None:
         yield ("discs", "stone"), "the stones have no stiffness", "add spring = { normal = .., shear = .. }"
-    if scene.stones.body == "cluster" and grain.bond is None:
+    if scene.stones.body == "cluster" and grain.bond is None and grain.parallel_bond is None:
         yield ("discs", "stone"), "nothing holds a cluster together", "add bond = { tension = .., shear = .. }"
     if scene.stones.size.min < 2.0 * scene.discs.radius:
         smallest = f"at least {2.0 * scene.discs.radius:g} m, the size of a disc"
         yield ("stones", "size", "min"), f"stones of {scene.stones.size.min:g} m are smaller than a disc", smallest
+
+
+def pairs_name_what_there_is(scene):
+    """Each pair of materials stands once, both are there, and they meet."""
+    seen = set()
+    for i, pair in enumerate(scene.discs.pair if scene.discs else []):
+        at, names = ("discs", "pair", i), " and ".join(pair.between)
+        if frozenset(pair.between) in seen:
+            yield (*at, "between"), f"{names} stand twice", "give each pair of materials one table"
+        seen.add(frozenset(pair.between))
+        if "stone" in pair.between and scene.discs.stone is None:
+            yield (*at, "between"), "there is no material stone", "add a [discs.stone] table or remove the pair"
+        if set(pair.between) == {"ring"}:
+            yield (*at, "between"), "control discs have no contacts with each other", "remove the pair"
+        if not pair.model_fields_set - {"between"}:
+            yield at, f"says nothing about {names}", "add a table, for example friction = { coefficient = .. }"
 
 
 RULES = (
@@ -106,5 +122,6 @@ RULES = (
     windows_need_discs,
     discs_fit_into_windows,
     stones_need_their_material,
+    pairs_name_what_there_is,
     *STAGE_RULES,
 )

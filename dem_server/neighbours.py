@@ -10,9 +10,10 @@ import numpy as np
 from coupler_protocol.jit import jit
 from dem_server.effects.bond import BONDED
 from dem_server.model import BUILDS
-from dem_server.timestep import set_static_masses
+from dem_server.timestep import set_masses
 
 SKIN = 0.3  # of the smallest radius
+HISTORY = ("normal", "shear", "reference_gap", "bond_state", "rolled", "parallel")  # fields of State kept from list to list
 CELLS_PER_DISC = 4  # at most: a disc far away must not make the cell grid grow without bound
 
 
@@ -22,29 +23,41 @@ def skin(model):
 
 
 def rebuild(model, state):
-    """Build the list anew, widen the slots if they do not suffice, and recompute the static masses."""
+    """Build the list anew, widen the slots if they do not suffice, and recompute masses and the time step."""
     if not np.isfinite(state.disc).all():
         lost = int(np.flatnonzero(~np.isfinite(state.disc).all(axis=1))[0])
         raise ArithmeticError(f"disc {lost}: position or velocity is no longer a number")
     slots = state.partner.shape[1]
-    old = state.used, state.partner, state.normal, state.shear, state.reference_gap, state.bond_state
+    old = history(state)
+    used, partner = state.used, state.partner
     while True:
-        state.used = np.zeros_like(old[0])
-        state.partner, state.kind, state.normal, state.shear, state.reference_gap, state.bond_state = (
-            None if a is None else np.zeros((model.count, slots), dtype=a.dtype)
-            for a in (old[1], state.kind, *old[2:])
-        )
+        state.used, state.partner = np.zeros_like(used), np.zeros((model.count, slots), dtype=partner.dtype)
+        state.kind = np.zeros_like(state.partner)
+        new = [empty_like(array, slots) for array in old]
         if list_pairs(
             state.disc, state.listed_at, state.clumps, model.ring, skin(model), state.used, state.partner
-        ) and carry_over(
-            *old, state.clumps,
-            state.used, state.partner, state.normal, state.shear, state.reference_gap, state.bond_state,
-        ):  # fmt: skip
+        ) and carry_over(used, partner, *old, state.clumps, state.used, state.partner, *new):
             break
         slots += 2
+    for name, array in zip(HISTORY, new, strict=True):
+        setattr(state, name, array)
     number_kinds(state.used, state.partner, state.kind, model.material, model.materials)
-    set_static_masses(model, state)
+    if state.root_mass is not None:
+        state.root_mass = np.zeros((model.count, slots))
+    set_masses(model, state)
     state.counters[BUILDS] += 1
+
+
+def history(state):
+    """What the slots remember, in the order of HISTORY."""
+    return [getattr(state, name) for name in HISTORY]
+
+
+def empty_like(array, slots):
+    """Zeros in the place of one item of the history, `slots` wide."""
+    if isinstance(array, tuple):
+        return type(array)(*(empty_like(inner, slots) for inner in array))
+    return None if array is None else np.zeros((len(array), slots), dtype=array.dtype)
 
 
 @jit
@@ -143,10 +156,13 @@ def find_pair(i, j, used, partner):
 
 @jit
 def carry_over(
-    old_used, old_partner, old_normal, old_shear, old_gap, old_bond, clumps,
-    used, partner, normal, shear, gap, bond,
+    old_used, old_partner, old_normal, old_shear, old_gap, old_bond, old_rolled, old_parallel, clumps,
+    used, partner, normal, shear, gap, bond, rolled, parallel,
 ):  # fmt: skip
-    """Copy what the old slots knew, list bonded pairs that are missing; False if slots are short."""
+    """Copy what the old slots knew, list bonded pairs that are missing; False if slots are short.
+
+    Moments act on the second disc of a pair: where the pair changes hands they change sign.
+    """
     for a in range(len(old_used)):
         for o in range(old_used[a]):
             b = np.int64(old_partner[a, o])
@@ -159,6 +175,11 @@ def carry_over(
                     if not add_pair(a, b, used, partner):
                         return False
                     i, s = find_pair(a, b, used, partner)
+            if old_parallel is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                if s < 0 and old_parallel.state[a, o] == BONDED:
+                    if not add_pair(a, b, used, partner):
+                        return False
+                    i, s = find_pair(a, b, used, partner)
             if s < 0:
                 continue
             normal[i, s] = old_normal[a, o]
@@ -168,6 +189,14 @@ def carry_over(
                 gap[i, s] = old_gap[a, o]
             if bond is not None:
                 bond[i, s] = old_bond[a, o]
+            if rolled is not None:
+                rolled[i, s] = old_rolled[a, o] if i == a else -old_rolled[a, o]
+            if parallel is not None:
+                parallel.state[i, s] = old_parallel.state[a, o]
+                parallel.gap[i, s] = old_parallel.gap[a, o]
+                parallel.normal[i, s] = old_parallel.normal[a, o]
+                parallel.shear[i, s] = old_parallel.shear[a, o]
+                parallel.moment[i, s] = old_parallel.moment[a, o] if i == a else -old_parallel.moment[a, o]
     return True
 
 

@@ -1,0 +1,90 @@
+"""Many steps of the discs at one crossing into compiled code, and the guard of the real-time mode.
+
+Nothing is capped in real time. Where a body would move by more than a tenth of the smallest radius in a step, the step is
+halved; a step below a thousandth of what stability asks for ends the run: the discs fly apart.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from coupler_protocol.jit import jit
+from dem_server import contacts, motion
+from dem_server.contacts import contact_forces, force_pass
+from dem_server.model import SPIN, VX
+from dem_server.motion import move
+from dem_server.neighbours import rebuild
+from dem_server.timestep import stable_step
+
+SHORTEST = 1e-3  # of the stable step: no shorter one is tried
+
+
+def in_real_time(model, state, fraction):
+    """The model in real time, steps of `fraction` of the stable one; discs that moved in static mode come to rest first."""
+    before, model = model.real_time, replace(model, real_time=fraction)
+    if before is None:
+        stop(state)
+    state.next_dt = np.inf
+    rebuild(model, state)
+    state.dt = state.next_dt
+    return model
+
+
+def in_static_mode(model, state):
+    """The model in static mode, steps of 1; discs that moved in real time come to rest first."""
+    before, model = model.real_time, replace(model, real_time=None)
+    if before is not None:
+        stop(state)
+    state.dt = state.next_dt = 1.0
+    rebuild(model, state)
+    return model
+
+
+def stop(state):
+    """Bring all discs and clumps to rest."""
+    state.disc[:, VX : SPIN + 1] = 0.0
+    if state.clumps is not None:
+        state.clumps.motion[:, VX : SPIN + 1] = 0.0
+
+
+def advance(model, state, gravity, steps):
+    """`steps` steps of motion and contact forces under `gravity` [m/s2]; returns the time they took [s].
+
+    Raises ArithmeticError where the step of the real-time mode would have to become too short.
+    """
+    time = 0.0
+    while steps > 0:
+        kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
+        state.dt = dt
+        done, fast, fresh = cycle(steps, motion.arguments(model, state, gravity), contacts.arguments(model, state), kick, dt)
+        steps -= done
+        time += done * dt
+        if not fresh:
+            contact_forces(model, state)
+        if fast > 0 and model.real_time is not None:
+            shorten(model, state)
+    return time
+
+
+def shorten(model, state):
+    """Halve the next step of the real-time mode; raises ArithmeticError where it gets too short."""
+    state.next_dt *= 0.5
+    if state.next_dt < SHORTEST * stable_step(model, state):
+        quickest = float(np.hypot(*state.v[model.ring :].T).max())
+        raise ArithmeticError(f"a disc moves at {quickest:.3g} m/s: too fast for any sensible time step")
+
+
+@jit
+def cycle(steps, moving, touching, kick, dt):
+    """Kernel of `advance`: steps done, bodies that were too fast in the last, whether its contact forces are known.
+
+    moving, touching: arguments of `move` (the last one: speeds are capped) and `force_pass`. It ends early if a body is too fast
+    in real time or the list is out of date.
+    """
+    fast, fresh, step = 0, True, 0
+    while step < steps and fresh and (fast == 0 or moving[-1]):
+        fast = move(*moving, kick, dt)
+        fresh = force_pass(*touching)
+        kick = dt
+        step += 1
+    return step, fast, fresh
