@@ -140,8 +140,10 @@ def force_pass(
                 rolled[i, s] = mr
             if dashpot is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
                 if bonded or d2 < touch * touch:
-                    Fn += viscous_force(dashpot.normal[k], root_mass[i, s], vn / dt)
-                    Fs += viscous_force(dashpot.shear[k], root_mass[i, s], slip / dt)
+                    du, dv = disc[j, 2] - ui, disc[j, 3] - vi
+                    rate = dv * nx - du * ny - wi * li - disc[j, 4] * lj
+                    Fn += viscous_force(dashpot.normal[k], root_mass[i, s], du * nx + dv * ny)
+                    Fs += viscous_force(dashpot.shear[k], root_mass[i, s], rate)
                     if not bonded:
                         if not dashpot.tension[k]:
                             Fn = max(Fn, 0.0)

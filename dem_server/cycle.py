@@ -20,13 +20,16 @@ SHORTEST = 1e-3  # of the stable step: no shorter one is tried
 
 
 def in_real_time(model, state, fraction):
-    """The model in real time, steps of `fraction` of the stable one; discs that moved in static mode come to rest first."""
+    """The model in real time, steps of `fraction` of the stable one; discs that moved in static mode come to rest first.
+
+    Velocities are then those of this moment, not of half a step before: the first kick takes half a step.
+    """
     before, model = model.real_time, replace(model, real_time=fraction)
     if before is None:
         stop(state)
+        state.dt = 0.0
     state.next_dt = np.inf
     rebuild(model, state)
-    state.dt = state.next_dt
     return model
 
 

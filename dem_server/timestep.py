@@ -110,6 +110,6 @@ def _column(array, index):
 
 
 def _tau(k, c, m):
-    """Eq (5), written so that k = 0 gives no division of zero by zero."""
-    with np.errstate(divide="ignore"):
+    """Eq (5), written so that k = 0 gives an infinite step; what weighs nothing is held."""
+    with np.errstate(divide="ignore", invalid="ignore"):
         return 2.0 * m / (c + np.sqrt(c * c + 4.0 * k * m))
