@@ -132,12 +132,13 @@ def force_pass(
                     Fs = clipped(Fs, limit)
                 shear[i, s] = Fs
             normal[i, s] = Fn
-            mr = 0.0  # moment on j; on i the opposite
             if rolling is not None:
                 rb = effective_radius(ri, disc[j, 5])
                 mr = rolling_moment(rolling_stiffness(spring.shear[k], rb), (disc[j, 4] - wi) * dt, rolled[i, s])
                 mr = clipped(mr, rolling_limit(rolling.coefficient[k], rb, Fn))
-                rolled[i, s] = mr
+                rolled[i, s] = mr  # moment on j; on i the opposite
+                mi -= mr
+                load[j, 2] += mr
             if dashpot is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
                 if bonded or d2 < touch * touch:
                     du, dv = disc[j, 2] - ui, disc[j, 3] - vi
@@ -164,16 +165,11 @@ def force_pass(
                     parallel.normal[i, s], parallel.shear[i, s], parallel.moment[i, s] = Pn, Ps, Pm
                     Fn += Pn
                     Fs += Ps
-                    mr += Pm
+                    mi -= Pm
+                    load[j, 2] += Pm
             if shear is not None:
                 mi -= Fs * li
                 load[j, 2] -= Fs * lj
-            if rolling is not None:
-                mi -= mr
-                load[j, 2] += mr
-            elif parallel_bond is not None:
-                mi -= mr
-                load[j, 2] += mr
             px, py = Fn * nx - Fs * ny, Fn * ny + Fs * nx
             fx -= px
             fy -= py

@@ -59,7 +59,9 @@ def advance(model, state, gravity, steps):
     while steps > 0:
         kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
         state.dt = dt
-        done, fast, fresh = cycle(steps, motion.arguments(model, state, gravity), contacts.arguments(model, state), kick, dt)
+        done, fast, fresh = cycle(
+            steps, kick, *motion.arguments(model, state, gravity), *contacts.arguments(model, state)[2:],
+        )  # fmt: skip
         steps -= done
         time += done * dt
         if not fresh:
@@ -78,16 +80,24 @@ def shorten(model, state):
 
 
 @jit
-def cycle(steps, moving, touching, kick, dt):
+def cycle(
+    steps, kick, disc, load, weight, angle, counters, damping, clumps, first, gravity, fastest, cap,
+    listed_at, used, partner, kind, normal, shear, reference_gap, bond_state, rolled, root_mass, parallel,
+    same_counters, spring, friction, bond, rolling, dashpot, parallel_bond, skin, dt,
+):  # fmt: skip
     """Kernel of `advance`: steps done, bodies that were too fast in the last, whether its contact forces are known.
 
-    moving, touching: arguments of `move` (the last one: speeds are capped) and `force_pass`. It ends early if a body is too fast
-    in real time or the list is out of date.
+    It ends early if the list is out of date or, without `cap`, a body is too fast.
     """
     fast, fresh, step = 0, True, 0
-    while step < steps and fresh and (fast == 0 or moving[-1]):
-        fast = move(*moving, kick, dt)
-        fresh = force_pass(*touching)
+    while step < steps and fresh and (fast == 0 or cap):
+        fast = move(
+            disc, load, weight, angle, counters, damping, clumps, first, gravity, fastest, cap, kick, dt
+        )
+        fresh = force_pass(
+            disc, load, listed_at, used, partner, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
+            parallel, same_counters, spring, friction, bond, rolling, dashpot, parallel_bond, skin, dt,
+        )  # fmt: skip
         kick = dt
         step += 1
     return step, fast, fresh

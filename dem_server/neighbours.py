@@ -9,11 +9,12 @@ import numpy as np
 
 from coupler_protocol.jit import jit
 from dem_server.effects.bond import BONDED
+from dem_server.effects.parallel_bond import ParallelBonds
 from dem_server.model import BUILDS
 from dem_server.timestep import set_masses
 
 SKIN = 0.3  # of the smallest radius
-HISTORY = ("normal", "shear", "reference_gap", "bond_state", "rolled", "parallel")  # fields of State kept from list to list
+HISTORY = ("bond_state", "reference_gap", "normal", "shear", "rolled")  # fields of State kept from list to list
 CELLS_PER_DISC = 4  # at most: a disc far away must not make the cell grid grow without bound
 
 
@@ -28,19 +29,21 @@ def rebuild(model, state):
         lost = int(np.flatnonzero(~np.isfinite(state.disc).all(axis=1))[0])
         raise ArithmeticError(f"disc {lost}: position or velocity is no longer a number")
     slots = state.partner.shape[1]
-    old = history(state)
-    used, partner = state.used, state.partner
+    used, partner, old, bonds = state.used, state.partner, history(state), state.parallel
     while True:
         state.used, state.partner = np.zeros_like(used), np.zeros((model.count, slots), dtype=partner.dtype)
-        state.kind = np.zeros_like(state.partner)
-        new = [empty_like(array, slots) for array in old]
-        if list_pairs(
-            state.disc, state.listed_at, state.clumps, model.ring, skin(model), state.used, state.partner
-        ) and carry_over(used, partner, *old, state.clumps, state.used, state.partner, *new):
+        new, new_bonds = like(old, slots), None if bonds is None else ParallelBonds(*like(bonds, slots))
+        if (
+            list_pairs(state.disc, state.listed_at, state.clumps, model.ring, skin(model), state.used, state.partner)
+            and carry_over(used, partner, *old, state.clumps, state.used, state.partner, *new)
+            and (bonds is None or carry_over(used, partner, *bonds, state.clumps, state.used, state.partner, *new_bonds))
+        ):
             break
         slots += 2
     for name, array in zip(HISTORY, new, strict=True):
         setattr(state, name, array)
+    state.parallel = new_bonds
+    state.kind = np.zeros_like(state.partner)
     number_kinds(state.used, state.partner, state.kind, model.material, model.materials)
     if state.root_mass is not None:
         state.root_mass = np.zeros((model.count, slots))
@@ -49,15 +52,13 @@ def rebuild(model, state):
 
 
 def history(state):
-    """What the slots remember, in the order of HISTORY."""
+    """What the slots remember, in the order of HISTORY, which is that of ParallelBonds too."""
     return [getattr(state, name) for name in HISTORY]
 
 
-def empty_like(array, slots):
-    """Zeros in the place of one item of the history, `slots` wide."""
-    if isinstance(array, tuple):
-        return type(array)(*(empty_like(inner, slots) for inner in array))
-    return None if array is None else np.zeros((len(array), slots), dtype=array.dtype)
+def like(arrays, slots):
+    """Zeros in the place of each array, `slots` wide."""
+    return [None if a is None else np.zeros((len(a), slots), dtype=a.dtype) for a in arrays]
 
 
 @jit
@@ -156,8 +157,8 @@ def find_pair(i, j, used, partner):
 
 @jit
 def carry_over(
-    old_used, old_partner, old_normal, old_shear, old_gap, old_bond, old_rolled, old_parallel, clumps,
-    used, partner, normal, shear, gap, bond, rolled, parallel,
+    old_used, old_partner, old_bond, old_gap, old_normal, old_shear, old_moment, clumps,
+    used, partner, bond, gap, normal, shear, moment,
 ):  # fmt: skip
     """Copy what the old slots knew, list bonded pairs that are missing; False if slots are short.
 
@@ -175,11 +176,6 @@ def carry_over(
                     if not add_pair(a, b, used, partner):
                         return False
                     i, s = find_pair(a, b, used, partner)
-            if old_parallel is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-                if s < 0 and old_parallel.state[a, o] == BONDED:
-                    if not add_pair(a, b, used, partner):
-                        return False
-                    i, s = find_pair(a, b, used, partner)
             if s < 0:
                 continue
             normal[i, s] = old_normal[a, o]
@@ -189,14 +185,8 @@ def carry_over(
                 gap[i, s] = old_gap[a, o]
             if bond is not None:
                 bond[i, s] = old_bond[a, o]
-            if rolled is not None:
-                rolled[i, s] = old_rolled[a, o] if i == a else -old_rolled[a, o]
-            if parallel is not None:
-                parallel.state[i, s] = old_parallel.state[a, o]
-                parallel.gap[i, s] = old_parallel.gap[a, o]
-                parallel.normal[i, s] = old_parallel.normal[a, o]
-                parallel.shear[i, s] = old_parallel.shear[a, o]
-                parallel.moment[i, s] = old_parallel.moment[a, o] if i == a else -old_parallel.moment[a, o]
+            if moment is not None:
+                moment[i, s] = old_moment[a, o] if i == a else -old_moment[a, o]
     return True
 
 

@@ -9,6 +9,8 @@ an, at: levers of normal and tangent about the clump's centroid; l: radius of th
 that does not touch counts as if it did; a parallel bond counts only where there is one.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from coupler_protocol.jit import jit
@@ -22,22 +24,27 @@ bond_radius = jit(parallel_law.bond_radius)
 bending_stiffness = jit(parallel_law.bending_stiffness)
 
 
-def sums(model, state, dashpots="with their masses"):
-    """Eqs (1) and (3) of every disc: stiffness (n, 3) and dashpots (n, 2) or None.
+class Sums(NamedTuple):
+    """Eqs (1) to (3): `discs` (n, 3), `disc_dashpots` (n, 2); `clumps` (c, 2), `clump_dashpots` (c, 2); None: there are none."""
 
-    dashpots: "without masses" leaves the root of the pair's mass out of cn and cs.
-    """
-    stiff, viscous = np.zeros((model.count, 3)), _room(model, model.count)
-    disc_sums(stiff, viscous, *_pairs(model, state, dashpots))
-    return stiff, viscous
+    discs: np.ndarray
+    disc_dashpots: np.ndarray | None
+    clumps: np.ndarray | None
+    clump_dashpots: np.ndarray | None
 
 
-def sums_of_clumps(model, state, dashpots="with their masses"):
-    """Eqs (2) and (3) of every clump: stiffness (c, 2) and dashpots (c, 2) or None; `dashpots` as in `sums`."""
-    count = len(state.clumps.motion)
-    stiff, viscous = np.zeros((count, 2)), _room(model, count)
-    clump_sums(stiff, viscous, state.clumps, *_pairs(model, state, dashpots))
-    return stiff, viscous
+def sums(model, state, pair_masses=True):
+    """Sums over the listed pairs; `pair_masses` False leaves the root of the pair's mass out of cn and cs."""
+    law, clumps = model.law, state.clumps
+    count = 0 if clumps is None else len(clumps.motion)
+    discs, viscous = np.zeros((model.count, 3)), None if law.dashpot is None else np.zeros((model.count, 2))
+    matrix = None if clumps is None else np.zeros((count, 4))
+    clump_viscous = None if clumps is None or law.dashpot is None else np.zeros((count, 2))
+    add_up(
+        discs, viscous, matrix, clump_viscous, state.disc, state.used, state.partner, state.kind, clumps,
+        law.spring, law.rolling, law.parallel_bond, state.parallel, law.dashpot, state.root_mass if pair_masses else None,
+    )  # fmt: skip
+    return Sums(discs, viscous, None if clumps is None else eigenvalues(matrix), clump_viscous)
 
 
 def set_pair_masses(model, state):
@@ -61,93 +68,68 @@ def contact_stiffnesses(model, state, pairs):
     return np.maximum(normal, shear)
 
 
-def _room(model, count):
-    return None if model.law.dashpot is None else np.zeros((count, 2))
-
-
-def _pairs(model, state, dashpots):
-    law = model.law
-    root_mass = None if dashpots == "without masses" else state.root_mass
-    return (
-        state.disc, state.used, state.partner, state.kind, law.spring, law.rolling, law.parallel_bond, state.parallel,
-        law.dashpot, root_mass,
-    )  # fmt: skip
-
-
 @jit
-def contact_stiffness(k, ri, rj, i, s, spring, rolling, parallel_bond, parallel):
-    """kn, ks [N/m], kr [N m] of slot `s` of disc `i`, whose pair is of kind `k`."""
-    kn, ks, kr = spring.normal[k], spring.shear[k], 0.0
-    if rolling is not None:
-        kr += rolling_stiffness(ks, effective_radius(ri, rj))
-    if parallel_bond is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-        if parallel.state[i, s] == BONDED:
-            R = bond_radius(parallel_bond.radius[k], ri, rj)
-            kn += 2.0 * R * parallel_bond.normal[k]
-            ks += 2.0 * R * parallel_bond.shear[k]
-            kr += bending_stiffness(parallel_bond.normal[k], R)
-    return kn, ks, kr
-
-
-@jit
-def disc_sums(
-    stiff, viscous, disc, used, partner, kind, spring, rolling, parallel_bond, parallel, dashpot, root_mass
-):
-    """Kernel of `sums`."""
+def add_up(
+    stiff, viscous, matrix, clump_viscous, disc, used, partner, kind, clumps,
+    spring, rolling, parallel_bond, parallel, dashpot, root_mass,
+):  # fmt: skip
+    """Kernel of `sums`; matrix (c, 4): xx, yy, xy of Eq (2) and the sum of the rotation."""
     for i in range(len(used)):
         for s in range(used[i]):
             j, k = partner[i, s], kind[i, s]
             dx, dy = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
             nx2 = dx * dx / (dx * dx + dy * dy)
-            kn, ks, kr = contact_stiffness(k, disc[i, 5], disc[j, 5], i, s, spring, rolling, parallel_bond, parallel)
+            kn, ks, kr = spring.normal[k], spring.shear[k], 0.0
+            if rolling is not None:
+                kr += rolling_stiffness(ks, effective_radius(disc[i, 5], disc[j, 5]))
+            if parallel_bond is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                if parallel.state[i, s] == BONDED:
+                    R = bond_radius(parallel_bond.radius[k], disc[i, 5], disc[j, 5])
+                    kn += 2.0 * R * parallel_bond.normal[k]
+                    ks += 2.0 * R * parallel_bond.shear[k]
+                    kr += bending_stiffness(parallel_bond.normal[k], R)
+            cn = cs = 0.0
+            if dashpot is not None:
+                root = 1.0
+                if root_mass is not None:
+                    root = root_mass[i, s]
+                cn, cs = root * dashpot.normal[k], root * 2.0 * dashpot.shear[k]
             for a in (i, np.int64(j)):
                 stiff[a, 0] += kn * nx2 + ks * (1.0 - nx2)
                 stiff[a, 1] += kn * (1.0 - nx2) + ks * nx2
                 stiff[a, 2] += ks * disc[a, 5] ** 2 + kr
-                if dashpot is not None:
-                    root = 1.0
-                    if root_mass is not None:
-                        root = root_mass[i, s]
-                    viscous[a, 0] += root * max(dashpot.normal[k], 2.0 * dashpot.shear[k])
-                    viscous[a, 1] += root * 2.0 * dashpot.shear[k] * disc[a, 5] ** 2
-
-
-@jit
-def clump_sums(
-    stiff, viscous, clumps, disc, used, partner, kind, spring, rolling, parallel_bond, parallel, dashpot, root_mass
-):
-    """Kernel of `sums_of_clumps`."""
-    xy = np.zeros(len(stiff))  # the mixed term of the matrix in Eq (2); xx and yy stand in `matrix`
-    matrix = np.zeros((len(stiff), 2))
-    for i in range(len(used)):
-        for s in range(used[i]):
-            j, k = partner[i, s], kind[i, s]
-            dx, dy = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
+                if viscous is not None:
+                    viscous[a, 0] += max(cn, cs)
+                    viscous[a, 1] += cs * disc[a, 5] ** 2
+            if clumps is None:
+                continue
             d = (dx * dx + dy * dy) ** 0.5
             nx, ny = dx / d, dy / d
             arm = 0.5 * (d + disc[i, 5] - disc[j, 5])
             px, py = disc[i, 0] + arm * nx, disc[i, 1] + arm * ny
-            kn, ks, kr = contact_stiffness(k, disc[i, 5], disc[j, 5], i, s, spring, rolling, parallel_bond, parallel)
             for a in (i, np.int64(j)):
                 c = clumps.body[a]
                 if c < 0:
                     continue
                 lx, ly = px - clumps.motion[c, 0], py - clumps.motion[c, 1]
-                an, at = lx * ny - ly * nx, lx * nx + ly * ny
                 matrix[c, 0] += kn * nx * nx + ks * ny * ny
                 matrix[c, 1] += kn * ny * ny + ks * nx * nx
-                xy[c] += (kn - ks) * nx * ny
-                stiff[c, 1] += kn * an**2 + ks * at**2 + kr
-                if dashpot is not None:
-                    root = 1.0
-                    if root_mass is not None:
-                        root = root_mass[i, s]
-                    cn, cs = root * dashpot.normal[k], root * 2.0 * dashpot.shear[k]
-                    viscous[c, 0] += max(cn, cs)
-                    viscous[c, 1] += max(cn, cs) * (lx * lx + ly * ly)
-    for c in range(len(stiff)):
-        xx, yy = matrix[c, 0], matrix[c, 1]
-        stiff[c, 0] = 0.5 * (xx + yy) + (0.25 * (xx - yy) ** 2 + xy[c] * xy[c]) ** 0.5
+                matrix[c, 2] += (kn - ks) * nx * ny
+                matrix[c, 3] += kn * (lx * ny - ly * nx) ** 2 + ks * (lx * nx + ly * ny) ** 2 + kr
+                if clump_viscous is not None:
+                    clump_viscous[c, 0] += max(cn, cs)
+                    clump_viscous[c, 1] += max(cn, cs) * (lx * lx + ly * ly)
+
+
+@jit
+def eigenvalues(matrix):
+    """Eq (2) (c, 2) from the sums xx, yy, xy and of the rotation (c, 4)."""
+    found = np.empty((len(matrix), 2))
+    for c in range(len(matrix)):
+        xx, yy, xy = matrix[c, 0], matrix[c, 1], matrix[c, 2]
+        found[c, 0] = 0.5 * (xx + yy) + (0.25 * (xx - yy) ** 2 + xy * xy) ** 0.5
+        found[c, 1] = matrix[c, 3]
+    return found
 
 
 @jit

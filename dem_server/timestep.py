@@ -28,7 +28,7 @@ Theory, "Determination of the critical timestep" and "Density scaling".
 
 import numpy as np
 
-from dem_server.stiffness import set_pair_masses, sums, sums_of_clumps
+from dem_server.stiffness import set_pair_masses, sums
 
 
 def safety(damping):
@@ -51,15 +51,15 @@ def set_masses(model, state):
 def set_static_masses(model, state):
     """Eqs (1), (2) and (4). Without pairs a disc or clump gets the mass for one spring; I >= m r^2 / 2."""
     sf, floor = safety(model.law.damping), model.law.spring.normal.max()
-    stiff, viscous = sums(model, state, "without masses")
+    found = sums(model, state, pair_masses=False)
+    stiff, viscous = found.discs, found.disc_dashpots
     state.mass[:] = _mass(np.maximum(np.maximum(stiff[:, 0], stiff[:, 1]), floor), viscous, sf)
     state.inertia[:] = np.maximum(_inertia(stiff[:, 2], viscous, state.mass, sf), 0.5 * state.mass * state.radius**2)
     if state.clumps is not None:
-        body, gyration = state.clumps.motion, state.clumps.gyration
-        stiff, viscous = sums_of_clumps(model, state, "without masses")
-        largest = np.maximum(stiff[:, 0], floor)
+        body, viscous = state.clumps.motion, found.clump_dashpots
+        largest = np.maximum(found.clumps[:, 0], floor)
         body[:, 6] = _mass(largest, viscous, sf)
-        body[:, 7] = _inertia(np.maximum(stiff[:, 1], largest * gyration), viscous, body[:, 6], sf)
+        body[:, 7] = _inertia(np.maximum(found.clumps[:, 1], largest * state.clumps.gyration), viscous, body[:, 6], sf)
 
 
 def _mass(stiffness, viscous, sf):
@@ -88,21 +88,21 @@ def set_real_masses(model, state):
 
 def stable_step(model, state):
     """min tau of Eq (5) over the free bodies [s]; every body counts as held by one spring at least."""
-    floor = model.law.spring.normal.max()
-    stiff, viscous = sums(model, state)
-    stiff[:, 0] = np.maximum(np.maximum(stiff[:, 0], stiff[:, 1]), floor)
-    single = np.arange(model.count) >= model.ring
+    floor, found = model.law.spring.normal.max(), sums(model, state)
+    stiff, single = np.maximum(found.discs[:, 0], found.discs[:, 1]), np.arange(model.count) >= model.ring
     if state.clumps is not None:
         single &= state.clumps.body < 0
-    tau = _tau(stiff[:, 0], _column(viscous, 0), state.mass)[single].min(initial=np.inf)
-    tau = min(tau, _tau(stiff[:, 2], _column(viscous, 1), state.inertia)[single].min(initial=np.inf))
+    parts = [
+        (np.maximum(stiff, floor), _column(found.disc_dashpots, 0), state.mass, single),
+        (found.discs[:, 2], _column(found.disc_dashpots, 1), state.inertia, single),
+    ]
     if state.clumps is not None:
         body, there = state.clumps.motion, np.diff(state.clumps.start) > 0
-        stiff, viscous = sums_of_clumps(model, state)
-        stiff[:, 0] = np.maximum(stiff[:, 0], floor)
-        tau = min(tau, _tau(stiff[:, 0], _column(viscous, 0), body[:, 6])[there].min(initial=np.inf))
-        tau = min(tau, _tau(stiff[:, 1], _column(viscous, 1), body[:, 7])[there].min(initial=np.inf))
-    return float(tau)
+        parts += [
+            (np.maximum(found.clumps[:, 0], floor), _column(found.clump_dashpots, 0), body[:, 6], there),
+            (found.clumps[:, 1], _column(found.clump_dashpots, 1), body[:, 7], there),
+        ]
+    return float(min(_tau(k, c, m)[free].min(initial=np.inf) for k, c, m, free in parts))
 
 
 def _column(array, index):

@@ -10,6 +10,7 @@ from dem_server.cycle import advance
 from dem_server.effects.bond import BROKEN_SHEAR, BROKEN_TENSION
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.fields import listed_pairs
+from dem_server.neighbours import carry_over, like
 
 FORCE = 0.01  # at the end of the beam [N]
 R, KN, KS = 0.03, 4.0e9, 1.5e9  # radius [m], stiffness of the bonds over area [Pa/m]
@@ -117,8 +118,6 @@ def test_a_bond_is_made_without_stress_and_carries_compression_too():
 
 def test_history_survives_a_new_list_in_either_order():
     """Moments act on the second disc of a pair: where the slot changes hands their sign must change."""
-    from dem_server.neighbours import carry_over, empty_like, history
-
     model, state = loose_discs(
         [[0.0, 0.0], [2.0 * R, 0.0]], [R, R], bond=None, friction=None, parallel_bond=cement(tension=1e9)
     )
@@ -126,8 +125,8 @@ def test_history_survives_a_new_list_in_either_order():
     displace(model, state, np.zeros((2, 2)), np.array([-1e-5, 1e-5]))
     bonds = state.parallel
     assert bonds.moment[0, 0] < 0.0
-    new = [empty_like(array, state.partner.shape[1]) for array in history(state)]
+    new = like(bonds, state.partner.shape[1])
     used, partner = np.array([0, 1], dtype=np.int32), np.zeros_like(state.partner)
-    assert carry_over(state.used, state.partner, *history(state), None, used, partner, *new)
-    assert new[-1].moment[1, 0] == -bonds.moment[0, 0]
-    assert new[-1].state[1, 0] == bonds.state[0, 0]
+    assert carry_over(state.used, state.partner, *bonds, None, used, partner, *new)
+    assert new[-1][1, 0] == -bonds.moment[0, 0]
+    assert new[0][1, 0] == bonds.state[0, 0]
