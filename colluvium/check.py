@@ -1,5 +1,7 @@
 """`colluvium check`: what a scene will compute and what it will not, without computing it."""
 
+import numpy as np
+
 from coupler_protocol.scene import declared_effects
 from coupler_protocol.schedule import large_strain, plan
 
@@ -31,20 +33,24 @@ def _tables(scene, place):
 
 def sizes(scene):
     """Counts that follow from the scene alone."""
-    columns = round(scene.grid.length / scene.grid.zone_size[0])
-    rows = round(scene.grid.height / scene.grid.zone_size[1])
+    from fdm_server.grid import build_grid
+    from fdm_server.windows import window_zones
+
+    grid = build_grid(scene)
     windows = []
     for window in scene.window:
         across = window.columns[1] - window.columns[0] + 1
         up = window.rows[1] - window.rows[0] + 1
-        width, height = across * scene.grid.zone_size[0], up * scene.grid.zone_size[1]
+        width, height = np.ptp(grid.xy[grid.zones[window_zones(grid, window)]].reshape(-1, 2), axis=0).tolist()
         mean_square = scene.discs.radius**2 * (1 + scene.discs.spread**2 / 3)
         discs = (1 - scene.discs.porosity) * width * height / (3.141592653589793 * mean_square)
         windows.append(
             {"name": window.name, "width": width, "height": height, "segments": 2 * (across + up), "discs": round(discs)}
         )
     stones = scene.stones.model_dump(mode="json") if scene.stones else None
-    return {"columns": columns, "rows": rows, "windows": windows, "stones": stones}
+    counts = {"columns": int(grid.column.max()) + 1, "rows": int(grid.row.max()) + 1}
+    counts |= {"zones": len(grid.zones), "gridpoints": len(grid.xy)}
+    return {**counts, "windows": windows, "stones": stones}
 
 
 def stages(scene):
@@ -65,7 +71,9 @@ def answer(scene):
 def print_answer(found, console):
     """Print the answer for a person."""
     console.print(f"{found['title'] or 'scene'}: no problems found")
-    console.print(f"grid of up to {found['columns']} x {found['rows']} zones")
+    console.print(
+        f"grid of {found['zones']} zones in {found['columns']} columns and {found['rows']} rows, {found['gridpoints']} gridpoints"
+    )
     for w in found["windows"]:
         console.print(
             f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['segments']} segments, about {w['discs']} discs"

@@ -2,13 +2,12 @@
 
 import argparse
 import logging
-import os
 import sys
 import traceback
 from importlib.metadata import version
 from pathlib import Path
 
-from coupler_protocol import exits
+from coupler_protocol import exits, team
 from coupler_protocol.problems import SceneError
 from coupler_protocol.restart import Origin
 
@@ -85,8 +84,8 @@ def log_to(path):
 
 
 def set_threads(count):
-    """Threads of the kernels; must come before numba is loaded."""
-    os.environ.setdefault("NUMBA_NUM_THREADS", str(count))
+    """Threads that share a step of this process; must come before models are built."""
+    team.set_size(count)
 
 
 def ended(name, work):

@@ -8,11 +8,13 @@ import hashlib
 import json
 from functools import cache
 from importlib.metadata import entry_points
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, create_model, model_validator
 
 from coupler_protocol.declare import Table, quantity
+from coupler_protocol.grid_tables import Grid, Point
 
 FORMAT = 1
 GRID_ONLY = ("equilibrium", "locate")
@@ -35,44 +37,19 @@ def _effect_fields(place):
     }
 
 
-def _both_ways(value):
-    return (value, value) if isinstance(value, int | float) and not isinstance(value, bool) else value
-
-
 def _constant(value):
     return {"to": value} if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
-Positive = Annotated[float, Field(gt=0)]
-Point = tuple[float, float]
 Span = tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]
-
-
-class Grid(Table):
-    """The continuum's mesh."""
-
-    kind: Literal["slope", "box"] = quantity("slope", meaning="a slope under `profile`, or a box")
-    length: float = quantity(unit="m", meaning="extent in x, from 0", gt=0)
-    height: float = quantity(unit="m", meaning="extent in y, from 0", gt=0)
-    zone_size: Annotated[tuple[Positive, Positive], BeforeValidator(_both_ways)] = quantity(
-        unit="m", meaning="size of a zone, one number or [in x, in y]"
-    )
-    profile: list[Point] | None = quantity(
-        None, unit="m", meaning="ground surface from left to right (kind = slope); snaps to gridpoints", min_length=2
-    )
-    large_strain: bool = quantity(False, meaning="zones follow their gridpoints, in all stages but those of kind equilibrium")
-
-    @model_validator(mode="after")
-    def _profile_for_slopes(self):
-        if (self.kind == "slope") != (self.profile is not None):
-            raise ValueError(f'kind = "{self.kind}" {"needs" if self.kind == "slope" else "takes no"} profile')
-        return self
 
 
 class Boundary(Table):
     """Gridpoints of one side held in place."""
 
-    on: Literal["left", "right", "bottom", "top"] = quantity(meaning="side of the grid")
+    on: Literal["left", "right", "bottom", "top", "face", "inner", "outer"] = quantity(
+        meaning="side of the grid; top: level ground, face: inclined or upright ground; a ring has inner, outer, left, bottom"
+    )
     fix: Literal["x", "y", "xy"] = quantity(meaning="components of velocity that stay zero")
 
 
@@ -109,6 +86,12 @@ def _increasing(value):
     if value[0] > value[1]:
         raise ValueError("the first number must not be larger than the second")
     return value
+
+
+def _rightwards(line):
+    if any(b[0] <= a[0] for a, b in pairwise(line)):
+        raise ValueError("points must follow each other from left to right")
+    return line
 
 
 Corners = Annotated[int, Field(ge=4, le=64)]
@@ -223,10 +206,20 @@ def scene_class():
     material = create_model(
         "Material",
         __base__=Table,
-        __doc__="A soil of the continuum; the last material whose region holds a zone's centre is its material.",
+        __doc__="A soil of the continuum; a zone is of the last material whose region (or ground below `top`) holds its centre.",
         name=(str, quantity(meaning="name of the material", min_length=1)),
         density=(float, quantity(unit="kg/m3", meaning="density", gt=0)),
         region=(list[Point] | None, quantity(None, unit="m", meaning="polygon it fills; none: everywhere", min_length=3)),
+        top=(
+            Annotated[list[Point], AfterValidator(_rightwards)] | None,
+            quantity(
+                None,
+                unit="m",
+                meaning="line from left to right below which it fills the ground (level beyond its ends), in place of a region; "
+                'with fit = "profile" zones follow a level line',
+                min_length=1,
+            ),
+        ),
         **_effect_fields("material"),
     )
     discs_material = create_model(

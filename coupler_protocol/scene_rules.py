@@ -27,8 +27,10 @@ def grid_needs_material(scene):
                 f"material {material.name!r} has no stiffness",
                 "add elastic = { bulk = .., shear = .. }",
             )
-    if scene.material and all(m.region for m in scene.material):
-        yield ("material", 0), "every material has a region", "let the first one fill the grid: leave out its region"
+        if material.region is not None and material.top is not None:
+            yield ("material", i), f"material {material.name!r} has a region and a top", "leave one of them out"
+    if scene.material and all(m.region or m.top for m in scene.material):
+        yield ("material", 0), "every material has a region or a top", "let the first one fill the grid: leave out its region"
 
 
 def names_are_unique(scene):
@@ -43,12 +45,16 @@ def names_are_unique(scene):
 
 def windows_lie_inside(scene):
     """A window keeps at least one zone between itself and every side of the grid, and one to the next window."""
+    if scene.grid.kind == "ring":
+        for i, _ in enumerate(scene.window):
+            yield ("window", i), "the zones of a ring are no rectangles", 'use kind = "box" or "slope"'
+        return
     columns = round(scene.grid.length / scene.grid.zone_size[0])
     rows = round(scene.grid.height / scene.grid.zone_size[1])
     for i, w in enumerate(scene.window):
-        if w.columns[0] < 1 or w.columns[1] > columns - 2:
+        if scene.grid.regular and (w.columns[0] < 1 or w.columns[1] > columns - 2):
             yield ("window", i, "columns"), f"{list(w.columns)} reaches the grid's side", f"stay within 1..{columns - 2}"
-        if w.rows[0] < 1 or w.rows[1] > rows - 2:
+        if scene.grid.regular and (w.rows[0] < 1 or w.rows[1] > rows - 2):
             yield ("window", i, "rows"), f"{list(w.rows)} reaches the grid's side", f"stay within 1..{rows - 2}"
         for other in scene.window[:i]:
             apart = (
@@ -73,7 +79,7 @@ def windows_need_discs(scene):
 
 def discs_fit_into_windows(scene):
     """A window is at least eight discs across."""
-    for i, w in enumerate(scene.window if scene.discs else []):
+    for i, w in enumerate(scene.window if scene.discs and scene.grid.zone_size else []):
         across = (w.columns[1] - w.columns[0] + 1) * scene.grid.zone_size[0]
         up = (w.rows[1] - w.rows[0] + 1) * scene.grid.zone_size[1]
         if 16.0 * scene.discs.radius > min(across, up):

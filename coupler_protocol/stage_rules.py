@@ -67,7 +67,9 @@ def loads_have_their_stages(scene):
 def surcharges_lie_on_the_ground(scene):
     """A surcharge has a width, and ground under it."""
     for i, stage in enumerate(scene.stage):
-        if stage.surcharge is not None:
+        if stage.surcharge is not None and scene.grid.kind == "ring":
+            yield ("stage", i, "surcharge"), "a ring has no ground surface", "press on its side inner or outer: boundary"
+        elif stage.surcharge is not None:
             first, last = stage.surcharge.x
             if not 0.0 <= first < last <= scene.grid.length:
                 why = f"[{first:g}, {last:g}] is no part of the ground"

@@ -2,60 +2,65 @@
 
 import numpy as np
 
+from coupler_protocol import team
 from coupler_protocol.jit import jit
 from fdm_server import shape
 from fdm_server.blocks import LANES
 from fdm_server.forces import corner_forces, sum_at_gridpoints
 from fdm_server.large_strain import TURN_ROWS, half_turns, middle_shape, present_shape, turn_stress
+from fdm_server.partition import STRIP
 from fdm_server.safety import check_zones
 from fdm_server.strain import STRAIN_ROWS, gather_velocities, strain_increments
 from fdm_server.stress import RETURN_ROWS, limit, load
 
 
 @jit
-def advance_kernel(
-    corner, x, y, inverse_double_area, share, start, place,
-    pattern, elastic, mohr_coulomb, tension, plastic,
-    velocity, displacement, stress, corner_force, force, xy,
-):  # fmt: skip
-    """One step of all blocks; returns the number of triangles that are inside out.
-
-    Absent effects are None: `mohr_coulomb`, `tension`, `plastic`, and in small strain `xy` (N,2), where displacements count from.
-    """
-    for n in range(velocity.shape[0]):
+def move_kernel(first, last, velocity, displacement):
+    """Displacements (N,2) [m] of gridpoints first..last after a step of their velocities."""
+    for n in range(first, last):
         displacement[n, 0] += velocity[n, 0]
         displacement[n, 1] += velocity[n, 1]
 
+
+@jit
+def zones_kernel(
+    first, last, order, ready, corner, x, y, inverse_double_area, share, start, place,
+    pattern, elastic, mohr_coulomb, tension, plastic,
+    velocity, displacement, stress, corner_force, force, xy,
+):  # fmt: skip
+    """One step of the zones of strips first..last and of the forces they return; how many triangles are inside out.
+
+    Absent effects are None: `mohr_coulomb`, `tension`, `plastic`, and in small strain `xy` (N,2), where displacements count from.
+    """
     u = np.empty(8 * LANES)
     strain = np.empty(STRAIN_ROWS * LANES)
     limited = np.empty(RETURN_ROWS * LANES)
     inverted = 0
-    if xy is None:
-        for b in range(corner.shape[0]):
-            gather_velocities(b, corner, velocity, u)
-            strain_increments(b, x, y, inverse_double_area, u, strain)
-            load(b, pattern[b], elastic, strain, stress)
-            if plastic is not None:
-                limit(b, pattern[b], share, mohr_coulomb, tension, stress, plastic, limited)
-            corner_forces(b, x, y, stress, corner_force)
-    else:
-        position = xy + displacement
+    if xy is not None:
         end_x, end_y, end_share = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES))
         mid_x, mid_y, mid_inverse = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 5 * LANES))
         turn = np.empty(TURN_ROWS * LANES)
-        for b in range(corner.shape[0]):
+    for s in range(first, last):
+        for b in range(s * STRIP, min((s + 1) * STRIP, corner.shape[0])):
             gather_velocities(b, corner, velocity, u)
-            inverted += present_shape(b, corner, share, position, end_x, end_y, end_share)
-            middle_shape(end_x, end_y, u, mid_x, mid_y, mid_inverse)
-            strain_increments(0, mid_x, mid_y, mid_inverse, u, strain)
-            half_turns(mid_x, mid_y, mid_inverse, u, turn)
-            turn_stress(b, turn, stress)
-            load(b, pattern[b], elastic, strain, stress)
-            turn_stress(b, turn, stress)
-            if plastic is not None:
-                limit(0, pattern[b], end_share, mohr_coulomb, tension, stress[b : b + 1], plastic[b : b + 1], limited)
-            corner_forces(0, end_x, end_y, stress[b : b + 1], corner_force[b : b + 1])
-    sum_at_gridpoints(start, place, corner_force, force)
+            if xy is None:
+                strain_increments(b, x, y, inverse_double_area, u, strain)
+                load(b, pattern[b], elastic, strain, stress)
+                if plastic is not None:
+                    limit(b, pattern[b], share, mohr_coulomb, tension, stress, plastic, limited)
+                corner_forces(b, x, y, stress, corner_force)
+            else:
+                inverted += present_shape(b, corner, share, xy, displacement, end_x, end_y, end_share)
+                middle_shape(end_x, end_y, u, mid_x, mid_y, mid_inverse)
+                strain_increments(0, mid_x, mid_y, mid_inverse, u, strain)
+                half_turns(mid_x, mid_y, mid_inverse, u, turn)
+                turn_stress(b, turn, stress)
+                load(b, pattern[b], elastic, strain, stress)
+                turn_stress(b, turn, stress)
+                if plastic is not None:
+                    limit(0, pattern[b], end_share, mohr_coulomb, tension, stress[b : b + 1], plastic[b : b + 1], limited)
+                corner_forces(0, end_x, end_y, stress[b : b + 1], corner_force[b : b + 1])
+        sum_at_gridpoints(order, ready[s], ready[s + 1], start, place, corner_force, force)
     return inverted
 
 
@@ -64,12 +69,22 @@ def advance(model, state):
 
     Raises Unstable where a zone turns inside out (large strain; small strain never leaves the shape it began with).
     """
-    g, law = model.geometry, model.law
-    inverted = advance_kernel(
-        g.corner, g.x, g.y, g.inverse_double_area, g.share, model.start, model.place,
-        model.pattern, law.elastic, law.mohr_coulomb, law.tension, state.plastic,
-        state.velocity, state.displacement, state.stress, state.corner_force, state.force, shape.moving(model, state),
-    )  # fmt: skip
+    g, law, parts = model.geometry, model.law, model.partition
+    xy = shape.moving(model, state)
+
+    def move(first, last):
+        move_kernel(first, last, state.velocity, state.displacement)
+
+    def strain(first, last):
+        return zones_kernel(
+            first, last, parts.order, parts.ready, g.corner, g.x, g.y, g.inverse_double_area, g.share, model.start, model.place,
+            model.pattern, law.elastic, law.mohr_coulomb, law.tension, state.plastic,
+            state.velocity, state.displacement, state.stress, state.corner_force, state.force, xy,
+        )  # fmt: skip
+
+    team.each(move, parts.points)
+    inverted = sum(team.each(strain, parts.strips))
+    sum_at_gridpoints(parts.order, *parts.ready[-2:], model.start, model.place, state.corner_force, state.force)
     if inverted:
         check_zones(shape.present(model, state), model.zones, model.zone)
     if state.mass is not None:

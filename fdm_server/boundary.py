@@ -4,25 +4,32 @@ import numpy as np
 
 from fdm_server.edges import boundary_edges
 
-SIDES = ("left", "right", "bottom", "top", "face")
-
 
 def side_of(grid, name):
-    """Gridpoints of a side; top is the level ground surface, face its inclined or upright parts."""
-    if name not in SIDES:
-        raise ValueError(f"the grid has no side {name!r}: use one of {', '.join(SIDES)}")
+    """Gridpoints of a side; top is the level ground surface, face its inclined or upright parts.
+
+    A ring has the sides inner and outer, and where it is no full one bottom (y = 0) and left (x = 0).
+    """
+    return np.unique(edges_of(grid, name))
+
+
+def edges_of(grid, name):
+    """Sides of zones (E,2) that form a side of the grid, with the zones on their left."""
     edges = boundary_edges(grid.zones)
-    left, right, bottom, surface = _classes(grid, edges)
     a, b = grid.xy[edges[:, 0]], grid.xy[edges[:, 1]]
-    level = np.abs(a[:, 1] - b[:, 1]) < _near(grid)
-    chosen = {
-        "left": left,
-        "right": right,
-        "bottom": bottom,
-        "top": surface & level,
-        "face": surface & ~level,
-    }[name]
-    return np.unique(edges[chosen])
+    left, right, bottom, surface = _classes(grid, edges)
+    if grid.radii is None:
+        level = np.abs(a[:, 1] - b[:, 1]) < _near(grid)
+        sides = {"left": left, "right": right, "bottom": bottom, "top": surface & level, "face": surface & ~level}
+    else:
+        inner, outer = (
+            np.all([np.abs(np.hypot(*p.T) - radius) < _near(grid) for p in (a, b)], axis=0) for radius in grid.radii
+        )
+        sides = {"inner": inner, "outer": outer, "left": left & ~outer, "bottom": bottom & ~outer}
+    if name not in sides or (grid.radii is not None and not np.any(sides[name])):
+        there = [side for side in sides if grid.radii is None or np.any(sides[side])]
+        raise ValueError(f"the grid has no side {name!r}: use one of {', '.join(there)}")
+    return edges[sides[name]]
 
 
 def surface_edges(grid, zones, rims=()):

@@ -62,13 +62,20 @@ def corner_forces(b, x, y, stress, corner_force):
 
 
 @jit
-def sum_at_gridpoints(start, place, corner_force, force):
-    """Sum of the corner forces on every gridpoint, in fixed order: force (N,2) [N]."""
+def sum_at_gridpoints(order, first, last, start, place, corner_force, force):
+    """Sums of the corner forces on the gridpoints order[first:last], each in fixed order: force (N,2) [N]."""
     flat = corner_force.reshape(corner_force.size)
-    for n in range(force.shape[0]):
+    for k in range(first, last):
+        n = order[k]
         fx = fy = 0.0
-        for k in range(start[n], start[n + 1]):
-            fx += flat[place[k]]
-            fy += flat[place[k] + V]
+        for j in range(start[n], start[n + 1]):
+            fx += flat[place[j]]
+            fy += flat[place[j] + V]
         force[n, 0] = fx
         force[n, 1] = fy
+
+
+def sum_all(model, corner_force, force):
+    """Sums of the corner forces on all gridpoints."""
+    order = model.partition.order
+    sum_at_gridpoints(order, 0, len(order), model.start, model.place, corner_force, force)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdm_server.blocks import from_blocks, to_blocks
-from fdm_server.forces import sum_at_gridpoints
+from fdm_server.forces import sum_all
 from fdm_server.model import State, model_of
 from fdm_server.shape import begin_large_strain
 from fdm_server.timestep import weight_masses
@@ -62,7 +62,7 @@ def cut_window(model, state, mask):
     )
     if state.mass is not None:
         begin_large_strain(new, after)
-    sum_at_gridpoints(new.start, new.place, after.corner_force, after.force)
+    sum_all(new, after.corner_force, after.force)
     return new, after, reaction
 
 

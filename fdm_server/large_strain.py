@@ -39,12 +39,12 @@ def inside_out(double, share):
 
 
 @jit
-def present_shape(b, corner, grid_share, position, x, y, share):
-    """Corners x, y [m] of block b from position (N,2), and shares of the triangles; returns how many are inside out."""
+def present_shape(b, corner, grid_share, xy, displacement, x, y, share):
+    """Corners x, y [m] of block b where xy + displacement (N,2) puts them, shares of the triangles; how many are inside out."""
     for k in range(4 * LANES):
         point = corner[b, k]
-        x[0, k] = position[point, 0]
-        y[0, k] = position[point, 1]
+        x[0, k] = xy[point, 0] + displacement[point, 0]
+        y[0, k] = xy[point, 1] + displacement[point, 1]
     inverted = 0
     for i in range(LANES):
         d0, d1, d2, d3 = double_areas(x, y, i)

@@ -5,11 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from coupler_protocol import team
 from fdm_server.blocks import LANES, Geometry, build_gather, build_geometry, to_blocks
 from fdm_server.boundary import fixed_components
 from fdm_server.effects import Law, law_from
 from fdm_server.forces import CORNER_ROWS
 from fdm_server.grid import Grid
+from fdm_server.partition import Partition, build_partition
 from fdm_server.safety import check_zones
 from fdm_server.stress import STRESS_ROWS
 from fdm_server.timestep import static_masses, weight_masses
@@ -22,8 +24,9 @@ class Model:
     grid: Grid
     zone: NDArray[np.int64]  # (A,) active zones of the grid, in the order of the blocks
     geometry: Geometry
-    start: NDArray[np.int64]  # (N+1,) forces on gridpoint n stand at place[start[n]:start[n + 1]]
-    place: NDArray[np.int64]  # (M,)
+    start: NDArray[np.uint32]  # (N+1,) forces on gridpoint n stand at place[start[n]:start[n + 1]]
+    place: NDArray[np.uint32]  # (M,)
+    partition: Partition  # how threads share a step
     mass: NDArray[np.float64]  # (N,) [kg] scaled for a step of 1
     weight_mass: NDArray[np.float64]  # (N,) [kg] real, what gravity acts on
     fixed: NDArray[np.bool_]  # (N,2) components held at zero velocity; both where no zone is left
@@ -89,6 +92,7 @@ def model_of(grid, zone, density, material_law, fixed):
         geometry=build_geometry(grid.xy, zones),
         start=start,
         place=place,
+        partition=build_partition(zones, len(grid.xy), team.size()),
         mass=static_masses(grid.xy, zones, moduli(material_law)[material]),
         weight_mass=weight_masses(grid.xy, zones, density[material]),
         fixed=fixed | ~attached[:, None],

@@ -11,6 +11,7 @@ from math import sqrt
 
 import numpy as np
 
+from coupler_protocol import team
 from coupler_protocol.jit import jit
 from fdm_server.effects import damping as damping_law
 from fdm_server.shape import masses
@@ -20,9 +21,9 @@ damped = jit(damping_law.damped)
 
 
 @jit
-def velocity_kernel(force, applied, mass, added_mass, weight_mass, fixed, gravity, damping, velocity):
-    """Velocities (N,2) [m/s] half a step after the forces [N]; `damping` is alpha or None."""
-    for n in range(velocity.shape[0]):
+def velocity_kernel(first, last, force, applied, mass, added_mass, weight_mass, fixed, gravity, damping, velocity):
+    """Velocities [m/s] of gridpoints first..last half a step after the forces [N]; `damping` is alpha or None."""
+    for n in range(first, last):
         inverse = 1.0 / (mass[n] + added_mass[n])
         fx = force[n, 0] + applied[n, 0]
         fy = force[n, 1] + applied[n, 1] - gravity * weight_mass[n]
@@ -35,10 +36,15 @@ def velocity_kernel(force, applied, mass, added_mass, weight_mass, fixed, gravit
 
 def update_velocities(model, state, gravity):
     """Accelerate the gridpoints over one step; gravity [m/s2] acts downwards."""
-    velocity_kernel(
-        state.force, state.applied, masses(model, state), state.added_mass, model.weight_mass, model.fixed,
-        float(gravity), model.law.damping, state.velocity,
-    )  # fmt: skip
+    mass, gravity = masses(model, state), float(gravity)
+
+    def accelerate(first, last):
+        velocity_kernel(
+            first, last, state.force, state.applied, mass, state.added_mass, model.weight_mass, model.fixed,
+            gravity, model.law.damping, state.velocity,
+        )  # fmt: skip
+
+    team.each(accelerate, model.partition.points)
 
 
 @jit

@@ -15,6 +15,14 @@ def window_zones(grid, window):
             f"window {window.name!r} reaches beyond the ground surface or the sides: only "
             f"{np.sum(mask & ~grid.triangular)} of its {wanted} cells are whole zones; move it inwards"
         )
+    corners = grid.xy[grid.zones[mask]]
+    sloping = np.abs(np.roll(corners, -1, axis=1) - corners).min(axis=2) > 1e-9 * np.ptp(corners)
+    if np.any(sloping):
+        x, y = corners[np.any(sloping, axis=1)][0].mean(axis=0)
+        raise ValueError(
+            f"window {window.name!r} holds zones that are no rectangles, one at ({x:.4g}, {y:.4g}): move it away from the "
+            f"ground surface, where zones follow the profile"
+        )
     return mask
 
 

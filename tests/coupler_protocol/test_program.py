@@ -4,11 +4,10 @@ import argparse
 import io
 import json
 import logging
-import os
 
 import pytest
 
-from coupler_protocol import exits, program
+from coupler_protocol import exits, program, team
 from coupler_protocol.interrupt import StopRequest
 from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.progress import Progress, as_line
@@ -97,13 +96,13 @@ def test_a_file_in_the_folders_place_is_a_fault_of_the_environment(tmp_path):
         program.prepare_folder(tmp_path / "run", [], False)
 
 
-def test_threads_of_the_user_go_before_ours(monkeypatch):
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")  # so that the test leaves no trace
-    monkeypatch.delenv("NUMBA_NUM_THREADS")
+def test_threads_asked_for_are_those_that_share_a_step():
+    before = team.size()
     program.set_threads(3)
-    assert os.environ["NUMBA_NUM_THREADS"] == "3"
-    program.set_threads(5)
-    assert os.environ["NUMBA_NUM_THREADS"] == "3"
+    try:
+        assert team.size() == 3
+    finally:
+        team.set_size(before)
 
 
 def test_the_log_file_says_what_happened(tmp_path):

@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+from coupler_protocol.grid_tables import Grid
 from fdm_server.effects.damping import Damping
 from fdm_server.effects.elastic import Elastic
 from fdm_server.effects.mohr_coulomb import MohrCoulomb
@@ -16,7 +17,7 @@ TENSION = Tension(strength=100.0)
 def material(name="srm", region=None, elastic=ELASTIC, mohr_coulomb=MOHR_COULOMB, tension=TENSION):
     """A soil; the paper's where nothing else is said."""
     return SimpleNamespace(
-        name=name, density=2700.0, region=region, elastic=elastic, mohr_coulomb=mohr_coulomb, tension=tension
+        name=name, density=2700.0, region=region, top=None, elastic=elastic, mohr_coulomb=mohr_coulomb, tension=tension
     )
 
 
@@ -25,7 +26,7 @@ def slope(zone_size=1 / 3, profile=PROFILE, materials=None, **kept):
     grid = {"kind": "slope", "length": 20.0, "height": 12.0, "zone_size": zone_size, "profile": profile}
     held = {"left": "x", "right": "x", "bottom": "xy"}
     return SimpleNamespace(
-        grid=SimpleNamespace(**(grid | kept)),
+        grid=Grid(**(grid | kept)),
         material=[material()] if materials is None else materials,
         boundary=[SimpleNamespace(on=side, fix=fix) for side, fix in held.items()],
         damping=Damping(local=0.8),

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from coupler_protocol.grid_tables import Grid
 from fdm_server.advance import advance
 from fdm_server.effects.damping import Damping
 from fdm_server.effects.elastic import Elastic
@@ -17,7 +18,7 @@ GRAVITY = 9.81
 def soil(elastic=PAPER, mohr_coulomb=None, tension=None, density=DENSITY, region=None, name="soil"):
     """A material of a scene."""
     return SimpleNamespace(
-        name=name, density=density, region=region, elastic=elastic, mohr_coulomb=mohr_coulomb, tension=tension
+        name=name, density=density, region=region, top=None, elastic=elastic, mohr_coulomb=mohr_coulomb, tension=tension
     )
 
 
@@ -28,19 +29,13 @@ def sides(**held):
 
 def box(length, height, zone_size, *materials, boundary=(), damping=0.8):
     """Scene of a box of zones."""
-    grid = SimpleNamespace(kind="box", length=length, height=height, zone_size=zone_size, profile=None)
+    grid = Grid(kind="box", length=length, height=height, zone_size=zone_size)
     return SimpleNamespace(grid=grid, material=materials, boundary=boundary, damping=Damping(local=damping))
 
 
-def slope(zone_size, *materials, profile=((0, 2), (2, 2), (5, 5), (8, 5)), damping=0.8):
-    """Scene of a slope on rollers, 8 x 5 m where no other profile is given."""
-    grid = SimpleNamespace(
-        kind="slope",
-        length=profile[-1][0],
-        height=max(y for _, y in profile),
-        zone_size=zone_size,
-        profile=profile,
-    )
+def slope(zone_size, *materials, profile=((0, 2), (2, 2), (5, 5), (8, 5)), damping=0.8, **kept):
+    """Scene of a slope on rollers, 8 x 5 m where no other profile is given; `kept` goes to the grid table."""
+    grid = Grid(length=profile[-1][0], height=max(y for _, y in profile), zone_size=zone_size, profile=profile, **kept)
     boundary = sides(left="x", right="x", bottom="xy")
     return SimpleNamespace(grid=grid, material=materials, boundary=boundary, damping=Damping(local=damping))
 
@@ -61,3 +56,9 @@ def stretch(model, state, gradient, steps=1):
     for _ in range(steps):
         advance(model, state)
     state.velocity[:] = 0.0
+
+
+def ring(inner, outer, around, *materials, boundary=(), damping=0.8, **kept):
+    """Scene of zones around a hole; `kept` goes to the grid table."""
+    grid = Grid(kind="ring", inner=inner, outer=outer, around=around, **kept)
+    return SimpleNamespace(grid=grid, material=materials, boundary=boundary, damping=Damping(local=damping))

@@ -1,0 +1,108 @@
+"""A regular net of cells below a ground surface that runs along sides and diagonals of cells.
+
+A diagonal cuts a cell into triangles, so an inclined face is straight. A triangle is a zone whose fourth gridpoint repeats its
+third.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+
+SNAP = 1e-6  # share of a zone by which lengths may miss a whole number of zones
+
+
+def net_mesh(g):
+    """Gridpoints xy (N,2) [m], zones (Z,4), column and row (Z,) of the table [grid]; raises ValueError saying what would fit."""
+    size = (g.zone_size, g.zone_size) if np.isscalar(g.zone_size) else tuple(g.zone_size)
+    columns, rows = _whole(g.length, size[0], "length", "x"), _whole(g.height, size[1], "height", "y")
+    profile = [(0.0, g.height), (g.length, g.height)] if g.kind == "box" else g.profile
+    left, right = _surface(np.asarray(profile, dtype=np.float64), size, columns, rows)
+    corners, column, row = cells_below(left, right)
+    used, zones = renumbered(corners)
+    j, i = np.divmod(used, columns + 1)
+    return np.column_stack([i * (g.length / columns), j * (g.height / rows)]), zones, column, row
+
+
+def renumbered(corners):
+    """Numbers in the whole net of the gridpoints that zones use (N,), and the zones (Z,4) in the numbering of these."""
+    used, zones = np.unique(corners, return_inverse=True)
+    return used, zones.reshape(corners.shape).astype(np.int64)
+
+
+def _whole(extent, size, name, axis):
+    count = round(extent / size)
+    if count < 1 or abs(count * size - extent) > SNAP * extent:
+        fit = extent / max(count, 1)
+        raise ValueError(
+            f"{name} {extent:g} m is no whole number of zones of {size:g} m: "
+            f"use a zone size in {axis} of {fit:.10g}"
+        )
+    return count
+
+
+def _surface(profile, size, columns, rows):
+    """Heights (in rows) of the snapped surface at the left and the right side of every column of cells."""
+    at = np.rint(profile / np.asarray(size)).astype(int)
+    if at[0, 0] != 0 or at[-1, 0] != columns:
+        raise ValueError(
+            f"profile must run from x = 0 to x = length, it runs from {profile[0, 0]:g} to "
+            f"{profile[-1, 0]:g} m"
+        )
+    if np.any(at[:, 1] < 1) or np.any(at[:, 1] > rows):
+        raise ValueError(
+            f"profile must stay between one zone and the height of the grid, {rows * size[1]:g} m"
+        )
+    left, right = np.zeros(columns, dtype=np.int64), np.zeros(columns, dtype=np.int64)
+    for p, ((i0, j0), (i1, j1)) in enumerate(pairwise(at)):
+        run, rise = i1 - i0, j1 - j0
+        if run < 0:
+            raise ValueError(f"profile goes back in x after its point {p}: overhangs cannot be meshed")
+        if run and rise and run != abs(rise):
+            raise ValueError(_misfit(profile, p, size, rows * size[1]))
+        step = np.sign(rise) if run else 0
+        left[i0:i1] = j0 + step * np.arange(run)
+        right[i0:i1] = left[i0:i1] + step
+    return left, right
+
+
+def _misfit(profile, p, size, height):
+    """What is wrong with the face after profile point p, and the nearest zone size that would fit."""
+    (x0, y0), (x1, y1) = profile[p : p + 2]
+    run, rise = abs(x1 - x0), abs(y1 - y0)
+    counts = range(1, 4 * int(np.ceil(run / size[0])) + 1)
+    fits = [
+        n for n in counts if _divide(profile[:, 0], run / n) and _divide([*profile[:, 1], height], rise / n)
+    ]
+    remedy = f"choose zone_size = [dx, dy] with dy/dx = {rise / run:.6g}"
+    if fits:
+        n = min(fits, key=lambda n: abs(run / n - size[0]))
+        remedy += f", for example [{run / n:.10g}, {rise / n:.10g}]"
+    return (
+        f"the face from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}) follows neither sides nor diagonals of zones of "
+        f"{size[0]:g} x {size[1]:g} m: {remedy}"
+    )
+
+
+def _divide(lengths, size):
+    """Whether all lengths are whole numbers of `size`."""
+    counts = np.asarray(lengths) / size
+    return bool(np.all(np.abs(counts - np.rint(counts)) < SNAP * np.maximum(counts, 1.0)))
+
+
+def cells_below(left, right):
+    """Corners (Z,4) in the numbering of the whole net, column and row of the cells below the surface."""
+    columns = len(left)
+    zones = []
+    for row in range(max(left.max(), right.max())):
+        for column in range(columns):
+            a = row * (columns + 1) + column
+            b, c, d = a + 1, a + columns + 2, a + columns + 1
+            below = (row < left[column], row < right[column])
+            if below == (True, True):
+                zones.append((a, b, c, d, column, row))
+            elif below == (False, True):
+                zones.append((a, b, c, c, column, row))
+            elif below == (True, False):
+                zones.append((a, b, d, d, column, row))
+    table = np.array(zones, dtype=np.int64)
+    return table[:, :4], table[:, 4].copy(), table[:, 5].copy()
