@@ -157,7 +157,7 @@ def test_keys_of_later_versions_are_named_as_such(good, table, key):
     ("path", "value"),
     [
         (("material", 0, "rolling"), {"coefficient": 0.1}),
-        (("discs", "soil", "rolling"), {"coefficient": 0.1}),
+        (("discs", "soil", "suction"), {"coefficient": 0.1}),
         (("discs", "viscous"), {"normal": 0.1}),
         (("ring",), {"glue": {}}),
     ],
