@@ -18,7 +18,7 @@ each law its file in `effects`.
 """
 
 from coupler_protocol.jit import jit
-from dem_server import neighbours
+from dem_server import neighbours, walls
 from dem_server.effects import bond as bond_law
 from dem_server.effects import dashpot as dashpot_law
 from dem_server.effects import friction as friction_law
@@ -27,6 +27,7 @@ from dem_server.effects import rolling as rolling_law
 from dem_server.effects import spring as spring_law
 from dem_server.effects.bond import BONDED, BROKEN_TENSION
 from dem_server.model import SHEAR_BREAKS, TENSION_BREAKS
+from dem_server.walls import wall_pass
 
 normal_force = jit(spring_law.normal_force)
 shear_force = jit(spring_law.shear_force)
@@ -51,6 +52,8 @@ def contact_forces(model, state):
     """
     while not force_pass(*arguments(model, state)):
         neighbours.rebuild(model, state)
+    if state.walls is not None:
+        wall_pass(state.disc, state.load, state.dt, *walls.arguments(model, state))
 
 
 def arguments(model, state):

@@ -9,12 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from coupler_protocol.jit import jit
-from dem_server import contacts, motion
+from dem_server import contacts, motion, walls
 from dem_server.contacts import contact_forces, force_pass
 from dem_server.model import SPIN, VX
 from dem_server.motion import move
 from dem_server.neighbours import rebuild
 from dem_server.timestep import stable_step
+from dem_server.walls import move_walls, wall_pass
 
 SHORTEST = 1e-3  # of the stable step: no shorter one is tried
 
@@ -61,6 +62,7 @@ def advance(model, state, gravity, steps):
         state.dt = dt
         done, fast, fresh = cycle(
             steps, kick, *motion.arguments(model, state, gravity), *contacts.arguments(model, state)[2:],
+            *walls.arguments(model, state)[:3],
         )  # fmt: skip
         steps -= done
         time += done * dt
@@ -84,6 +86,7 @@ def cycle(
     steps, kick, disc, load, weight, angle, counters, damping, clumps, first, gravity, fastest, cap,
     listed_at, used, partner, kind, normal, shear, reference_gap, bond_state, rolled, root_mass, parallel,
     same_counters, spring, friction, bond, rolling, dashpot, parallel_bond, skin, dt,
+    walls, material, materials,
 ):  # fmt: skip
     """Kernel of `advance`: steps done, bodies that were too fast in the last, whether its contact forces are known.
 
@@ -94,10 +97,15 @@ def cycle(
         fast = move(
             disc, load, weight, angle, counters, damping, clumps, first, gravity, fastest, cap, kick, dt
         )
+        if walls is not None:
+            move_walls(walls, dt)
         fresh = force_pass(
             disc, load, listed_at, used, partner, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
             parallel, same_counters, spring, friction, bond, rolling, dashpot, parallel_bond, skin, dt,
         )  # fmt: skip
+        if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if fresh:
+                wall_pass(disc, load, dt, walls, material, materials, clumps, spring, friction, rolling, dashpot)
         kick = dt
         step += 1
     return step, fast, fresh

@@ -5,6 +5,7 @@ sum Fn^2 / 2 kn + Fs^2 / 2 ks, in rolling springs Mr^2 / 2 kr, in parallel bonds
 """
 
 from coupler_protocol.jit import jit
+from dem_server import walls
 from dem_server.effects.bond import BONDED
 from dem_server.stiffness import bending_stiffness, bond_radius, effective_radius, rolling_stiffness
 
@@ -61,7 +62,13 @@ def kinetic(model, state):
 def stored(model, state):
     """Elastic energy of all contacts [J]."""
     law = model.law
-    return stored_kernel(
+    total = stored_kernel(
         state.disc, state.used, state.partner, state.kind, state.normal, state.shear, state.rolled, state.parallel,
         law.spring, law.parallel_bond,
     )  # fmt: skip
+    return total if state.walls is None else total + walls.stored(model, state)
+
+
+def potential(state, gravity):
+    """Energy of the discs' weight above y = 0 under `gravity` [m/s2] (J)."""
+    return gravity * float(state.weight @ state.x[:, 1])

@@ -14,6 +14,7 @@ from dem_server.clumps import Clumps
 from dem_server.effects import RING, SOIL, Law, law_from
 from dem_server.effects.parallel_bond import ParallelBonds
 from dem_server.ring import inner_share
+from dem_server.walls import Walls
 
 X, Y, VX, VY, SPIN, RADIUS, MASS, INERTIA = range(8)  # columns of State.disc
 FX, FY, MOMENT = range(3)  # columns of State.load (a fourth keeps rows aligned)
@@ -59,7 +60,7 @@ class State:
     partner, kind of pair, normal (compression positive) and shear force [N], reference gap [m], bond state,
     rolling moment [N m], root of the pair's mass for dashpots, parallel bonds.
     counters: list builds, bonds broken in tension, in shear, capped velocities. stone (n,): number of the
-    stone each disc belongs to, -1 for soil; clumps: the stones as rigid bodies.
+    stone each disc belongs to, -1 for soil; clumps: the stones as rigid bodies; walls.
     """
 
     disc: np.ndarray
@@ -81,6 +82,7 @@ class State:
     rolled: np.ndarray | None = None
     root_mass: np.ndarray | None = None
     parallel: ParallelBonds | None = None
+    walls: Walls | None = None
     dt: float = 1.0
     next_dt: float = 1.0
 

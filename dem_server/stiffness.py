@@ -17,11 +17,15 @@ from coupler_protocol.jit import jit
 from dem_server.effects import parallel_bond as parallel_law
 from dem_server.effects import rolling as rolling_law
 from dem_server.effects.bond import BONDED
+from dem_server.walls import add_to_sums
 
 effective_radius = jit(rolling_law.effective_radius)
 rolling_stiffness = jit(rolling_law.rolling_stiffness)
 bond_radius = jit(parallel_law.bond_radius)
 bending_stiffness = jit(parallel_law.bending_stiffness)
+
+
+REACH = 0.6  # of the smallest radius: walls within it count; discs and walls both move before the next sum
 
 
 class Sums(NamedTuple):
@@ -44,7 +48,10 @@ def sums(model, state, pair_masses=True):
         discs, viscous, matrix, clump_viscous, state.disc, state.used, state.partner, state.kind, clumps,
         law.spring, law.rolling, law.parallel_bond, state.parallel, law.dashpot, state.root_mass if pair_masses else None,
     )  # fmt: skip
-    return Sums(discs, viscous, None if clumps is None else eigenvalues(matrix), clump_viscous)
+    found = Sums(discs, viscous, None if clumps is None else eigenvalues(matrix), clump_viscous)
+    if state.walls is not None:
+        add_to_sums(model, state, found, REACH * model.smallest_radius, pair_masses)
+    return found
 
 
 def set_pair_masses(model, state):
