@@ -2,7 +2,7 @@
 
 from coupler_protocol import messages
 from coupler_protocol.schedule import leg_of
-from fdm_server.ending import Ending
+from coupler_protocol.ending import Ending
 from fdm_server.motion import farthest, unbalanced_ratio
 from fdm_server.safety import check_motion
 
