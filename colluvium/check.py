@@ -3,6 +3,7 @@
 import numpy as np
 
 from coupler_protocol.scene import declared_effects
+from coupler_protocol.scene_rules import doubts
 from coupler_protocol.schedule import large_strain, plan
 
 
@@ -33,6 +34,8 @@ def _tables(scene, place):
 
 def sizes(scene):
     """Counts that follow from the scene alone."""
+    if scene.grid is None:
+        return {"windows": [], "stones": scene.stones.model_dump(mode="json") if scene.stones else None}
     from fdm_server.grid import build_grid
     from fdm_server.windows import window_zones
 
@@ -58,22 +61,26 @@ def stages(scene):
     return [
         {"name": s.name, "kind": s.kind, "gravity": leg.gravity, "factor": [leg.start, leg.end], "over": leg.over}
         | {"until": s.until.model_dump(exclude_none=True) if s.until else {}, "discard": s.discard}
-        | {"large_strain": large_strain(scene, s)}
+        | {"time": s.time, "large_strain": large_strain(scene, s)}
         for s, leg in zip(scene.stage, plan(scene), strict=True)
     ]
 
 
 def answer(scene):
     """All of the above in one dictionary."""
-    return {"title": scene.title, "hash": scene.digest(), **sizes(scene), "effects": effects(scene), "stages": stages(scene)}
+    found = {"title": scene.title, "hash": scene.digest(), **sizes(scene), "effects": effects(scene), "stages": stages(scene)}
+    return found | {"doubts": [{"what": what, "remedy": remedy} for _, what, remedy in doubts(scene)]}
 
 
 def print_answer(found, console):
     """Print the answer for a person."""
     console.print(f"{found['title'] or 'scene'}: no problems found")
-    console.print(
-        f"grid of {found['zones']} zones in {found['columns']} columns and {found['rows']} rows, {found['gridpoints']} gridpoints"
-    )
+    if "zones" in found:
+        console.print(
+            f"grid of {found['zones']} zones in {found['columns']} columns and {found['rows']} rows, {found['gridpoints']} gridpoints"
+        )
+    else:
+        console.print("no grid: discs alone")
     for w in found["windows"]:
         console.print(
             f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['segments']} segments, about {w['discs']} discs"
@@ -96,5 +103,8 @@ def print_answer(found, console):
     for s in found["stages"]:
         until = ", ".join(f"{k} {v:g}" for k, v in s["until"].items())
         ramp = f"{s['factor'][0]:g} to {s['factor'][1]:g} g over {s['over']} steps" if s["over"] else f"{s['factor'][1]:g} g"
-        more = (", large strain" if s["large_strain"] else "") + (f", until {until}" if until else "")
+        more = (", real time" if s["time"] == "real" else "") + (", large strain" if s["large_strain"] else "")
+        more += f", until {until}" if until else ""
         console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}{more}", markup=False)
+    for doubt in found["doubts"]:
+        console.print(f"worth a second look: {doubt['what']}\n    {doubt['remedy']}", markup=False)

@@ -118,8 +118,8 @@ def _compute(options, scene, path, out, passed):
         else:
             signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill stops the run as Ctrl-C does
             passed = [*passed, f"--threads={options.threads}", *([f"--from={options.origin}"] if options.origin else [])]
-            code = launch.run_files(path, out, len(scene.window), passed, show)
-    if code == exits.DONE:
+            code = launch.run_files(path, out, launch.windows_of(scene), passed, show)
+    if code == exits.DONE and scene.grid:
         _add_band(out)
     _conclude(out, options.json)
     return code

@@ -41,9 +41,7 @@ def stages_of_discs_alone(scene):
                 yield at, "fill computes no steps", "remove until, gravity, gravity_factor and insitu here"
         elif stage.until is None or not any(value is not None for value in stage.until.__dict__.values()):
             yield at, f"stage {stage.name!r} would never end", "add until = { ratio = 1e-4, steps = .. }"
-        elif stage.until.time is not None and stage.time != "real":
-            yield (*at, "until", "time"), "a static stage knows no seconds", 'add time = "real", or use steps'
-        for key in ("handover", "excavate", "surcharge", "large_strain"):
+        for key in ("handover", "excavate", "surcharge", "large_strain", "damping"):
             if getattr(stage, key) is not None:
                 yield (*at, key), "this needs a grid", "remove the key"
         if stage.discard:
@@ -60,16 +58,14 @@ def walls_have_a_length(scene):
 def only_without_a_grid(scene):
     """Keys for discs alone in a scene with a grid."""
     for i, window in enumerate(scene.window):
-        if window.columns is None or window.rows is None or window.polygon is not None:
-            yield ("window", i), "with a grid a window is made of whole zones", "columns = [first, last], rows = [first, last]"
+        if window.polygon is not None:
+            yield ("window", i, "polygon"), "with a grid a window is made of whole zones", "use columns and rows"
     for key in ("wall", "file") if scene.discs else ():
         if getattr(scene.discs, key):
             yield ("discs", key), "this is for discs alone, in scenes without a grid", "remove it, or the [grid]"
     for i, stage in enumerate(scene.stage):
         if stage.kind == "discs":
             yield ("stage", i, "kind"), "this is for discs alone, in scenes without a grid", 'use kind = "couple"'
-        if stage.time == "real" and scene.window:
-            yield ("stage", i, "time"), "grid and discs together compute in static mode only", "remove the key"
 
 
 ALONE_RULES = (discs_alone_need, tables_of_the_grid, stages_of_discs_alone, walls_have_a_length)

@@ -14,6 +14,10 @@ class Ending:
         """Reason to end where the stage's steps are used up, or ""."""
         return f"{steps} steps" if self.until.steps is not None and steps >= self.until.steps else ""
 
+    def out_of_time(self, time, dt):
+        """Reason to end where the stage's seconds are used up after `time`, to half a step `dt` [s], or ""."""
+        return f"{time:.6g} s" if self.until.time is not None and time >= self.until.time - 0.5 * dt else ""
+
     def reached(self, steps, ratios, displacement):
         """Reason to end after `steps` steps, or "". ratios: of every code; displacement: largest of a gridpoint [m]."""
         u = self.until

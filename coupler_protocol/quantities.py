@@ -26,6 +26,7 @@ FIELDS = {
     "shear_strain_rate": Quantity("1/s", "maximum engineering shear strain rate"),
     "shear_strain": Quantity("-", "maximum engineering shear strain"),
     "plastic_state": Quantity("-", "yielding: 1 shear now, 2 tension now, 4 shear past, 8 tension past (sum)"),
+    "plastic_shear_strain": Quantity("-", "plastic shear strain: half the engineering shear angle in plane shear"),
     "group": Quantity("-", "index of the zone's material in the scene"),
     # discs
     "id": Quantity("-", "number of the disc, the same in every frame"),
@@ -61,9 +62,14 @@ CONSTANTS = {
 }
 
 HISTORIES = {
+    "time": Quantity("s", "time, in stages that compute in real time"),
     "unbalanced_ratio": Quantity("-", "unbalanced force ratio"),
     "gravity_factor": Quantity("-", "gravity over the gravity of the scene"),
     "kinetic_energy": Quantity("J", "kinetic energy per unit thickness"),
+    "elastic_energy": Quantity("J", "energy stored in the contacts of discs per unit thickness"),
+    "weight_energy": Quantity("J", "energy of the discs' weight above y = 0 per unit thickness"),
+    "wall_force_x": Quantity("N", "sum of the discs' forces on the walls, x"),
+    "wall_force_y": Quantity("N", "sum of the discs' forces on the walls, y"),
     "interface_force_x": Quantity("N", "sum of the discs' forces on the rim, x"),
     "interface_force_y": Quantity("N", "sum of the discs' forces on the rim, y"),
     "max_displacement": Quantity("m", "largest displacement"),

@@ -18,7 +18,7 @@ from coupler_protocol.grid_tables import Grid, Point
 
 FORMAT = 1
 GRID_ONLY = ("equilibrium", "locate")
-STAGE_KINDS = (*GRID_ONLY, "fill", "couple", "overload", "excavate", "surcharge")
+STAGE_KINDS = (*GRID_ONLY, "fill", "couple", "overload", "excavate", "surcharge", "discs")
 
 
 @cache
@@ -54,17 +54,25 @@ class Boundary(Table):
 
 
 class Window(Table):
-    """A rectangle of zones that becomes a hole and is computed by one discrete process."""
+    """Zones that become a hole and are computed by one discrete process; without a grid, the polygon that discs fill."""
 
     name: str = quantity(meaning="name of the window", min_length=1)
-    columns: Span = quantity(meaning="first and last zone in x, from 0")
-    rows: Span = quantity(meaning="first and last zone in y, from 0")
+    columns: Span | None = quantity(None, meaning="first and last zone in x, from 0")
+    rows: Span | None = quantity(None, meaning="first and last zone in y, from 0")
+    polygon: list[Point] | None = quantity(None, unit="m", meaning="without a grid: outline of what discs fill", min_length=3)
 
     @model_validator(mode="after")
     def _in_order(self):
-        if self.columns[0] > self.columns[1] or self.rows[0] > self.rows[1]:
+        if any(span is not None and span[0] > span[1] for span in (self.columns, self.rows)):
             raise ValueError("columns and rows are [first, last] with first <= last")
         return self
+
+
+class Wall(Table):
+    """A segment that holds discs back, in scenes without a grid; its contacts are of the material ring."""
+
+    ends: tuple[Point, Point] = quantity(unit="m", meaning="where it begins and ends")
+    velocity: Point = quantity((0.0, 0.0), unit="m/s", meaning="its velocity, in static stages in m a step")
 
 
 class StoneSize(Table):
@@ -146,6 +154,7 @@ class Until(Table):
 
     ratio: float | None = quantity(None, meaning="unbalanced force ratio on every code, sustained", gt=0, lt=1)
     steps: int | None = quantity(None, unit="steps", meaning="steps of the stage", ge=1)
+    time: float | None = quantity(None, unit="s", meaning="seconds of the stage, where it computes in real time", gt=0)
     displacement: float | None = quantity(None, unit="m", meaning="largest displacement of a gridpoint", gt=0)
 
 
@@ -189,6 +198,8 @@ class Stage(Table):
     excavate: Excavation | None = quantity(None, meaning="kind excavate: what is dug away")
     surcharge: Surcharge | None = quantity(None, meaning="kind surcharge: what is put upon the ground")
     large_strain: Literal[True] | None = quantity(None, meaning="zones follow their gridpoints from this stage on")
+    time: Literal["static", "real"] = quantity("static", meaning="scaled masses on the way to rest, or real masses and seconds")
+    step_factor: float | None = quantity(None, meaning="time = real: share of the stable step that is taken (0.5)", gt=0, le=1)
     discard: bool = quantity(False, meaning="forget the outcome: the next stage starts where this one did")
 
     @model_validator(mode="before")
@@ -251,10 +262,23 @@ def scene_class():
         confinement=(float, quantity(100e3, unit="Pa", meaning="mean pressure of the fresh packing", gt=0)),
         density_matching=(bool, quantity(True, meaning="discs weigh what the zones they replace weighed")),
         stiffness=(Literal["disc", "contact"], quantity("disc", meaning="springs belong to discs (in series) or to contacts")),
+        time_step=(
+            float,
+            quantity(0.1, meaning="time = real without a grid: share of the stable step, unless the stage says", gt=0, le=1),
+        ),
+        file=(str | None, quantity(None, meaning="without a grid: CSV file of the discs (x, y, radius, vx, vy, spin)")),
+        wall=(list[Wall], Field(default_factory=list, description="without a grid: segments that hold the discs")),
         soil=(discs_material, quantity(meaning="material of the discs")),
         stone=(discs_material | None, quantity(None, meaning="material of the discs in stones")),
         pair=(list[pair], Field(default_factory=list, description="contacts between two materials that have their own values")),
         **_effect_fields("discs"),
+    )
+    damping = declared_effects()["damping"] | None
+    stage = create_model(
+        "Stage",
+        __base__=Stage,
+        __doc__=Stage.__doc__,
+        damping=(damping, Field(default=None, description="damping of the grid in this stage; none: the scene's")),
     )
     return create_model(
         "Scene",
@@ -262,7 +286,8 @@ def scene_class():
         material=(list[material], Field(default_factory=list, description="soils of the continuum")),
         discs=(discs | None, Field(default=None, description="what fills the windows")),
         ring=(ring | None, Field(default=None, description="contacts of the ring; none: bonded, the discs' own properties")),
-        damping=(declared_effects()["damping"] | None, Field(default=None, description="damping of the grid")),
+        damping=(damping, Field(default=None, description="damping of the grid")),
+        stage=(list[stage], Field(description="the procedure, in order", min_length=1)),
     )
 
 
@@ -272,7 +297,7 @@ class SceneBase(Table):
     format: Literal[1] = quantity(meaning="version of the scene format")
     title: str = quantity("", meaning="shown in pictures and logs")
     seed: int = quantity(meaning="every random choice derives from it, by name", ge=0, lt=2**63)
-    grid: Grid = Field(description="the continuum's mesh")
+    grid: Grid | None = Field(default=None, description="the continuum's mesh; no table: discs alone")
     boundary: list[Boundary] = Field(default_factory=list, description="what is held in place")
     window: list[Window] = Field(default_factory=list, description="windows of discs, rank 1 onwards")
     stones: Stones | None = Field(default=None, description="stones in the windows; no table: none")

@@ -16,7 +16,6 @@ from coupler_protocol.toml_lines import line_of, locate
 
 FROM_SET = 0  # stands for a line where the command line gave the value
 NOT_YET = {
-    "time": "this version computes in static mode only: remove the key",
     "band": "states of the band cannot end a stage yet: use ratio, steps or displacement",
 }
 

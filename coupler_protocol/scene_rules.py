@@ -5,15 +5,22 @@ Rules that only a server knows come through the entry-point group `colluvium.rul
 
 from importlib.metadata import entry_points
 
+from coupler_protocol.alone_rules import ALONE_RULES, only_without_a_grid
 from coupler_protocol.stage_rules import STAGE_RULES
 
 
 def broken_rules(scene):
     """All broken rules of a scene whose single tables are right."""
-    broken = [found for rule in RULES for found in rule(scene)]
+    rules = COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES)
+    broken = [found for rule in rules for found in rule(scene)]
     if broken:
         return broken
     return [found for point in entry_points(group="colluvium.rules") for found in point.load()(scene)]
+
+
+def doubts(scene):
+    """What a right scene may still not mean, (path, what, remedy), from the entry-point group `colluvium.doubts`."""
+    return [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
 
 
 def grid_needs_material(scene):
@@ -41,6 +48,18 @@ def names_are_unique(scene):
             if item.name in seen:
                 yield (table, i, "name"), f"{item.name!r} stands twice", "give each its own name"
             seen.add(item.name)
+
+
+def windows_of_whole_zones(scene):
+    """A window says which zones it takes, and they lie inside."""
+    complete = True
+    for i, w in enumerate(scene.window):
+        for key in ("columns", "rows"):
+            if getattr(w, key) is None:
+                complete = False
+                yield ("window", i, key), "missing", f"{key} = [first, last] zone, from 0"
+    if complete:
+        yield from windows_lie_inside(scene)
 
 
 def windows_lie_inside(scene):
@@ -80,6 +99,8 @@ def windows_need_discs(scene):
 def discs_fit_into_windows(scene):
     """A window is at least eight discs across."""
     for i, w in enumerate(scene.window if scene.discs and scene.grid.zone_size else []):
+        if w.columns is None or w.rows is None:
+            continue
         across = (w.columns[1] - w.columns[0] + 1) * scene.grid.zone_size[0]
         up = (w.rows[1] - w.rows[0] + 1) * scene.grid.zone_size[1]
         if 16.0 * scene.discs.radius > min(across, up):
@@ -121,13 +142,12 @@ def pairs_name_what_there_is(scene):
             yield at, f"says nothing about {names}", "add a table, for example friction = { coefficient = .. }"
 
 
-RULES = (
+COMMON_RULES = (names_are_unique, stones_need_their_material, pairs_name_what_there_is)
+GRID_RULES = (
     grid_needs_material,
-    names_are_unique,
-    windows_lie_inside,
+    windows_of_whole_zones,
     windows_need_discs,
     discs_fit_into_windows,
-    stones_need_their_material,
-    pairs_name_what_there_is,
+    only_without_a_grid,
     *STAGE_RULES,
 )

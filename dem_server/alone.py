@@ -6,7 +6,6 @@ hold, the rest is free. Or the discs are read from a file.
 
 import logging
 import time
-from math import ceil
 from pathlib import Path
 from typing import NamedTuple
 
@@ -100,8 +99,7 @@ class DiscsAlone:
             self.time += cycle.advance(model, self.state, leg.at(done), chunk)
             done, self.steps = done + chunk, self.steps + chunk
             ended_by = ending.out_of_steps(done)
-            if stage.until.time is not None and self.time - began >= stage.until.time * (1.0 - 1e-12):
-                ended_by = ended_by or f"{stage.until.time:g} s"
+            ended_by = ended_by or ending.out_of_time(self.time - began, self.state.dt)
             factor = leg.factor(done - 1)
             if self.steps % every == 0 or ended_by:
                 ratio = self._look(leg, done - 1)
@@ -118,7 +116,7 @@ class DiscsAlone:
     def _in_time_of(self, stage):
         """The model in the stage's mode."""
         if stage.time == "real":
-            self.model = cycle.in_real_time(self.model, self.state, self.scene.discs.time_step)
+            self.model = cycle.in_real_time(self.model, self.state, stage.step_factor or self.scene.discs.time_step)
         elif self.model.real_time is not None:
             self.model = cycle.in_static_mode(self.model, self.state)
         return self.model
@@ -132,7 +130,7 @@ class DiscsAlone:
         if until.steps is not None:
             left = min(left, until.steps - done)
         if until.time is not None:
-            left = min(left, max(1, ceil((until.time - passed) / self.state.next_dt)))
+            left = min(left, max(1, round((until.time - passed) / self.state.next_dt)))
         return left
 
     def _look(self, leg, step):

@@ -67,6 +67,7 @@ def compute(scene, transport, out, progress, stop, origin=None):
     """
     from coupler_protocol import runfile
     from coupler_protocol.lockstep import Clocks, Hub
+    from coupler_protocol.scene_rules import doubts
     from fdm_server.stages import ContinuumSide
 
     about = runfile.describe(scene)
@@ -74,6 +75,8 @@ def compute(scene, transport, out, progress, stop, origin=None):
         about["begins_after"] = {"run": str(origin.folder), "stage": origin.stage}
     begin = time.perf_counter()
     hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), stop)
+    for _, what, remedy in doubts(scene):
+        logging.getLogger("fdm-server").warning("%s; %s", what, remedy)
     side, code, reason = None, exits.OURSELVES, ""
     try:
         side = ContinuumSide(scene, hub, out, progress, origin)

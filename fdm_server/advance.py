@@ -9,57 +9,94 @@ from fdm_server.blocks import LANES
 from fdm_server.forces import corner_forces, sum_at_gridpoints
 from fdm_server.large_strain import TURN_ROWS, half_turns, middle_shape, present_shape, turn_stress
 from fdm_server.partition import STRIP
+from fdm_server.rates import add_rate, copy_stress
 from fdm_server.safety import check_zones
-from fdm_server.strain import STRAIN_ROWS, gather_velocities, strain_increments
-from fdm_server.stress import RETURN_ROWS, limit, load
+from fdm_server.softening import STRENGTH_ROWS, limit_softened
+from fdm_server.strain import STRAIN_ROWS, gather_increments, gather_velocities, strain_increments
+from fdm_server.stress import RETURN_ROWS, STRESS_ROWS, limit, load
 
 
 @jit
-def move_kernel(first, last, velocity, displacement):
-    """Displacements (N,2) [m] of gridpoints first..last after a step of their velocities."""
+def move_kernel(first, last, velocity, dt, displacement):
+    """Displacements (N,2) [m] of gridpoints first..last after a step of their velocities; in static mode `dt` is None."""
     for n in range(first, last):
-        displacement[n, 0] += velocity[n, 0]
-        displacement[n, 1] += velocity[n, 1]
+        if dt is None:
+            displacement[n, 0] += velocity[n, 0]
+            displacement[n, 1] += velocity[n, 1]
+        else:
+            displacement[n, 0] += dt * velocity[n, 0]
+            displacement[n, 1] += dt * velocity[n, 1]
 
 
 @jit
 def zones_kernel(
     first, last, order, ready, corner, x, y, inverse_double_area, share, start, place,
-    pattern, elastic, mohr_coulomb, tension, plastic,
+    pattern, elastic, mohr_coulomb, tension, softening, plastic, plastic_shear, viscosity, dt,
     velocity, displacement, stress, corner_force, force, xy,
 ):  # fmt: skip
     """One step of the zones of strips first..last and of the forces they return; how many triangles are inside out.
 
-    Absent effects are None: `mohr_coulomb`, `tension`, `plastic`, and in small strain `xy` (N,2), where displacements count from.
+    Absent effects are None: `mohr_coulomb`, `tension`, `plastic`, `softening` with `plastic_shear`; `viscosity`, b/dt of
+    Rayleigh damping; in static mode `dt` [s]; in small strain `xy` (N,2), where displacements count from.
     """
     u = np.empty(8 * LANES)
     strain = np.empty(STRAIN_ROWS * LANES)
-    limited = np.empty(RETURN_ROWS * LANES)
-    inverted = 0
+    limited = np.empty((RETURN_ROWS + 4) * LANES)
+    if softening is not None:
+        strength = np.empty((1, STRENGTH_ROWS * LANES))
+    if viscosity is not None:
+        before = np.empty((1, STRESS_ROWS * LANES))
     if xy is not None:
         end_x, end_y, end_share = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES))
         mid_x, mid_y, mid_inverse = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 5 * LANES))
         turn = np.empty(TURN_ROWS * LANES)
+    inverted = 0
     for s in range(first, last):
         for b in range(s * STRIP, min((s + 1) * STRIP, corner.shape[0])):
-            gather_velocities(b, corner, velocity, u)
+            if dt is None:
+                gather_velocities(b, corner, velocity, u)
+            else:
+                gather_increments(b, corner, velocity, dt, u)
             if xy is None:
                 strain_increments(b, x, y, inverse_double_area, u, strain)
+                if viscosity is not None:
+                    copy_stress(b, stress, before)
                 load(b, pattern[b], elastic, strain, stress)
-                if plastic is not None:
-                    limit(b, pattern[b], share, mohr_coulomb, tension, stress, plastic, limited)
-                corner_forces(b, x, y, stress, corner_force)
+                if softening is not None:
+                    limit_softened(
+                        b, pattern[b], share, elastic, mohr_coulomb, tension, softening, stress, plastic, plastic_shear,
+                        strength, limited,
+                    )  # fmt: skip
+                elif plastic is not None:
+                    limit(b, pattern[b], share, mohr_coulomb, tension, stress, plastic, limited, None)
+                if viscosity is not None:
+                    add_rate(b, stress, viscosity, before)
+                    corner_forces(0, x[b : b + 1], y[b : b + 1], before, corner_force[b : b + 1])
+                else:
+                    corner_forces(b, x, y, stress, corner_force)
             else:
                 inverted += present_shape(b, corner, share, xy, displacement, end_x, end_y, end_share)
                 middle_shape(end_x, end_y, u, mid_x, mid_y, mid_inverse)
                 strain_increments(0, mid_x, mid_y, mid_inverse, u, strain)
                 half_turns(mid_x, mid_y, mid_inverse, u, turn)
                 turn_stress(b, turn, stress)
+                if viscosity is not None:
+                    copy_stress(b, stress, before)
+                    turn_stress(0, turn, before)
                 load(b, pattern[b], elastic, strain, stress)
                 turn_stress(b, turn, stress)
-                if plastic is not None:
-                    limit(0, pattern[b], end_share, mohr_coulomb, tension, stress[b : b + 1], plastic[b : b + 1], limited)
-                corner_forces(0, end_x, end_y, stress[b : b + 1], corner_force[b : b + 1])
+                if softening is not None:
+                    limit_softened(
+                        0, pattern[b], end_share, elastic, mohr_coulomb, tension, softening, stress[b : b + 1],
+                        plastic[b : b + 1], plastic_shear[b : b + 1], strength, limited,
+                    )  # fmt: skip
+                elif plastic is not None:
+                    limit(0, pattern[b], end_share, mohr_coulomb, tension, stress[b : b + 1], plastic[b : b + 1], limited, None)
+                if viscosity is not None:
+                    add_rate(b, stress, viscosity, before)
+                    corner_forces(0, end_x, end_y, before, corner_force[b : b + 1])
+                else:
+                    corner_forces(0, end_x, end_y, stress[b : b + 1], corner_force[b : b + 1])
         sum_at_gridpoints(order, ready[s], ready[s + 1], start, place, corner_force, force)
     return inverted
 
@@ -70,15 +107,18 @@ def advance(model, state):
     Raises Unstable where a zone turns inside out (large strain; small strain never leaves the shape it began with).
     """
     g, law, parts = model.geometry, model.law, model.partition
+    stiffness_part = None if law.rayleigh is None else law.rayleigh.stiffness
+    viscosity = None if stiffness_part is None else stiffness_part / state.dt
     xy = shape.moving(model, state)
 
     def move(first, last):
-        move_kernel(first, last, state.velocity, state.displacement)
+        move_kernel(first, last, state.velocity, state.dt, state.displacement)
 
     def strain(first, last):
         return zones_kernel(
             first, last, parts.order, parts.ready, g.corner, g.x, g.y, g.inverse_double_area, g.share, model.start, model.place,
-            model.pattern, law.elastic, law.mohr_coulomb, law.tension, state.plastic,
+            model.pattern, law.elastic, law.mohr_coulomb, law.tension, law.softening, state.plastic, state.plastic_shear,
+            viscosity, state.dt,
             state.velocity, state.displacement, state.stress, state.corner_force, state.force, xy,
         )  # fmt: skip
 

@@ -24,6 +24,11 @@ def plastic_state(model, state):
     return from_blocks(state.plastic, len(model.zone))[:, 0]
 
 
+def plastic_shear_strain(model, state):
+    """Plastic shear strain (A,) [-] that softening goes by; there must be a material that softens."""
+    return from_blocks(state.plastic_shear, len(model.zone))[:, 0]
+
+
 def shear_strain(model, state):
     """Largest engineering shear strain (A,) [-] of the zones, from their displacement.
 

@@ -1,5 +1,6 @@
 """A window or an excavation: its zones leave the model, and what they did to the gridpoints that stay remains as forces."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +38,7 @@ def cut_window(model, state, mask):
     grid = model.grid
     lost = model.zones[gone]
     new = model_of(grid, model.zone[~gone], model.density, model.material_law, model.fixed)
+    new = replace(new, step_factor=model.step_factor)
     attached = np.diff(new.start) > 0
 
     corner = _rows_of(state.corner_force, model, gone)
@@ -59,6 +61,9 @@ def cut_window(model, state, mask):
         stress=keep(state.stress),
         corner_force=keep(state.corner_force),
         plastic=None if state.plastic is None else keep(state.plastic),
+        plastic_shear=None if state.plastic_shear is None else keep(state.plastic_shear),
+        previous_force=None if state.previous_force is None else state.previous_force.copy(),
+        dt=state.dt,
     )
     if state.mass is not None:
         begin_large_strain(new, after)

@@ -34,6 +34,7 @@ class Model:
     material_law: Law  # parameters by material
     pattern: NDArray[np.int64]  # (B,) row of the parameters of a block; blocks of the same materials share it
     law: Law  # parameters by zone, (patterns, rows of 16)
+    step_factor: float | None = None  # share of the stable step taken in real time; None: static mode
 
     @property
     def zones(self):
@@ -70,6 +71,9 @@ class State:
     plastic: NDArray[np.int64] | None  # (B, 1 row) plastic state; None where nothing yields
     mass: NDArray[np.float64] | None = None  # (N,) [kg] scaled for a step of 1 in the present shape; None: small strain
     mass_age: int = 0  # steps since `mass` was computed
+    plastic_shear: NDArray[np.float64] | None = None  # (B, 1 row) [-] plastic shear strain of zones; None where nothing softens
+    previous_force: NDArray[np.float64] | None = None  # (N,2) [N] unbalanced a step ago; None without combined damping
+    dt: float | None = None  # [s] step in real time; None: static mode
 
 
 def build_model(scene, grid):
@@ -115,7 +119,10 @@ def _by_lane(law, patterns):
         return None if by_material is None else np.concatenate([p[patterns] for p in by_material.T], axis=1)
 
     return law._replace(
-        elastic=rows(law.elastic), mohr_coulomb=rows(law.mohr_coulomb), tension=rows(law.tension)
+        elastic=rows(law.elastic),
+        mohr_coulomb=rows(law.mohr_coulomb),
+        tension=rows(law.tension),
+        softening=rows(law.softening),
     )
 
 
@@ -131,4 +138,6 @@ def new_state(model):
         stress=np.zeros((blocks, STRESS_ROWS * LANES)),
         corner_force=np.zeros((blocks, CORNER_ROWS * LANES)),
         plastic=np.zeros((blocks, LANES), dtype=np.int64) if model.law.plastic else None,
+        plastic_shear=None if model.law.softening is None else np.zeros((blocks, LANES)),
+        previous_force=None if model.law.combined is None else np.zeros((points, 2)),
     )

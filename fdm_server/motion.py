@@ -1,10 +1,11 @@
 """The light half of a step: forces accelerate gridpoints; and how far these are from equilibrium.
 
-With F = forces of zones + applied forces + weight on a gridpoint, damped by its law, over a step of 1:
+With F = forces of zones + applied forces + weight on a gridpoint, damped by its law, over a step dt:
 
-    v += F / (m + m_added)              held components stay zero
+    v += F dt / (m + m_added)           held components stay zero
 
-Velocities stand at half steps, positions and forces at whole steps (leap-frog).
+In static mode dt = 1, and nothing is multiplied by it. Velocities stand at half steps, positions and forces at whole steps
+(leap-frog).
 """
 
 from math import sqrt
@@ -13,35 +14,60 @@ import numpy as np
 
 from coupler_protocol import team
 from coupler_protocol.jit import jit
+from fdm_server.effects import combined_damping as combined_law
 from fdm_server.effects import damping as damping_law
+from fdm_server.effects import rayleigh as rayleigh_law
 from fdm_server.shape import masses
 from fdm_server.strain import V
 
 damped = jit(damping_law.damped)
+combined_damped = jit(combined_law.damped)
+drag = jit(rayleigh_law.drag)
 
 
 @jit
-def velocity_kernel(first, last, force, applied, mass, added_mass, weight_mass, fixed, gravity, damping, velocity):
-    """Velocities [m/s] of gridpoints first..last half a step after the forces [N]; `damping` is alpha or None."""
+def velocity_kernel(
+    first, last, force, applied, mass, added_mass, weight_mass, fixed, gravity, damping, half_combined, previous, half_drag, dt,
+    velocity,
+):  # fmt: skip
+    """Velocities [m/s] of gridpoints first..last half a step after the forces [N].
+
+    Absent effects are None: `damping` alpha; `half_combined` alpha/2 with the unbalanced forces of the step before, `previous`
+    (N,2) [N]; `half_drag` a dt/2 of Rayleigh damping; in static mode `dt` [s].
+    """
     for n in range(first, last):
         inverse = 1.0 / (mass[n] + added_mass[n])
+        if dt is not None:
+            inverse *= dt
         fx = force[n, 0] + applied[n, 0]
         fy = force[n, 1] + applied[n, 1] - gravity * weight_mass[n]
         if damping is not None:
             fx = damped(fx, velocity[n, 0], damping)
             fy = damped(fy, velocity[n, 1], damping)
-        velocity[n, 0] = 0.0 if fixed[n, 0] else velocity[n, 0] + fx * inverse
-        velocity[n, 1] = 0.0 if fixed[n, 1] else velocity[n, 1] + fy * inverse
+        if half_combined is not None:
+            before_x, before_y = previous[n, 0], previous[n, 1]
+            previous[n, 0], previous[n, 1] = fx, fy
+            fx = combined_damped(fx, fx - before_x, velocity[n, 0], half_combined)
+            fy = combined_damped(fy, fy - before_y, velocity[n, 1], half_combined)
+        if half_drag is not None:
+            velocity[n, 0] = 0.0 if fixed[n, 0] else drag(velocity[n, 0], fx * inverse, half_drag)
+            velocity[n, 1] = 0.0 if fixed[n, 1] else drag(velocity[n, 1], fy * inverse, half_drag)
+        else:
+            velocity[n, 0] = 0.0 if fixed[n, 0] else velocity[n, 0] + fx * inverse
+            velocity[n, 1] = 0.0 if fixed[n, 1] else velocity[n, 1] + fy * inverse
 
 
 def update_velocities(model, state, gravity):
     """Accelerate the gridpoints over one step; gravity [m/s2] acts downwards."""
-    mass, gravity = masses(model, state), float(gravity)
+    law, mass, gravity = model.law, masses(model, state), float(gravity)
+    half_combined = None if law.combined is None else 0.5 * law.combined
+    mass_part = None if law.rayleigh is None else law.rayleigh.mass
+    half_drag = None if mass_part is None else 0.5 * mass_part * state.dt
 
     def accelerate(first, last):
         velocity_kernel(
-            first, last, state.force, state.applied, mass, state.added_mass, model.weight_mass, model.fixed,
-            gravity, model.law.damping, state.velocity,
+            first, last, state.force, state.applied, mass, state.added_mass, model.weight_mass, model.fixed, gravity,
+            law.damping, half_combined, state.previous_force, half_drag, state.dt, state.velocity,
         )  # fmt: skip
 
     team.each(accelerate, model.partition.points)
@@ -80,7 +106,7 @@ def unbalanced_ratio(model, state, gravity):
 
 
 def kinetic_energy(model, state):
-    """Kinetic energy [J] with masses scaled for a step of 1: a measure of motion, no physical energy."""
+    """Kinetic energy [J]; in static mode with masses scaled for a step of 1: a measure of motion, no physical energy."""
     mass = masses(model, state) + state.added_mass
     return 0.5 * float(np.sum(mass[:, None] * state.velocity**2))
 

@@ -14,6 +14,8 @@ def frame(model, state):
     }
     if state.plastic is not None:
         zones["plastic_state"] = fields.plastic_state(model, state)
+    if state.plastic_shear is not None:
+        zones["plastic_shear_strain"] = fields.plastic_shear_strain(model, state)
     return {
         "points": model.grid.xy,
         "cells": model.zones,

@@ -35,7 +35,8 @@ def save(side, stage, phase, factor):
     """Write the checkpoint of a stage of a fdm_server.stages.ContinuumSide; returns its path."""
     path = side.out / f"{NAME}.{stage}.h5"
     rims = {rim.window.name: RimState(rim.reaction, rim.reaction_mass) for rim in side.rims}
-    about = restart.attributes(side.scene, stage, phase, side.steps, side.session, factor, rows=side.rows(), gravity=side.gravity)
+    more = {"rows": side.rows(), "gravity": side.gravity, "time": side.time}
+    about = restart.attributes(side.scene, stage, phase, side.steps, side.session, factor, **more)
     checkpoint.save(path, GridState(side.model.zone, side.state, rims), about)
     return path
 
@@ -50,5 +51,6 @@ def take_up(side, saved):
         rim.reaction, rim.reaction_mass = found.rims[rim.window.name]
     side.steps = saved.about["step"]
     side.earlier = json.loads(saved.about["rows"])
+    side.time = json.loads(saved.about["time"])
     side.gravity = tuple(json.loads(saved.about["gravity"]))
     side.coupled = restart.coupled(side.scene, saved.index)

@@ -1,8 +1,9 @@
 """One stage while it runs: gravity, handover, and when it ends."""
 
 from coupler_protocol import messages
-from coupler_protocol.schedule import leg_of
 from coupler_protocol.ending import Ending
+from coupler_protocol.schedule import leg_of
+from fdm_server import clock
 from fdm_server.motion import farthest, unbalanced_ratio
 from fdm_server.safety import check_motion
 
@@ -15,6 +16,8 @@ class StageRun:
         self.rims = side.rims if side.coupled else []
         self.load = None  # a fdm_server.loads.ForceRamp, where forces change
         self.done = 0
+        self.time = 0.0  # [s] since the stage began; static steps count as 1
+        self.energy = None  # a fdm_server.blowup.EnergyWatch
         self.ended = False
         self.ratio = ([1.0] + [row["ratio_continuum"] for row in side.earlier + side.results])[-1]
         self.ended_by = ""
@@ -44,7 +47,8 @@ class StageRun:
 
     def order(self):
         """Scalars of VELOCITY for the present step."""
-        self.ended_by = self.ended_by or self._ending.out_of_steps(self.done + 1)
+        dt = clock.seconds(self.side.state)
+        self.ended_by = self.ended_by or self._ending.out_of_steps(self.done + 1) or self._ending.out_of_time(self.time + dt, dt)
         self._last_step = bool(self.ended_by)
         number = self.side.steps + 1
         flags = 0
@@ -55,7 +59,7 @@ class StageRun:
         following = self.leg.at(self.done + 1)
         if self._last_step:
             following = leg_of(self._next, self.leg.gravity, self.leg.factor(self.done)).at(0)
-        return messages.Order(self.index, number, following, self.leg.factor(self.done), 1.0, 1.0, flags)
+        return messages.Order(self.index, number, following, self.leg.factor(self.done), dt, 1.0, flags)
 
     def look(self, model, state):
         """Every few steps: sanity, ratios of both codes, and whether the next step is to be the stage's last."""
@@ -63,11 +67,19 @@ class StageRun:
             return
         self.side.hub.stop.check()  # stages of the grid alone wait for nobody who would ask
         check_motion(model, state)
+        self.energy.look(model, state, self.gravity)
         self.ratio = unbalanced_ratio(model, state, self.gravity)
         ratios = [self.ratio, *(rim.answer.ratio for rim in self.rims)]
         displacement = farthest(state.displacement)
         self.ended_by = self.ended_by or self._ending.reached(self.done + 1, ratios, displacement)
         self.side.progress(self.stage.name, "", self.done, self.stage.until.steps, max(ratios), self.factor)
+
+    def set_clock(self):
+        """Bring model and state to the stage's kind of time and damping (fdm_server/clock.py)."""
+        side, stage = self.side, self.stage
+        damping = side.scene.damping if stage.damping is None else stage.damping
+        factor = None if stage.time == "static" else stage.step_factor or clock.STEP_FACTOR
+        side.model = clock.begin(side.model, side.state, damping, factor)
 
     def set_loads(self):
         """Applied forces of the next step, where they change."""
@@ -77,8 +89,11 @@ class StageRun:
     def step_done(self):
         """Count the step."""
         self.done += 1
+        dt = clock.seconds(self.side.state)
+        self.time += dt
         self.set_loads()
         self.side.steps += 1
+        self.side.time += dt
         self.side.watch.stages[-1].steps += 1
         self.ended = self._last_step
 
@@ -90,6 +105,7 @@ class StageRun:
             "steps": self.done,
             "ended_by": self.ended_by,
             "gravity_factor": self.factor,
+            "seconds_simulated": self.time if self.stage.time == "real" else None,
             "ratio_continuum": self.ratio,
             "ratio_discrete": [rim.answer.ratio for rim in self.rims],
             "bonds_broken": [int(rim.answer.broken) for rim in self.rims],

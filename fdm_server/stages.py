@@ -12,6 +12,7 @@ from coupler_protocol.runfile import stage_rows
 from coupler_protocol.schedule import large_strain, leg_of
 from coupler_protocol.timing import Stopwatch
 from fdm_server import fields, record, restart
+from fdm_server.blowup import EnergyWatch
 from fdm_server.coupling import Rim, open_windows, traction_difference
 from fdm_server.excavation import excavations
 from fdm_server.grid import build_grid
@@ -40,6 +41,7 @@ class ContinuumSide:
         self.coupled = False
         self.gravity = 0.0, 1.0  # [m/s2], and the factor it is multiplied by, as the last stage left them
         self.steps = 0
+        self.time = 0.0  # [s]; static steps count as 1
         self.earlier = []  # rows of run.json of the stages before `origin`
         self.results = []
         self.recorder = None
@@ -140,9 +142,11 @@ class ContinuumSide:
 
     def compute(self, stage):
         """Take the steps of a stage."""
+        stage.set_clock()
         if large_strain(self.scene, stage.stage):
             begin_large_strain(self.model, self.state)
         stage.set_loads()
+        stage.energy = EnergyWatch(self.model, self.state, stage.gravity)
         run_stage(self, stage)
 
     # -- what a stage leaves -----------------------------------------------------------------------------------------
@@ -150,13 +154,14 @@ class ContinuumSide:
     def record(self, stage, order):
         """Histories and frames, as `order` says."""
         if self.steps % self.scene.record.history == 0:
-            self.recorder.history(self.steps, **record.history(self.model, self.state, stage.ratio, order.gravity_factor))
+            time = {} if self.state.dt is None else {"time": self.time}
+            self.recorder.history(self.steps, **record.history(self.model, self.state, stage.ratio, order.gravity_factor), **time)
         if int(order.flags) & messages.RECORD:
             self.frame(stage.stage.name, order.gravity_factor)
 
     def frame(self, name, factor):
         """Write one frame."""
-        info = FrameInfo(self.steps, float(self.steps), name, factor)
+        info = FrameInfo(self.steps, self.time, name, factor)
         self.recorder.frame(info, **record.frame(self.model, self.state))
 
     def finish(self, stage, instead=None):

@@ -5,7 +5,7 @@ A triangle abc with r1 = b - a, r2 = c - a, velocity differences du1 = u_b - u_a
     du/dx = (du1 y2 - du2 y1)/2A        du/dy = (du2 x1 - du1 x2)/2A
 
 Triangles in a mesh are too stiff where volume is kept (plastic flow). Therefore the deviator belongs to each
-triangle, the dilation e to the whole zone (Marti & Cundall 1982, Int. J. Numer. Anal. Methods Geomech. 6):
+triangle, the dilation e to the whole zone (Marti & Cundall 1982, Int. J. Numer. Anal. Methods Geomech. 6, 129-139):
 the area mean over its triangles,
 
     e = [(u0 - u2)(y1 - y3) + (u1 - u3)(y2 - y0) + (v0 - v2)(x3 - x1) + (v1 - v3)(x0 - x2)]/2A
@@ -29,6 +29,15 @@ def gather_velocities(b, corner, velocity, u):
         point = corner[b, k]
         u[k] = velocity[point, 0]
         u[V + k] = velocity[point, 1]
+
+
+@jit
+def gather_increments(b, corner, velocity, dt, u):
+    """Displacements of a step dt [s] at the corners of block b, in the rows of u [m]."""
+    for k in range(4 * LANES):
+        point = corner[b, k]
+        u[k] = dt * velocity[point, 0]
+        u[V + k] = dt * velocity[point, 1]
 
 
 @jit(forceinline=True)

@@ -13,6 +13,7 @@ from coupler_protocol.jit import jit
 from fdm_server.blocks import LANES
 from fdm_server.effects import elastic as elastic_law
 from fdm_server.effects import mohr_coulomb as mohr_coulomb_law
+from fdm_server.effects import softening as softening_law
 from fdm_server.effects import tension as tension_law
 from fdm_server.strain import DIFFERENCE, DILATION, GAMMA, T0, T1, T2, T3
 
@@ -22,6 +23,7 @@ STRESS_ROWS = 10
 # rows of what the returns ask for, four triangles each
 NEW_SD, NEW_XY, CHANGE_SM, CHANGE_ZZ, FLOW = (4 * k * LANES for k in range(5))
 RETURN_ROWS = 20
+SHEARING = RETURN_ROWS * LANES  # with softening four more: plastic shear strain, share of the zone's
 SHEAR, TENSION = 1, 2  # plastic state now; the same two bits shifted by PAST: at an earlier step
 NOW, PAST = SHEAR | TENSION, 2
 
@@ -29,6 +31,7 @@ pressure_increment = jit(elastic_law.pressure_increment, forceinline=True)
 shear_increment = jit(elastic_law.shear_increment, forceinline=True)
 plastic_return = jit(mohr_coulomb_law.plastic_return, forceinline=True)
 cut_off = jit(tension_law.cut_off, forceinline=True)
+shear_strain = jit(softening_law.shear_strain, forceinline=True)
 
 
 @jit
@@ -45,8 +48,11 @@ def load(b, m, elastic, strain, stress):
 
 
 @jit
-def return_triangles(b, m, share, mohr_coulomb, tension, stress, limited):
-    """What the law makes of the trial stresses of block b, written to the rows of `limited`."""
+def return_triangles(b, m, share, mohr_coulomb, tension, stress, limited, softens):
+    """What the law makes of the trial stresses of block b, written to the rows of `limited`.
+
+    softens: elastic parameters where plastic shear strain is asked for, or None.
+    """
     for t in range(4):
         o = t * LANES
         for i in range(LANES):
@@ -60,7 +66,9 @@ def return_triangles(b, m, share, mohr_coulomb, tension, stress, limited):
             s3 = zz if above else high
 
             flow = 0.0
+            weight = 0.5 * share[b, o + i]
             if mohr_coulomb is not None:
+                t1, t2, t3 = s1, s2, s3
                 s1, s2, s3, sheared = plastic_return(
                     *(s1, s2, s3),
                     mohr_coulomb[m, i],
@@ -75,6 +83,9 @@ def return_triangles(b, m, share, mohr_coulomb, tension, stress, limited):
                     mohr_coulomb[m, 9 * LANES + i],
                 )
                 flow += 1.0 if sheared else 0.0
+                if softens is not None:
+                    strain = shear_strain(t1 - s1, t2 - s2, t3 - s3, softens[m, LANES + i])
+                    limited[SHEARING + o + i] = weight * strain if sheared else 0.0
             if tension is not None:
                 s1, s2, s3, opened = cut_off(
                     *(s1, s2, s3), tension[m, i], tension[m, LANES + i], tension[m, 2 * LANES + i]
@@ -86,7 +97,6 @@ def return_triangles(b, m, share, mohr_coulomb, tension, stress, limited):
             high = s2 if above else s3
             across = s1 if below else (s3 if above else s2)
             turn = 0.5 * (high - low) / (r if r > 0.0 else 1.0)
-            weight = 0.5 * share[b, o + i]
             limited[NEW_SD + o + i] = turn * sd if yields else sd
             limited[NEW_XY + o + i] = turn * xy if yields else xy
             limited[CHANGE_SM + o + i] = weight * (0.5 * (low + high) - sm) if yields else 0.0
@@ -117,14 +127,14 @@ def beyond_law(b, m, mohr_coulomb, tension, stress):
 
 
 @jit
-def limit(b, m, share, mohr_coulomb, tension, stress, plastic, limited):
-    """Bring the stresses of block b back to where the law allows them and update the zones' plastic state."""
+def limit(b, m, share, mohr_coulomb, tension, stress, plastic, limited, softens):
+    """Bring the stresses of block b back to where the law allows them, update the zones' plastic state; whether any yields."""
     if not beyond_law(b, m, mohr_coulomb, tension, stress):
         for i in range(LANES):
             before = plastic[b, i]
             plastic[b, i] = ((before & NOW) << PAST) | (before & (NOW << PAST))
-        return
-    return_triangles(b, m, share, mohr_coulomb, tension, stress, limited)
+        return False
+    return_triangles(b, m, share, mohr_coulomb, tension, stress, limited, softens)
     for i in range(LANES):
         for o in (T0, T1, T2, T3):
             stress[b, SM + i] += limited[CHANGE_SM + o + i]
@@ -136,3 +146,4 @@ def limit(b, m, share, mohr_coulomb, tension, stress, plastic, limited):
         now |= int(limited[FLOW + T2 + i]) | int(limited[FLOW + T3 + i])
         before = plastic[b, i]
         plastic[b, i] = now | ((before & NOW) << PAST) | (before & (NOW << PAST))
+    return True

@@ -20,6 +20,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+from bench.rows import repeated, row, triad, write
+
 from colluvium import launch
 from coupler_protocol import checkpoint, link, messages
 from coupler_protocol.interface import build_ring
@@ -92,19 +94,6 @@ def discs_alone(scene, out, steps, repeats):
     return repeated(step, steps, repeats)
 
 
-def repeated(step, steps, repeats):
-    """Seconds a call of `step`, `repeats` times over `steps` calls, after a warm-up."""
-    for _ in range(min(50, steps)):
-        step()
-    found = []
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        for _ in range(steps):
-            step()
-        found.append((time.perf_counter() - begin) / steps)
-    return found
-
-
 def exchange(nodes, steps, repeats):
     """Seconds a bare round trip: FORCE out, VELOCITY back, between two processes, nothing computed."""
     hub = link.HubTransport("tcp://127.0.0.1:*")
@@ -152,27 +141,6 @@ def echo(endpoint, nodes, turns):
     time.sleep(5.0)
 
 
-def triad(repeats, n=4_000_000):
-    """Bandwidth [GB/s] of a = b + 3 c over arrays far larger than the caches (24 bytes an element)."""
-    b, c, a = np.ones(n), np.ones(n), np.empty(n)
-    found = []
-    for _ in range(repeats + 1):
-        begin = time.perf_counter()
-        np.multiply(c, 3.0, out=a)
-        np.add(a, b, out=a)
-        found.append(2 * 24 * n / (time.perf_counter() - begin) / 1e9)
-    return found[1:]
-
-
-def row(name, size, values, unit, companion, note=""):
-    """One row in the form of all our benchmarks."""
-    spread = (max(values) - min(values)) / median(values)
-    return {
-        "name": name, "size": size, "threads": 1, "value": median(values), "unit": unit, "repeats": len(values),
-        "spread": spread, "companion": companion, "note": note,
-    }  # fmt: skip
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scene", nargs="?", default=Path(__file__).parent.parent / "configs" / "paper_slope.toml")
@@ -207,7 +175,7 @@ def main():
         print(f"{r['name']:<38} {1e6 * r['value']:9.1f} us   spread {100 * r['spread']:5.1f} %")
     print(f"coupled / bound {rows[3]['value'] / bound:.2f}; triad {bandwidth:.1f} GB/s")
     if options.json:
-        Path(options.json).write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+        write(rows, options.json)
     return 0
 
 

@@ -2,20 +2,41 @@
 
     F_d = F - alpha |F| sign(v)         component by component
 
-Nothing happens at rest in equilibrium, body forces are not touched, and the damping does not depend on
-frequency.
+Nothing happens at rest in equilibrium, body forces are not touched, and the damping does not depend on frequency: a vibration
+loses the share 1 - (1 - alpha)/(1 + alpha) of its amplitude's square in every half period.
 """
 
 from typing import ClassVar
 
+from pydantic import model_validator
+
 from coupler_protocol.declare import Effect, quantity
+from fdm_server.effects.rayleigh import RayleighTable
+
+KINDS = ("local", "combined", "rayleigh")
 
 
 class Damping(Effect):
-    """Local damping of gridpoints"""
+    """Damping of gridpoints: local, combined or Rayleigh (an empty table: local = 0.8; local = 0: none)"""
 
     source: ClassVar[str] = "Cundall, P. A. (1987), Distinct element models of rock and soil structure"
-    local: float = quantity(0.8, meaning="local damping coefficient alpha", ge=0, lt=1)
+    local: float | None = quantity(None, meaning="local damping coefficient alpha", ge=0, lt=1)
+    combined: float | None = quantity(None, meaning="coefficient alpha of combined damping, for steady motion", gt=0, lt=1)
+    rayleigh: RayleighTable | None = quantity(None, meaning="Rayleigh damping (stages in real time)")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _local_if_nothing_else(cls, data):
+        if isinstance(data, dict) and all(data.get(kind) is None for kind in KINDS):
+            return {**data, "local": 0.8}
+        return data
+
+    @model_validator(mode="after")
+    def _one_kind(self):
+        given = [kind for kind in KINDS if getattr(self, kind) is not None]
+        if len(given) > 1:
+            raise ValueError(f"{' and '.join(given)} exclude each other: give one of them")
+        return self
 
 
 def damped(force, velocity, alpha):

@@ -18,7 +18,7 @@ P_WAVE, LAME = 4.0 / 3.0, -2.0 / 3.0  # K + P_WAVE G: constrained modulus; K + L
 class Elastic(Effect):
     """Isotropic linear elasticity"""
 
-    source: ClassVar[str] = "Hooke's law in plane strain, e.g. Jaeger, Cook & Zimmerman (2007), chapter 5"
+    source: ClassVar[str] = "Hooke's law in plane strain, e.g. Jaeger, Cook & Zimmerman (2007), Fundamentals of Rock Mechanics"
     bulk: float = quantity(unit="Pa", meaning="bulk modulus K", gt=0)
     shear: float = quantity(unit="Pa", meaning="shear modulus G", gt=0)
 

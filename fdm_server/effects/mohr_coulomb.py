@@ -35,9 +35,7 @@ INF = float("inf")
 class MohrCoulomb(Effect):
     """Mohr-Coulomb plasticity, non-associated"""
 
-    source: ClassVar[str] = (
-        "de Souza Neto, Peric & Owen (2008), Computational Methods for Plasticity, section 8.2"
-    )
+    source: ClassVar[str] = "de Souza Neto, Peric & Owen (2008), Computational Methods for Plasticity"
     friction: float = quantity(unit="deg", meaning="friction angle phi", ge=0, lt=60)
     cohesion: float = quantity(unit="Pa", meaning="cohesion c", ge=0)
     dilation: float = quantity(
@@ -58,7 +56,8 @@ class MohrCoulomb(Effect):
         return self.cohesion / tan(radians(self.friction)) if self.friction > 0.0 else INF
 
 
-def _passive_ratio(angle):
+def passive_ratio(angle):
+    """(1 + sin)/(1 - sin) of an angle [deg]: N of friction, Np of dilation."""
     s = sin(radians(angle))
     return (1.0 + s) / (1.0 - s)
 
@@ -67,20 +66,18 @@ def parameters(mohr_coulomb, elastic):
     """Rows that `plastic_return` reads after the stresses, for one material; no table: infinite strength."""
     if mohr_coulomb is None:
         return 1.0, INF, INF, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    N, Np = _passive_ratio(mohr_coulomb.friction), _passive_ratio(mohr_coulomb.dilation)
+    N, Np = passive_ratio(mohr_coulomb.friction), passive_ratio(mohr_coulomb.dilation)
     a1 = elastic.bulk + P_WAVE * elastic.shear
     a2 = elastic.bulk + LAME * elastic.shear
+    return N, 2.0 * mohr_coulomb.cohesion * sqrt(N), mohr_coulomb.apex(), *directions(N, Np, a1, a2)
+
+
+def directions(N, Np, a1, a2):
+    """Directions of the returns over their denominators [-], as `plastic_return` reads them: p1, p2, p3, c1, c23, e12, e3."""
     m1, m2, m3 = a1 - a2 * Np, a2 * (1.0 - Np), a2 - a1 * Np
     m12, m23 = 0.5 * (m1 + m2), 0.5 * (m2 + m3)
     plane, compression, extension = m1 - N * m3, m1 - N * m23, m12 - N * m3
-    return (
-        N,
-        2.0 * mohr_coulomb.cohesion * sqrt(N),
-        mohr_coulomb.apex(),
-        *(m1 / plane, m2 / plane, m3 / plane),
-        *(m1 / compression, m23 / compression),
-        *(m12 / extension, m3 / extension),
-    )
+    return m1 / plane, m2 / plane, m3 / plane, m1 / compression, m23 / compression, m12 / extension, m3 / extension
 
 
 def plastic_return(s1, s2, s3, N, C, apex, p1, p2, p3, c1, c23, e12, e3):

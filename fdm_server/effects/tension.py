@@ -22,9 +22,7 @@ INF = float("inf")
 class Tension(Effect):
     """Tension cut-off"""
 
-    source: ClassVar[str] = (
-        "Rankine's criterion; Itasca (2011), FLAC 7.0 Constitutive Models, tension flow rule"
-    )
+    source: ClassVar[str] = "Rankine's criterion; Itasca (2011), FLAC 7.0 Constitutive Models"
     strength: float = quantity(unit="Pa", meaning="tensile strength", ge=0)
 
 

@@ -14,10 +14,17 @@ MOHR_COULOMB = MohrCoulomb(friction=30.0, cohesion=50e3)
 TENSION = Tension(strength=100.0)
 
 
-def material(name="srm", region=None, elastic=ELASTIC, mohr_coulomb=MOHR_COULOMB, tension=TENSION):
+def material(name="srm", region=None, elastic=ELASTIC, mohr_coulomb=MOHR_COULOMB, tension=TENSION, softening=None):
     """A soil; the paper's where nothing else is said."""
     return SimpleNamespace(
-        name=name, density=2700.0, region=region, top=None, elastic=elastic, mohr_coulomb=mohr_coulomb, tension=tension
+        name=name,
+        density=2700.0,
+        region=region,
+        top=None,
+        elastic=elastic,
+        mohr_coulomb=mohr_coulomb,
+        tension=tension,
+        softening=softening,
     )
 
 

@@ -14,6 +14,7 @@ from fdm_server.model import build_model, new_state
 from fdm_server.motion import unbalanced_ratio, update_velocities
 from fdm_server.safety import Unstable, check_motion, check_zones
 
+NOTHING = {"mohr_coulomb": None, "tension": None}
 SOFT = [material(mohr_coulomb=None, tension=None)]
 BENCH = [(0, 4), (4, 4), (12, 12), (20, 12)]
 
@@ -76,6 +77,53 @@ def test_static_masses_leave_room_for_local_damping(elastic, shake):
     mass = np.repeat(model.mass, 2)
     omega2 = np.linalg.eigvalsh(stiffness(model) / np.sqrt(mass[:, None] * mass)).max()
     assert omega2 * (1 + 0.8) / 4 < 0.95
+
+
+def highest(model, extra=None):
+    """Largest omega^2 at a step of 1 of the assembled operator, by the kernels; extra: springs (N,) [N/m] to the ground."""
+    K, mass = stiffness(model), np.repeat(model.mass, 2)
+    if extra is not None:
+        K[np.diag_indices_from(K)] += np.repeat(extra, 2)
+        mass = mass + np.repeat(0.5 * extra, 2)  # what the discs ask for: half the stiffness at a step of 1
+    return np.linalg.eigvalsh(K / np.sqrt(mass[:, None] * mass)).max()
+
+
+LIMIT = 4.0 / (1.0 + 0.8)  # of omega^2 under local or combined damping of 0.8
+
+
+def test_no_shape_of_triangle_exceeds_half_of_what_masses_hold():
+    """One triangle alone carries its masses from both overlaid pairs: omega^2 <= 2 for any shape and any Poisson's ratio."""
+    rng = np.random.default_rng(8)
+    scene = slope(1.0, [(0, 1), (1, 1)], length=1.0, height=1.0)
+    scene.boundary = []
+    worst = 0.0
+    for _ in range(150):
+        nu = rng.choice([-0.5, 0.0, 0.3, 0.49, 0.4999])
+        shear = 1e6
+        scene.material = [material(elastic=Elastic(bulk=shear * 2 * (1 + nu) / (3 * (1 - 2 * nu)), shear=shear), **NOTHING)]
+        grid = build_grid(scene)
+        xy = np.array([[0.0, 0.0], [1.0, 0.0], [rng.uniform(-1, 2), 10.0 ** rng.uniform(-2, 1)], [5.0, 5.0]])
+        zones = np.array([[0, 1, 2, 2]])
+        model = build_model(scene, grid._replace(xy=xy, zones=zones))
+        worst = max(worst, highest(model))
+    assert worst < 2.0 < LIMIT
+
+
+@pytest.mark.parametrize("contrast", [1e-3, 1e3])
+@pytest.mark.parametrize("thin", [1.0, 8.0])
+def test_masses_hold_for_layers_of_any_contrast_thin_distorted_zones_and_springs(contrast, thin):
+    """Quads and triangles, 1000:1 in stiffness, eight times as long as wide, shaken, and with the springs of an interface."""
+    stiff, soft = Elastic(bulk=0.5e9, shear=0.15e9), Elastic(bulk=0.5e9 * contrast, shear=0.15e9 * contrast)
+    layer = material("layer", [(0, 0), (20, 0), (20, 4), (0, 4)], elastic=soft, **NOTHING)
+    scene = slope(2.0, BENCH, materials=[material(elastic=stiff, **NOTHING), layer])
+    grid = build_grid(scene)
+    rng = np.random.default_rng(5)
+    free = ~build_model(scene, grid).fixed.any(axis=1)
+    xy = (grid.xy + 0.5 * free[:, None] * rng.uniform(-1, 1, grid.xy.shape)) * [thin, 1.0]
+    model = build_model(scene, grid._replace(xy=xy))
+    assert highest(model) < 0.5 * LIMIT
+    springs = model.mass * 10.0 ** rng.uniform(-2, 3, len(model.mass)) * (rng.random(len(model.mass)) < 0.3)
+    assert highest(model, springs) < LIMIT
 
 
 def test_weights_stand_for_the_zones(one_zone):

@@ -12,7 +12,11 @@ SCRIPT = """
 import sys
 import numpy as np
 from grid_cases import MohrCoulomb, material, slope, window
+from fdm_server import clock
 from fdm_server.advance import advance
+from fdm_server.effects.damping import Damping
+from fdm_server.effects.rayleigh import RayleighTable
+from fdm_server.effects.softening import Softening
 from fdm_server.grid import build_grid
 from fdm_server.hole import cut_window
 from fdm_server.model import build_model, new_state
@@ -21,10 +25,15 @@ from fdm_server.shape import begin_large_strain
 from fdm_server.windows import window_zones
 
 scene = slope(2.0, [(0, 4), (4, 4), (12, 12), (20, 12)])
-scene.material[0] = material(mohr_coulomb=MohrCoulomb(friction=20, cohesion=2e3, dilation=5))
+kind, strain = sys.argv[2].split()
+softening = Softening(strain=[1e-4, 1e-3], cohesion=[1e3, 0.0], friction=[15, 12]) if kind == "softening" else None
+scene.material[0] = material(mohr_coulomb=MohrCoulomb(friction=20, cohesion=2e3, dilation=5), softening=softening)
+scene.damping = Damping(combined=0.5) if kind == "softening" else scene.damping
 model = build_model(scene, build_grid(scene))
 state = new_state(model)
-if sys.argv[2] == "large":
+if kind == "rayleigh":
+    model = clock.begin(model, state, Damping(rayleigh=RayleighTable(fraction=0.1, frequency=50.0)), 0.5)
+if strain == "large":
     begin_large_strain(model, state)
 for step in range(60):
     if step == 40:
@@ -38,21 +47,23 @@ np.savez(sys.argv[1], **{name: getattr(state, name) for name in state.__slots__ 
 """
 
 
-def run(tmp_path, disable, strain):
+def run(tmp_path, disable, case):
     out = tmp_path / f"state{disable}.npz"
     environment = {"NUMBA_DISABLE_JIT": disable, "PYTHONPATH": str(Path(__file__).parent)}
-    command = [sys.executable, "-W", "ignore", "-c", SCRIPT, out, strain]
+    command = [sys.executable, "-W", "ignore", "-c", SCRIPT, out, case]
     done = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True)
     ratio, yielded = done.stdout.split()
     return float(ratio), int(yielded), np.load(out)
 
 
-@pytest.mark.parametrize("strain", ["small", "large"])
-def test_compiled_equals_interpreted(tmp_path, strain):
-    ratio, yielded, plain = run(tmp_path, "1", strain)
-    compiled_ratio, compiled_yielded, compiled = run(tmp_path, "0", strain)
-    assert ("mass" in plain.files) == (strain == "large")
-    assert yielded > 10
+@pytest.mark.parametrize("case", ["local small", "local large", "softening small", "softening large", "rayleigh small"])
+def test_compiled_equals_interpreted(tmp_path, case):
+    ratio, yielded, plain = run(tmp_path, "1", case)
+    compiled_ratio, compiled_yielded, compiled = run(tmp_path, "0", case)
+    assert ("mass" in plain.files) == ("large" in case)
+    assert ("plastic_shear" in plain.files) == ("softening" in case)
+    assert ("dt" in plain.files) == ("rayleigh" in case)
+    assert yielded > (0 if "rayleigh" in case else 10)
     assert yielded == compiled_yielded
     np.testing.assert_allclose(compiled_ratio, ratio, rtol=1e-12)
     for name in plain.files:

@@ -15,10 +15,17 @@ DENSITY = 2700.0
 GRAVITY = 9.81
 
 
-def soil(elastic=PAPER, mohr_coulomb=None, tension=None, density=DENSITY, region=None, name="soil"):
+def soil(elastic=PAPER, mohr_coulomb=None, tension=None, softening=None, density=DENSITY, region=None, name="soil"):
     """A material of a scene."""
     return SimpleNamespace(
-        name=name, density=density, region=region, top=None, elastic=elastic, mohr_coulomb=mohr_coulomb, tension=tension
+        name=name,
+        density=density,
+        region=region,
+        top=None,
+        elastic=elastic,
+        mohr_coulomb=mohr_coulomb,
+        tension=tension,
+        softening=softening,
     )
 
 

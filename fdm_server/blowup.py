@@ -1,0 +1,89 @@
+"""Blow-up found by energy, long before a number overflows.
+
+Whatever yields, slides or is damped only takes energy out. Since a moment with strain energy U0 and kinetic energy K0,
+
+    K <= U0 + K0 + W
+
+with W the work of weights and applied forces, and of those that drive prescribed gridpoints. A slope that fails obeys this,
+however fast it goes; in static mode too, with scaled masses on both sides. A step that is too long for something stiff does
+not: velocities grow from step to step and nobody has done the work. Looks are some steps apart, so W is known by the
+trapezoidal rule only, and K, of a half step, can be twice the energy at omega^2 = 2: hence MARGIN. Sudden forces between two
+looks are seen too late: hence K must also have grown GROWTH times since it went beyond the margin.
+"""
+
+import numpy as np
+
+from coupler_protocol.jit import jit
+from fdm_server.energy import strain_energy
+from fdm_server.motion import kinetic_energy
+from fdm_server.safety import Unstable
+from fdm_server.shape import masses
+
+MARGIN, GROWTH = 5.0, 100.0
+
+
+@jit
+def external_force(n, k, force, applied, weight_mass, fixed, gravity):
+    """Component k of what acts on gridpoint n from outside [N]; on a held or driven one the reaction, inertia left out."""
+    if fixed[n, k]:
+        return -force[n, k]
+    return applied[n, k] - (gravity * weight_mass[n] if k == 1 else 0.0)
+
+
+@jit
+def work_kernel(force, applied, weight_mass, mass, added_mass, fixed, gravity, velocity, displacement, last, before):
+    """Work [J] since the last look, kinetic energy [J] of what is free, and the gridpoint with most of it.
+
+    last (N,2) [m], before (N,2) [N]: displacements and external forces at the last look, replaced by those of now.
+    """
+    work = kinetic = most = 0.0
+    fastest = 0
+    for n in range(velocity.shape[0]):
+        own = 0.0
+        for k in range(2):
+            v = velocity[n, k]
+            external = external_force(n, k, force, applied, weight_mass, fixed, gravity)
+            work += 0.5 * (before[n, k] + external) * (displacement[n, k] - last[n, k])
+            before[n, k] = external
+            last[n, k] = displacement[n, k]
+            own += 0.0 if fixed[n, k] else 0.5 * (mass[n] + added_mass[n]) * v * v
+        kinetic += own
+        if own > most:
+            most, fastest = own, n
+    return work, kinetic, fastest
+
+
+class EnergyWatch:
+    """The balance above since `begin`, for one stage."""
+
+    def __init__(self, model, state, gravity):
+        self.last = state.displacement.copy()
+        self.before = np.zeros_like(self.last)
+        self._kernel(model, state, gravity)
+        self.given = strain_energy(model, state) + kinetic_energy(model, state)  # U0 + K0 + W [J]
+        self.most = self.given
+        self.onset = None  # K when it went beyond the margin
+
+    def _kernel(self, model, state, gravity):
+        return work_kernel(
+            state.force, state.applied, model.weight_mass, masses(model, state), state.added_mass, model.fixed,
+            float(gravity), state.velocity, state.displacement, self.last, self.before,
+        )  # fmt: skip
+
+    def look(self, model, state, gravity):
+        """Bring the balance up to date, between the kernels of a step. Raises Unstable."""
+        work, kinetic, fastest = self._kernel(model, state, gravity)
+        self.given += work
+        self.most = max(self.most, self.given)
+        if kinetic <= MARGIN * self.most:
+            self.onset = None
+        elif self.onset is None:
+            self.onset = kinetic
+        elif kinetic > GROWTH * self.onset:
+            x, y = model.grid.xy[fastest]
+            zone = model.zone[np.flatnonzero((model.zones == fastest).any(axis=1))]
+            raise Unstable(
+                f"the motion has {kinetic:.3g} J, all forces together have given {self.most:.3g} J: it grows by itself. "
+                f"Fastest is the gridpoint at ({x:g}, {y:g}) of zone {zone[0] if len(zone) else '-'}: "
+                f"is something stiffer than its zones hung on it, or was a velocity set by hand?"
+            )

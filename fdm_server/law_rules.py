@@ -1,0 +1,45 @@
+"""What a scene's materials, damping and time must fulfil together; found by the scene reader through `colluvium.rules`."""
+
+from fdm_server.effects.softening import curves
+
+
+def laws_fit_together(scene):
+    """Softening has something to soften, and dilation never exceeds friction on the way."""
+    for i, m in enumerate(scene.material):
+        if m.softening is None:
+            continue
+        at = ("material", i, "softening")
+        if m.mohr_coulomb is None:
+            yield at, "softening without Mohr-Coulomb", "add mohr_coulomb = { friction = .., cohesion = .. } or remove the table"
+            continue
+        if m.softening.tension is not None and m.tension is None:
+            yield (*at, "tension"), "a tensile strength that softens without a table", "add tension = { strength = .. }"
+        values = curves(m.softening, m.mohr_coulomb, m.tension)
+        for strain, phi, psi in zip(m.softening.strain, values["friction"][1:], values["dilation"][1:], strict=True):
+            if psi > phi:
+                why = f"at strain {strain:g} dilation {psi:g} deg exceeds friction {phi:g} deg: such flow creates energy"
+                yield (*at, "dilation"), why, "let dilation fall with friction: dilation <= friction at every strain"
+
+
+def time_fits_the_stages(scene):
+    """Seconds and Rayleigh damping belong to real time, real time to stages of the grid alone."""
+    coupled = False
+    for i, stage in enumerate(scene.stage):
+        at = ("stage", i)
+        coupled = coupled or stage.kind == "couple"
+        real = stage.time == "real"
+        damping = scene.damping if stage.damping is None else stage.damping
+        if real and coupled:
+            why = "real time is not built yet for coupled stages"
+            yield (*at, "time"), why, 'use time = "static", or put the stage before couple'
+        if stage.kind == "fill":
+            if real or stage.damping is not None:
+                yield at, "fill computes no steps of the grid", "remove time and damping here"
+            continue
+        if not real and stage.until is not None and stage.until.time is not None:
+            yield (*at, "until", "time"), "a static stage has no seconds", 'use steps or ratio, or time = "real"'
+        if not real and stage.step_factor is not None:
+            yield (*at, "step_factor"), "the step of a static stage is 1", 'remove the key, or use time = "real"'
+        if not real and damping is not None and damping.rayleigh is not None:
+            why = "Rayleigh damping knows a frequency, a static stage does not"
+            yield (*at, "damping"), why, "give the stage damping = { local = 0.8 }"

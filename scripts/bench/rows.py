@@ -1,0 +1,49 @@
+"""Rows in the one form of all our benchmarks, repeated timings, and what the memory of this machine gives in the same run."""
+
+import json
+import time
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+from coupler_protocol.jit import jit
+
+
+def row(name, size, values, unit, companion, note="", threads=1):
+    """One row: median and spread, (largest - smallest)/median, of `values`; `companion`: reference loops of the same run."""
+    spread = (max(values) - min(values)) / median(values)
+    return {
+        "name": name, "size": size, "threads": threads, "value": median(values), "unit": unit, "repeats": len(values),
+        "spread": spread, "companion": companion, "note": note,
+    }  # fmt: skip
+
+
+def write(rows, path):
+    """Write rows as a JSON list."""
+    Path(path).write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+
+
+def repeated(step, steps, repeats, warm_up=50):
+    """Seconds a call of `step`, `repeats` times over `steps` calls, after a warm-up."""
+    for _ in range(min(warm_up, steps)):
+        step()
+    found = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        for _ in range(steps):
+            step()
+        found.append((time.perf_counter() - begin) / steps)
+    return found
+
+
+@jit(package="fdm_server")
+def _triad(a, b, c):
+    for i in range(a.shape[0]):
+        a[i] = b[i] + 3.0 * c[i]
+
+
+def triad(repeats, n=8_000_000):
+    """Bandwidths [GB/s] of a = b + 3 c in one thread, over arrays far larger than the caches (24 bytes an element)."""
+    b, c, a = np.ones(n), np.ones(n), np.zeros(n)
+    return [24e-9 * n / seconds for seconds in repeated(lambda: _triad(a, b, c), 3, repeats)]

@@ -1,0 +1,40 @@
+"""What a step of either code costs, beside reference loops in the same run.
+
+    python scripts/bench_step.py --fdm [--fast] [--repeats R] [--json FILE]
+
+Kernels are compiled and states brought up before anything is timed. Medians of wall time; compare them within one run, on a
+machine that does nothing else.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from bench import fdm
+from bench.rows import write
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--fdm", action="store_true", required=True, help="the continuum")
+    parser.add_argument("--fast", action="store_true", help="small sizes, few steps: to see that it runs")
+    parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--json", metavar="FILE")
+    options = parser.parse_args()
+    rows = fdm.run(options.fast, options.repeats)
+    for r in rows:
+        value, unit = (r["value"] / 1e6, "M " + r["unit"]) if r["unit"].endswith("/s") else (r["value"], r["unit"])
+        print(
+            f"{r['size']:>9} {r['threads']} thread{'s' * (r['threads'] > 1):<2} {r['name']:<62} {value:8.2f} {unit:<15} "
+            f"spread {100 * r['spread']:5.1f} %  {r['note']}"
+        )
+    print(f"triad {rows[0]['companion']['triad_GB_per_s']:.1f} GB/s (one thread, same run)")
+    if options.json:
+        write(rows, options.json)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,71 @@
+"""The benchmark of a step runs and reports all it promises (no seconds asserted); what it counts and compares is right."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def bench(monkeypatch):
+    """The folder of scripts on the path."""
+    monkeypatch.syspath_prepend(ROOT / "scripts")
+
+
+def test_every_row_has_its_companion(tmp_path):
+    words = [ROOT / "scripts" / "bench_step.py", "--fdm", "--fast", "--repeats", "2", "--json", tmp_path / "rows.json"]
+    done = subprocess.run([sys.executable, *map(str, words)], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    rows = json.loads((tmp_path / "rows.json").read_text())
+    assert all(row["value"] > 0.0 and row["companion"]["triad_GB_per_s"] > 0.0 for row in rows)
+    names = [row["name"] for row in rows]
+    assert sum(name.startswith("scalar loop") for name in names) == 2
+    assert {"law: elastic", "law: Mohr-Coulomb, tension, flowing", "law: elastic, large strain"} <= set(names)
+    memory = {row["name"]: int(row["note"].split()[0]) for row in rows if row["name"].startswith("law")}
+    assert memory["law: elastic"] < memory["law: Mohr-Coulomb"] < memory["law: Mohr-Coulomb, tension, large strain"]
+
+
+def test_the_scalar_loop_computes_what_the_kernels_compute(bench):
+    from bench import fdm
+    from bench.scalar_zone import step_of_zones
+
+    from fdm_server.blocks import from_blocks
+
+    case = fdm.Case(1_600, flowing=True)
+    model, state = case.model, case.state
+    laws = [tuple(p[0]) for p in model.material_law[:3]]
+    stress = from_blocks(state.stress, case.zones)
+    plastic, force = np.zeros(case.zones, dtype=np.int64), np.zeros_like(state.force)
+    for _ in range(12):
+        case.step()
+        step_of_zones(model.zones, model.grid.xy, state.velocity, *laws, stress, plastic, force)
+    assert np.all(plastic & 1)
+    np.testing.assert_allclose(stress, from_blocks(state.stress, case.zones), rtol=1e-9, atol=1e-3)
+    np.testing.assert_allclose(force, state.force, rtol=1e-9, atol=1e-3)
+    assert np.array_equal(plastic, from_blocks(state.plastic, case.zones)[:, 0])
+
+
+def test_operations_are_counted_in_loops_and_calls_and_effects(bench):
+    from bench.operations import operations
+
+    counted = operations(_inner, per="LANES")
+    assert counted == {"flops": 3, "divisions": 1}
+    assert operations(_outer, per="LANES", present=("effect",)) == {"flops": 2 * 3 + 1, "divisions": 2, "roots": 1}
+    assert operations(_outer, per="LANES") == {"flops": 2 * 3, "divisions": 2}
+
+
+def _inner(x, y):
+    return (x * y + 1.0) / (x - y)
+
+
+def _outer(a, effect):
+    for i in range(LANES):  # noqa: F821
+        for t in range(2):
+            a[i + t] = _inner(a[i], 2.0)
+        if effect is not None:
+            a[i] = sqrt(a[i] + effect)  # noqa: F821
