@@ -77,7 +77,8 @@ def print_answer(found, console):
     console.print(f"{found['title'] or 'scene'}: no problems found")
     if "zones" in found:
         console.print(
-            f"grid of {found['zones']} zones in {found['columns']} columns and {found['rows']} rows, {found['gridpoints']} gridpoints"
+            f"grid of {found['zones']} zones in {found['columns']} columns and {found['rows']} rows, "
+            f"{found['gridpoints']} gridpoints"
         )
     else:
         console.print("no grid: discs alone")

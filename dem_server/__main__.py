@@ -10,7 +10,7 @@ from coupler_protocol.progress import Progress
 
 def parser():
     """Options of the command line."""
-    p = program.server_parser("dem-server", "Discrete side: computes one window of discs for a continuum process, or discs alone.")
+    p = program.server_parser("dem-server", "Discrete side: one window of discs for a continuum process, or discs alone.")
     p.add_argument("--connect", metavar="ENDPOINT", help="tcp://HOST:PORT, or the file it is written to; none without a grid")
     p.add_argument("--rank", type=program.positive, default=1, metavar="N", help="which window of the scene, from 1 (default 1)")
     return p
