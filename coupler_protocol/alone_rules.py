@@ -41,9 +41,11 @@ def stages_of_discs_alone(scene):
                 yield at, "fill computes no steps", "remove until, gravity, gravity_factor and insitu here"
         elif stage.until is None or not any(value is not None for value in stage.until.__dict__.values()):
             yield at, f"stage {stage.name!r} would never end", "add until = { ratio = 1e-4, steps = .. }"
-        for key in ("handover", "excavate", "surcharge", "large_strain", "damping"):
+        for key in ("handover", "excavate", "surcharge", "large_strain"):
             if getattr(stage, key) is not None:
                 yield (*at, key), "this needs a grid", "remove the key"
+        if stage.damping is not None and stage.damping.local is None:
+            yield (*at, "damping"), "discs know local damping only", "damping = { local = 0.7 }"
         if stage.discard:
             yield (*at, "discard"), "only stages of the grid alone can be discarded", "remove the key"
 

@@ -6,6 +6,7 @@ hold, the rest is free. Or the discs are read from a file.
 
 import logging
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
 from dem_server import balance, bonding, cycle, energy, filling, insitu, record
 from dem_server.contacts import contact_forces
+from dem_server.effects.damping import DampingTable
 from dem_server.model import Model, State
 from dem_server.walls import make_walls
 
@@ -62,7 +64,7 @@ class DiscsAlone:
             self._frame(self.origin.stage if self.saved else self.scene.stage[0].name, 1.0)
             if not self.saved:
                 self._end_stage(self.scene.stage[0].name, 1.0)
-                self.results.append(self._row(self.scene.stage[0], 0, 1.0, "", 1.0, 0.0))
+                self.results.append(self._row(self.scene.stage[0], 0, 1.0, "", [], 0.0))
                 first = 1
             for stage, leg in list(zip(self.scene.stage, legs, strict=True))[first:]:
                 self._stage(stage, leg)
@@ -111,13 +113,16 @@ class DiscsAlone:
             if self.steps % record_every == 0 or ended_by:
                 self._frame(stage.name, factor)
         self._end_stage(stage.name, factor)
-        self.results.append(self._row(stage, done, factor, ended_by, ratio, self.time - began))
+        self.results.append(self._row(stage, done, factor, ended_by, [ratio], self.time - began))
 
     def _in_time_of(self, stage):
-        """The model in the stage's mode."""
+        """The model in the stage's mode, with the stage's damping."""
+        damping = stage.damping or self.scene.discs.damping
+        table = DampingTable(float(damping.local)) if damping is not None and damping.local > 0.0 else None
+        self.model = replace(self.model, law=self.model.law._replace(damping=table))
         if stage.time == "real":
             self.model = cycle.in_real_time(self.model, self.state, stage.step_factor or self.scene.discs.time_step)
-        elif self.model.real_time is not None:
+        else:
             self.model = cycle.in_static_mode(self.model, self.state)
         return self.model
 
@@ -179,7 +184,7 @@ class DiscsAlone:
         self.steps = int(self.saved.about["step"])
         self.watch.begin(self.origin.stage)
 
-    def _row(self, stage, steps, factor, ended_by, ratio, seconds):
+    def _row(self, stage, steps, factor, ended_by, ratios, seconds):
         return {
             "name": stage.name,
             "kind": stage.kind,
@@ -188,7 +193,7 @@ class DiscsAlone:
             "time_step": self.state.dt if stage.time == "real" else None,
             "ended_by": ended_by,
             "gravity_factor": factor,
-            "ratio_discrete": [ratio],
+            "ratio_discrete": ratios,
             "bonds_broken": [self.state.broken_tension + self.state.broken_shear],
         }
 
