@@ -51,8 +51,11 @@ def stages_of_discs_alone(scene):
 
 
 def walls_have_a_length(scene):
-    """A wall runs from one point to another."""
+    """A wall runs from one point to another, and moves in one kind of time."""
     for i, wall in enumerate(scene.discs.wall if scene.discs else []):
+        if wall.velocity != (0.0, 0.0) and len({stage.time for stage in scene.stage if stage.kind == "discs"}) > 1:
+            why = "its velocity would be in m/s in some stages and in m a step in others"
+            yield ("discs", "wall", i, "velocity"), why, "let all stages compute in real time, or all in static mode"
         if wall.ends[0] == wall.ends[1]:
             yield ("discs", "wall", i, "ends"), "both ends are the same point", "ends = [[x0, y0], [x1, y1]]"
 

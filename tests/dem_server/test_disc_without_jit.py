@@ -68,7 +68,8 @@ for fraction in (None, 0.3):
     fast.append(cycle.advance(model, state, 9.81, 60))
 print(balance.unbalanced_ratio(model, state, 9.81), state.counters.tolist())
 np.save(sys.argv[1], np.column_stack([state.disc, state.load, state.shear, state.rolled, state.root_mass, *state.parallel]))
-np.save(sys.argv[3], [*fast, *state.walls.force[0], *state.walls.normal.sum(0), *state.walls.rolled.sum(0), energy.kinetic(model, state), energy.stored(model, state)])
+walls = [*state.walls.force[0], *state.walls.normal.sum(0), *state.walls.rolled.sum(0)]
+np.save(sys.argv[3], [*fast, *walls, energy.kinetic(model, state), energy.stored(model, state)])
 """
 
 

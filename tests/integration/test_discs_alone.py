@@ -147,6 +147,7 @@ def test_discs_that_fly_apart_end_with_code_6(tmp_path):
 
 
 STAGE = {"name": "go", "kind": "discs", "until": {"steps": 1}}
+MOVING = {"radius": 0.1, "soil": SOIL, "wall": [GROUND | {"velocity": [0.0, 0.1]}]}
 
 
 @pytest.mark.parametrize(
@@ -159,6 +160,8 @@ STAGE = {"name": "go", "kind": "discs", "until": {"steps": 1}}
         ({"stage": [{"name": "fill"}, {"name": "couple", "until": {"steps": 1}}]}, "needs a grid"),
         ({"stage": [{"name": "fill"}, STAGE | {"until": {"time": 1.0}}]}, "no seconds"),
         ({"stage": [{"name": "fill"}, {"name": "go", "kind": "discs"}]}, "never end"),
+        ({"discs": MOVING, "stage": [{"name": "fill"}, STAGE, STAGE | {"name": "b", "time": "real"}]}, "m a step"),
+        ({"discs": {"radius": 0.1, "soil": SOIL, "wall": [{"ends": [[0.0, 0.0], [0.0, 0.0]]}]}}, "same point"),
     ],
 )
 def test_what_discs_alone_refuse(change, why):

@@ -1,10 +1,12 @@
 """Walls are flat, carry what presses on them, push what they meet, and keep energy."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from disc_cases import KN, loose_discs
 
-from dem_server import energy
+from dem_server import energy, stones
 from dem_server.balance import unbalanced_ratio
 from dem_server.contacts import contact_forces
 from dem_server.cycle import advance, in_real_time, in_static_mode
@@ -12,6 +14,7 @@ from dem_server.effects.damping import Damping
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.friction import Friction
 from dem_server.effects.rolling import Rolling
+from dem_server.effects.spring import Spring
 from dem_server.walls import make_walls
 
 R, G = 0.03, 9.81
@@ -88,7 +91,7 @@ def test_friction_of_a_moving_wall_drags():
 
 def test_a_box_of_walls_keeps_its_discs_in_static_mode():
     side = np.arange(5) * 2.0 * R
-    xy = np.stack(np.meshgrid(side + 0.001, side), axis=-1).reshape(-1, 2) + [R, R]
+    xy = np.stack(np.meshgrid(R + side + 0.001, R + side), axis=-1).reshape(-1, 2)
     box = 10.0 * R + 0.002
     ends = [[0.0, 0.0, box, 0.0], [box, 0.0, box, 1.0], [0.0, 0.0, 0.0, 1.0]]
     model, state = with_walls(xy, ends, damping=Damping(local=0.7))
@@ -99,3 +102,27 @@ def test_a_box_of_walls_keeps_its_discs_in_static_mode():
             break
     weight = state.weight.sum() * G
     np.testing.assert_allclose(state.walls.force.sum(axis=0), [0.0, -weight], atol=1e-4 * weight)
+
+
+@pytest.mark.parametrize("real", [None, 0.1])
+def test_a_rigid_stone_on_a_wall(real):
+    """Four discs as one clump come to rest on the ground with their whole weight, without any disc turning by itself."""
+    xy = np.array([[0.0, R], [2.0 * R, R], [0.0, 3.0 * R], [2.0 * R, 3.0 * R]])
+    grain = SimpleNamespace(density=2000.0, spring=Spring(normal=5e8, shear=5e8), friction=Friction(coefficient=0.5), bond=None)
+    changes = {"stone": grain, "friction": Friction(coefficient=0.5), "dashpot": Dashpot(normal=0.3, shear=0.3)}
+    grain.dashpot = changes["dashpot"]
+    model, state = loose_discs(xy, np.full(4, R), bond=None, **changes)
+    square = np.array([[-R, 0.0], [3.0 * R, 0.0], [3.0 * R, 4.0 * R], [-R, 4.0 * R]])
+    stones.mark(model, state, [square], 2000.0)
+    model = stones.make(model, state, [square], "clump")
+    state.walls = make_walls([[-1.0, 0.0, 1.0, 0.0]], np.zeros((1, 2)), model)
+    contact_forces(model, state)
+    model = in_static_mode(model, state) if real is None else in_real_time(model, state, real)
+    for _ in range(40):
+        advance(model, state, G, 1000)
+        if unbalanced_ratio(model, state, G) < 1e-6:
+            break
+    weight = 2000.0 * (4.0 * R) ** 2 * G
+    np.testing.assert_allclose(state.walls.force[0], [0.0, -weight], rtol=1e-5, atol=1e-5 * weight)
+    np.testing.assert_allclose(state.angle, state.clumps.motion[0, 5], atol=1e-12)
+    assert state.capped == 0
