@@ -1,6 +1,6 @@
 """Front door: read a scene, run it, read its results. Nothing heavy is loaded before it is used."""
 
-__all__ = ["Scene", "open_run", "read_scene", "run"]
+__all__ = ["Scene", "open_run", "read_scene", "resume", "run"]
 
 
 def __getattr__(name):
@@ -16,8 +16,8 @@ def __getattr__(name):
         from colluvium.api import Scene
 
         return Scene
-    if name == "run":
-        from colluvium.api import run
+    if name in ("run", "resume"):
+        from colluvium import api
 
-        return run
+        return getattr(api, name)
     raise AttributeError(f"module 'colluvium' has no attribute {name!r}")

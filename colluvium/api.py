@@ -1,8 +1,9 @@
-"""The Python interface: `colluvium.Scene.read(path)` and `colluvium.run(scene, out=...)`."""
+"""The Python interface: `colluvium.Scene.read(path)`, `colluvium.run(scene, out=...)`, `colluvium.resume(run_dir)`."""
 
 from pathlib import Path
 
-from coupler_protocol import program
+from coupler_protocol import program, restart
+from coupler_protocol.plugin import from_functions
 from coupler_protocol.scene_reader import build_scene, read_scene
 
 
@@ -18,18 +19,51 @@ class Scene:
         return read_scene(path, overrides)
 
 
-def run(scene, out, in_process=True, force=False, report="none"):
+def run(scene, out, in_process=True, force=False, report="none", *, on_stage=None, on_step=None):
     """Compute `scene` into the folder `out` and return its results (`colluvium.open_run`).
 
     in_process: both sides in threads of this process; otherwise one process each, bit-identical.
+    on_stage: function that is called at the end of each stage, on_step: (n, function) for every n steps, with a
+    coupler_protocol.plugin.Moment of the side; what it changes the run goes on with. In one process only.
     Raises a coupler_protocol.exits.RunEnded that says what went wrong and whose fault it is.
     """
     from colluvium import inprocess, launch
     from colluvium.results import open_run
 
+    plugin = from_functions(on_stage, on_step)
+    if plugin is not None and not in_process:
+        raise ValueError("functions cannot be called in other processes: run in_process, or give the servers --plugin FILE")
     out = program.prepare_folder(out, launch.own_files(out), force)
     if in_process:
-        inprocess.run(scene, out, report=report)
+        inprocess.run(scene, out, report=report, plugin=plugin)
     else:
         launch.run_scene(scene, Path(out), report)
     return open_run(out)
+
+
+def resume(run_dir, in_process=True, report="none"):
+    """Go on with the run in `run_dir` after its last stage end that all processes have saved; returns its results.
+
+    Raises a coupler_protocol.exits.RunEnded that says what went wrong, EnvironmentFailed where nothing is left to compute.
+    """
+    from colluvium import inprocess, launch
+    from colluvium.results import open_run
+
+    out = Path(run_dir)
+    scene, origin = to_go_on(out)
+    if in_process:
+        inprocess.run(scene, out, report=report, origin=origin)
+    else:
+        quiet = ["--quiet"] if report == "none" else []
+        launch.checked(launch.run_files(out / "scene.json", out, launch.windows_of(scene), [f"--from={origin}", *quiet]))
+    return open_run(out)
+
+
+def to_go_on(out):
+    """Scene of the run in the folder `out` and the stage end to go on from; what the process that ended left is removed."""
+    scene = read_scene(out / "scene.json")
+    origin = restart.last_saved(scene, out)
+    restart.check(scene, origin)
+    for name in ("endpoint", "run.json"):
+        (out / name).unlink(missing_ok=True)
+    return scene, origin

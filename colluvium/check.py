@@ -1,4 +1,4 @@
-"""`colluvium check`: what a scene will compute and what it will not, without computing it."""
+"""`colluvium check`: what a scene will compute and what it will not, without computing it but for a stage of kind locate."""
 
 import numpy as np
 
@@ -74,7 +74,9 @@ def answer(scene):
 
 
 def print_answer(found, console):
-    """Print the answer for a person."""
+    """Print the answer for a person; `found["locate"]`: of colluvium.locate, where the scene asks."""
+    from colluvium.locate import in_words
+
     console.print(f"{found['title'] or 'scene'}: no problems found")
     if "zones" in found:
         console.print(
@@ -103,10 +105,12 @@ def print_answer(found, console):
             console.print(f"  {row['effect']:<24} {row['summary']}", markup=False)
     console.print("stages:")
     for s in found["stages"]:
-        until = ", ".join(f"{k} {v:g}" for k, v in s["until"].items())
+        until = ", ".join(f"{k} {v}" if isinstance(v, str) else f"{k} {v:g}" for k, v in s["until"].items())
         ramp = f"{s['factor'][0]:g} to {s['factor'][1]:g} g over {s['over']} steps" if s["over"] else f"{s['factor'][1]:g} g"
         more = (", real time" if s["time"] == "real" else "") + (", large strain" if s["large_strain"] else "")
         more += f", until {until}" if until else ""
         console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}{more}", markup=False)
+    for sentence in in_words(found["locate"]) if found.get("locate") else ():
+        console.print(sentence, markup=False)
     for doubt in found["doubts"]:
         console.print(f"worth a second look: {doubt['what']}\n    {doubt['remedy']}", markup=False)

@@ -20,6 +20,7 @@ def parser():
     program.common_options(run)
     run.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME)")
     run.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
+    program.plugin_option(run)
     run.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
     run.set_defaults(work=run_command)
 
@@ -29,11 +30,13 @@ def parser():
     resume.add_argument("--threads", metavar="N", type=program.positive, default=1, help="threads of each process (default 1)")
     resume.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
     resume.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
-    resume.set_defaults(work=resume_command)
+    resume.set_defaults(work=resume_command, plugin=None)
 
     check = commands.add_parser("check", help="say what is wrong with a scene, or what it will compute")
     check.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     check.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
+    check.add_argument("--no-locate", action="store_true", help="leave out what a stage of kind locate asks for (seconds)")
+    check.add_argument("--quiet", action="store_true", help="no progress")
     check.add_argument("--json", nargs="?", const="-", metavar="FILE", help="the answer as JSON to FILE or standard output")
     check.set_defaults(work=check_command)
 
@@ -92,16 +95,11 @@ def run_command(options):
 
 def resume_command(options):
     """Go on with a run that did not reach its end."""
-    from coupler_protocol import restart
-    from coupler_protocol.scene_reader import read_scene
+    from colluvium import api
 
     program.set_threads(options.threads)
     out = Path(options.run_dir)
-    scene = read_scene(out / "scene.json")
-    options.origin = restart.last_saved(scene, out)
-    restart.check(scene, options.origin)
-    for name in ("endpoint", "run.json"):  # of the process that ended
-        (out / name).unlink(missing_ok=True)
+    scene, options.origin = api.to_go_on(out)
     print(f"going on after stage {options.origin.stage!r}", file=sys.stderr)
     return _compute(options, scene, out / "scene.json", out, [])
 
@@ -114,37 +112,43 @@ def _compute(options, scene, path, out, passed):
     show = picture(options.quiet)
     with show or _nothing():
         if options.in_process:
-            code = _in_process(scene, out, show, options.origin)
+            code = _in_process(scene, out, show, options)
         else:
             signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill stops the run as Ctrl-C does
-            passed = [*passed, f"--threads={options.threads}", *([f"--from={options.origin}"] if options.origin else [])]
+            more = {"threads": options.threads, "from": options.origin, "plugin": options.plugin}
+            passed = [*passed, *(f"--{name}={value}" for name, value in more.items() if value)]
             code = launch.run_files(path, out, launch.windows_of(scene), passed, show)
     if code == exits.DONE and scene.grid:
-        _add_band(out)
+        _add_band(scene, out)
     _conclude(out, options.json)
     return code
 
 
-def _add_band(out):
-    """Whether the slope failed under overload, and where: into run.json."""
-    from colluvium import band
+def _add_band(scene, out):
+    """Where the grid alone has its band, and whether the slope failed under overload: into run.json."""
+    from colluvium import band, locate
     from colluvium.results import open_run
     from coupler_protocol.runfile import write_json
 
     with open_run(out) as run:
-        found = band.summary(run)
+        found = {"locate": locate.answer(run, scene), "band": band.summary(run)}
+    found = {key: value for key, value in found.items() if value}
     if found:
         path = out / "run.json"
-        write_json(path, json.loads(path.read_text(encoding="utf-8")) | {"band": found})
+        write_json(path, json.loads(path.read_text(encoding="utf-8")) | found)
 
 
-def _in_process(scene, out, show, origin):
+def _in_process(scene, out, show, options):
     from colluvium import inprocess
     from coupler_protocol.interrupt import StopRequest, stop_on_signals
 
     stop = StopRequest()
     stop_on_signals(stop)
-    return program.ended("colluvium", lambda: inprocess.run(scene, out, stop, show or "none", origin))
+
+    def work():
+        inprocess.run(scene, out, stop, show or "none", options.origin, program.plugin(options))
+
+    return program.ended("colluvium", work)
 
 
 def _nothing():
@@ -169,11 +173,17 @@ def _conclude(out, target):
 
 
 def check_command(options):
-    """Say what a scene will compute; problems end with exit code 3."""
-    from colluvium import check
+    """Say what a scene will compute, and where its band runs if it asks; problems end with exit code 3."""
+    from colluvium import check, locate
+    from colluvium.picture import picture
     from coupler_protocol.scene_reader import read_scene
 
-    found = check.answer(read_scene(options.scene, options.set))
+    scene = read_scene(options.scene, options.set)
+    found = check.answer(scene)
+    if locate.stage_of(scene) is not None and not options.no_locate:
+        show = picture(options.quiet)
+        with show or _nothing():
+            found["locate"] = locate.compute(scene, show)
     if options.json:
         _write_json(found, options.json)
     else:
@@ -185,11 +195,13 @@ def report_command(options):
     from colluvium import report
 
     try:
-        paths = report.write(options.run_dir, options.out, other_path=options.run_dir_b)
+        report.write(options.run_dir, options.out, other_path=options.run_dir_b, progress=print, skipped=_not_drawn)
     except ModuleNotFoundError as error:
         raise exits.EnvironmentFailed(f"{error.name} is missing: pip install 'colluvium[report]'") from None
-    for path in paths:
-        print(path)
+
+
+def _not_drawn(name, lacking):
+    print(f"not drawn: {name} ({lacking})", file=sys.stderr)
 
 
 def status_command(options):

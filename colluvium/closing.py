@@ -50,6 +50,10 @@ def sentences(info):
         if "bonds_broken_tension" in window:
             parts.append(f"bonds broken {window['bonds_broken_tension']} in tension, {window['bonds_broken_shear']} in shear")
         yield ", ".join(parts)
+    if info.get("locate"):
+        from colluvium.locate import in_words as located
+
+        yield "; ".join(located(info["locate"]))
     if info.get("band"):
         from colluvium.band import in_words
 

@@ -32,7 +32,12 @@ class Fabric(NamedTuple):
 
 
 def contact_fabric(discs: "Fields", contacts: "Fields", kind: str | None = None) -> Fabric:
-    """Fabric of the compressed contacts between free discs, all of them or one of KINDS.
+    """Fabric of the contacts that `directions` counts, all of them or one of KINDS."""
+    return fit_fabric(*directions(discs, contacts, kind))
+
+
+def directions(discs: "Fields", contacts: "Fields", kind: str | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Angles (C,) [rad] and normal forces (C,) [N] of the compressed contacts between free discs, all or one of KINDS.
 
     Contacts inside one stone are left out: they say how the stone is made, not how stones and soil meet.
     """
@@ -47,7 +52,7 @@ def contact_fabric(discs: "Fields", contacts: "Fields", kind: str | None = None)
     if kind is not None:
         used &= (stone >= 0).sum(axis=1) == KINDS.index(kind)
     branch = discs.xy[ends[used, 1]] - discs.xy[ends[used, 0]]
-    return fit_fabric(np.arctan2(branch[:, 1], branch[:, 0]), force[used])
+    return np.arctan2(branch[:, 1], branch[:, 0]), force[used]
 
 
 def fit_fabric(theta: np.ndarray, force: np.ndarray) -> Fabric:

@@ -11,15 +11,17 @@ from coupler_protocol.link_inproc import transports
 from coupler_protocol.progress import Progress
 
 
-def run(scene, out, stop=None, report="none", origin=None):
+def run(scene, out, stop=None, report="none", origin=None, plugin=None):
     """Compute `scene` into the folder `out` (which exists), from the stage end `origin` on. `report`: form of the progress.
+
+    plugin: a coupler_protocol.plugin.Plugin that both sides call, or None.
 
     Raises what ended the run, a RunEnded of coupler_protocol.exits as a rule.
     """
     if scene.grid is None:
         from dem_server import alone
 
-        return alone.compute(scene, out, Progress(1, report), stop or StopRequest(), origin)
+        return alone.compute(scene, out, Progress(1, report), stop or StopRequest(), origin, plugin)
     from dem_server.__main__ import compute as compute_discs
     from fdm_server.__main__ import compute as compute_grid
 
@@ -29,7 +31,7 @@ def run(scene, out, stop=None, report="none", origin=None):
 
     def discs(rank, transport):
         try:
-            compute_discs(scene, rank, transport, out, Progress(rank, report), stop, origin)
+            compute_discs(scene, rank, transport, out, Progress(rank, report), stop, origin, plugin)
         except BaseException as error:
             failures[rank] = error
         finally:
@@ -41,7 +43,7 @@ def run(scene, out, stop=None, report="none", origin=None):
     for thread in threads:
         thread.start()
     try:
-        compute_grid(scene, hub, out, Progress(0, report), stop, origin)
+        compute_grid(scene, hub, out, Progress(0, report), stop, origin, plugin)
     except BaseException as error:
         failures[0] = error
     finally:

@@ -167,7 +167,11 @@ def run_scene(scene, out, report="none"):
     """Run a scene that exists as an object; raises RunEnded if it fails."""
     path = out / "scene.toml"
     path.write_text(as_toml(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")
-    code = run_files(path, out, windows_of(scene), ["--quiet"] if report == "none" else [])
+    checked(run_files(path, out, windows_of(scene), ["--quiet"] if report == "none" else []))
+
+
+def checked(code):
+    """Raise the RunEnded that an exit code stands for, unless it is that of a run that is done."""
     if code:
         raise _ENDED.get(code, exits.RunEnded)(f"the run ended with code {code} ({exits.MEANING.get(code, '?')})")
 

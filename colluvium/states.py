@@ -5,10 +5,8 @@
     c   it is through: on to zones beyond the window
     d   it is complete: on to the crest
 
-A state holds in a frame where the highest shear strain that still makes its connection (`Reach`) is 1 % or more. Cells are those
-of colluvium.band; a bin counts only where it is strained twice as much as the window's median, for a window softer than the zones
-shears everywhere before there is a band. The band comes in by the sides of a window that face the toe and goes out by those
-that face the crest, so each state includes the ones before it, and a band that goes round the window is none of them.
+A state holds in a frame where the highest shear strain that still makes its connection (`Reach`) is 1 % or more.
+coupler_protocol.band_states has the rule; stages can end by it, too.
 
 A state is *reached* in the first frame from which on it holds to the end of the run: connections through a window that shears
 everywhere come and go. Where it was seen earlier and lost again, that is said.
@@ -23,9 +21,9 @@ import numpy as np
 from colluvium import band
 from colluvium.fabric import Fabric, contact_fabric
 from colluvium.results import Run
+from coupler_protocol import band_states
+from coupler_protocol.band import COUNTED, Surface
 
-COUNTED = 0.01
-ABOVE_MEDIAN = 2.0
 MEANING = {
     "a": "not yet at the window",
     "b": "enters the window",
@@ -87,15 +85,10 @@ def reaches(run: Run) -> list[Reach]:
     return [reach(run, i, surface) for i in start + later if all(run.has(i, rank) for rank in (0, *run.windows))]
 
 
-def reach(run: Run, frame: int, surface: band.Surface) -> Reach:
-    """How far the band has come in one frame. Of several windows any counts; from one on into another it is not followed."""
-    found, info = band.cells(run, frame), run.frames[frame]
-    strain, pairs, zones = _layers(found, surface)
-    toe, crest = (band.nearest(found.xy[:zones], points) for points in surface)
-    inside = np.arange(zones, len(found.xy))
-    beyond = _beyond(found, pairs)
-    ends = (inside, beyond, len(found.xy) + crest)
-    return Reach(frame, info.gravity_factor, info.step, *(band.bottleneck(strain, pairs, toe, cells) for cells in ends))
+def reach(run: Run, frame: int, surface: Surface) -> Reach:
+    """How far the band has come in one frame."""
+    info = run.frames[frame]
+    return Reach(frame, info.gravity_factor, info.step, *band_states.levels(band.cells(run, frame), surface))
 
 
 def states(found: list[Reach], counted: float = COUNTED) -> list[State]:
@@ -149,46 +142,3 @@ def _for_good(found: list[Reach], holds: list[bool]) -> Reach | None:
     """The first frame from which on all hold."""
     since = next((i + 1 for i in range(len(holds) - 1, -1, -1) if not holds[i]), 0)
     return found[since] if since < len(found) else None
-
-
-def _layers(found: band.Cells, surface: band.Surface) -> tuple[np.ndarray, np.ndarray, int]:
-    """Strains and neighbours of a graph in which what lies beyond a window is reached through it only; number of zones.
-
-    Every zone stands there twice: before the windows, where the toe is, and beyond them (behind all cells). A bin has
-    the first as neighbours on sides that face the toe, the second on sides that face the crest.
-    """
-    zones, count = int((found.rank == 0).sum()), len(found.xy)
-    strain = found.strain.copy()
-    for rank in np.unique(found.rank[zones:]):
-        own = found.rank == rank
-        strain[own & (strain < ABOVE_MEDIAN * np.median(strain[own]))] = -1.0
-    first, second = np.sort(found.pairs, axis=1).T
-    outside, inner = second < zones, first >= zones
-    zone, bin_ = first[~outside & ~inner], second[~outside & ~inner]
-    uphill = surface.crest.mean(axis=0) - surface.toe.mean(axis=0)
-    beyond = _offset(found, zone, bin_) @ uphill > 0.0
-    pairs = np.concatenate(
-        (
-            found.pairs[outside],
-            found.pairs[outside] + count,
-            found.pairs[inner],
-            np.column_stack((np.where(beyond, zone + count, zone), bin_)),
-        )
-    )
-    return np.concatenate((strain, strain[:zones])), pairs, zones
-
-
-def _offset(found: band.Cells, zone: np.ndarray, bin_: np.ndarray) -> np.ndarray:
-    """(p, 2) which way each zone lies outside the window of the bin beside it."""
-    away = np.zeros((len(zone), 2))
-    for rank in np.unique(found.rank[bin_]):
-        box, own = found.xy[found.rank == rank], found.rank[bin_] == rank
-        away[own] = found.xy[zone[own]] - np.clip(found.xy[zone[own]], box.min(axis=0), box.max(axis=0))
-    return away
-
-
-def _beyond(found: band.Cells, pairs: np.ndarray) -> np.ndarray:
-    """The zones beyond a window that one of its bins has as neighbours."""
-    low, high = np.sort(pairs, axis=1).T
-    count = len(found.xy)
-    return np.unique(high[(high >= count) & (low < count)])

@@ -4,60 +4,26 @@ stress_ij = -1/A sum over contacts of branch_i force_j, with the branch from the
 or a rigid clump of discs, and the force on the second, tension positive (J. Christoffersen, M.M. Mehrabadi,
 S. Nemat-Nasser, J. Appl. Mech. 48 (1981) 339-344).
 
-Strain: the displacement gradient G that fits the discs of a bin best (least squares, u = u0 + G (x - x0)).
+Strain: coupler_protocol.strain_bins, by which the discs measure theirs while they compute.
 
 Bins and places are those at the start, as the zones' are: a disc or contact stays in its bin while the window
 deforms.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 import shapely
 
 from colluvium.rank_file import Fields
 from colluvium.results import Run
+from coupler_protocol import strain_bins
+from coupler_protocol.strain_bins import Bins
 
-FEWEST_DISCS = 6  # a gradient has 3 unknowns a direction; fewer than twice as many discs say little
 BRANCH_PARTS = (0.125, 0.375, 0.625, 0.875)  # points along a branch that stand for a quarter of it each
-FULL = 0.5  # the part of a bin that must lie inside the window
-
-
-class Bins(NamedTuple):
-    """Equal rectangles over the bounding box of a window; only those mostly inside it are used."""
-
-    corner: np.ndarray  # (2,) lower left [m]
-    size: np.ndarray  # (2,) [m]
-    shape: tuple[int, int]  # columns, rows
-    area: np.ndarray  # (B,) inside the window [m2]; bin = row * columns + column
-
-    @property
-    def used(self) -> np.ndarray:
-        """(B,) bool: bins that lie mostly inside the window."""
-        return self.area >= FULL * self.size.prod()
-
-    @property
-    def rectangles(self) -> np.ndarray:
-        """(B, 4, 2) corners, counter-clockwise."""
-        rows, columns = np.divmod(np.arange(len(self.area)), self.shape[0])
-        unit = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-        return self.corner + (np.column_stack((columns, rows))[:, None, :] + unit) * self.size
-
-    def of(self, xy: np.ndarray) -> np.ndarray:
-        """(n,) the bin of each point (n, 2); points outside go to the nearest bin."""
-        place = np.floor((xy - self.corner) / self.size).astype(np.int64)
-        column, row = np.clip(place, 0, np.array(self.shape) - 1).T
-        return row * self.shape[0] + column
 
 
 def bins(run: Run, frame: int, rank: int = 1) -> Bins:
     """Bins as large as a zone (without zones: ten discs wide) over the outline of a window."""
-    outline = shapely.Polygon(outline_of(run, frame, rank))
-    low, high = np.reshape(outline.bounds, (2, 2))
-    columns, rows = np.maximum(np.rint((high - low) / _bin_length(run, frame, rank)), 1).astype(int).tolist()
-    size = (high - low) / (columns, rows)
-    empty = Bins(low, size, (columns, rows), np.zeros(columns * rows))
-    return empty._replace(area=shapely.area(shapely.intersection(shapely.polygons(empty.rectangles), outline)))
+    return strain_bins.bins_over(outline_of(run, frame, rank), _bin_length(run, frame, rank))
 
 
 def outline_of(run: Run, frame: int, rank: int = 1) -> np.ndarray:
@@ -116,25 +82,7 @@ def mean_stress(run: Run, frame: int, grid: Bins, rank: int = 1) -> np.ndarray:
 def shear_strain(run: Run, frame: int, grid: Bins, rank: int = 1, field: str = "displacement") -> np.ndarray:
     """(B,) maximum engineering shear strain in each bin (`field="velocity"`: its rate), or NaN."""
     discs = run.discs(frame, rank)
-    gradient = _gradients(starting_places(discs), discs[field], grid)
-    return np.hypot(gradient[:, 0, 0] - gradient[:, 1, 1], gradient[:, 0, 1] + gradient[:, 1, 0])
-
-
-def _gradients(xy: np.ndarray, values: np.ndarray, grid: Bins) -> np.ndarray:
-    """(B, 2, 2) least-squares gradient d value_i / d x_j of each bin; NaN where there are too few points."""
-    place, count = grid.of(xy), len(grid.area)
-
-    def total(weights: np.ndarray) -> np.ndarray:
-        return np.bincount(place, weights, count)
-
-    number = np.maximum(total(np.ones(len(xy))), 1.0)
-    x, v = (data - np.column_stack([total(c) / number for c in data.T])[place] for data in (xy, values))
-    spread = np.array([[total(x[:, i] * x[:, j]) for j in range(2)] for i in range(2)]).transpose(2, 0, 1)
-    moment = np.array([[total(v[:, i] * x[:, j]) for j in range(2)] for i in range(2)]).transpose(2, 0, 1)
-    enough = grid.used & (number >= FEWEST_DISCS)
-    gradient = np.full((count, 2, 2), np.nan)
-    gradient[enough] = np.linalg.solve(spread[enough], moment[enough].swapaxes(1, 2)).swapaxes(1, 2)
-    return gradient
+    return strain_bins.shear(starting_places(discs), discs[field], grid)
 
 
 def _bin_length(run: Run, frame: int, rank: int) -> float:

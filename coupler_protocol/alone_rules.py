@@ -41,6 +41,8 @@ def stages_of_discs_alone(scene):
                 yield at, "fill computes no steps", "remove until, gravity, gravity_factor and insitu here"
         elif stage.until is None or not any(value is not None for value in stage.until.__dict__.values()):
             yield at, f"stage {stage.name!r} would never end", "add until = { ratio = 1e-4, steps = .. }"
+        if stage.until is not None and stage.until.band is not None:
+            yield (*at, "until", "band"), "a band runs through a slope with a grid", "use ratio, steps, time or displacement"
         for key in ("handover", "excavate", "surcharge", "large_strain"):
             if getattr(stage, key) is not None:
                 yield (*at, key), "this needs a grid", "remove the key"

@@ -10,11 +10,14 @@
 
 A run that goes on from the end of a stage says so in HELLO (key `resume`). Where the discs existed then, PACKED and FIELD are
 left out; where both sides were coupled, GO follows READY at once.
+
+Where a stage may end by the state of the band, GO says how long bins are (key `bin`), and the FORCE that answers a VELOCITY with
+the flag STRAIN carries the window's strain in such bins as well (coupler_protocol.strain_bins.as_rows).
 """
 
 from typing import NamedTuple
 
-PROTOCOL_VERSION = 1
+PROTOCOL_VERSION = 2
 
 HELLO, WELCOME, REJECT, PACKED, FIELD, READY, GO, FORCE, VELOCITY, STOP, FAREWELL, FAILURE = range(1, 13)
 
@@ -39,7 +42,9 @@ CONTENT = {
     FAILURE: {"reason": str},
 }
 
-RECORD, END_OF_STAGE, CHECKPOINT = 1, 2, 4
+OPTIONAL = {GO: {"bin": float}}  # what it may hold besides, with the types it has then
+
+RECORD, END_OF_STAGE, CHECKPOINT, STRAIN = 1, 2, 4, 8
 
 
 class Order(NamedTuple):
@@ -51,7 +56,7 @@ class Order(NamedTuple):
     gravity_factor: float  # of this step
     dt: float  # [s], 1 in static mode
     interval: float  # steps to the next exchange
-    flags: float  # RECORD | END_OF_STAGE | CHECKPOINT
+    flags: float  # RECORD | END_OF_STAGE | CHECKPOINT | STRAIN
 
 
 class Answer(NamedTuple):

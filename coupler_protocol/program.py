@@ -51,7 +51,20 @@ def server_parser(name, description):
     parser.add_argument("--progress", choices=("plain", "json", "none"), default="plain", help="form of the progress")
     parser.add_argument("--tether", action="store_true", help="stop when standard input closes (used by the launcher)")
     parser.add_argument("--version", action="version", version=f"%(prog)s {version('colluvium')}")
+    plugin_option(parser)
     return parser
+
+
+def plugin_option(parser):
+    """The option for functions of a user."""
+    parser.add_argument("--plugin", metavar="FILE", help="Python file with on_step(moment) or on_stage(moment) (docs/plugins.md)")
+
+
+def plugin(options):
+    """The plugin that the options ask for, or None."""
+    from coupler_protocol.plugin import from_file
+
+    return None if options.plugin is None else from_file(options.plugin)
 
 
 def prepare_folder(path, own_files, force, origin=None):

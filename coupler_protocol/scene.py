@@ -156,6 +156,9 @@ class Until(Table):
     steps: int | None = quantity(None, unit="steps", meaning="steps of the stage", ge=1)
     time: float | None = quantity(None, unit="s", meaning="seconds of the stage, where it computes in real time", gt=0)
     displacement: float | None = quantity(None, unit="m", meaning="largest displacement of a gridpoint", gt=0)
+    band: Literal["enters", "through", "complete"] | None = quantity(
+        None, meaning="first frame in which the band enters a window, is through it, or connects toe and crest (docs/theory.md)"
+    )
 
 
 class Excavation(Table):

@@ -15,9 +15,6 @@ from coupler_protocol.scene_rules import broken_rules
 from coupler_protocol.toml_lines import line_of, locate
 
 FROM_SET = 0  # stands for a line where the command line gave the value
-NOT_YET = {
-    "band": "states of the band cannot end a stage yet: use ratio, steps or displacement",
-}
 
 
 def read_scene(path, overrides=()):
@@ -91,7 +88,7 @@ def _problem(error, file, lines):
         known = _keys_at(path[:-1])
         close = difflib.get_close_matches(key, known, n=1, cutoff=0.6)
         reason = "unknown key"
-        remedy = NOT_YET.get(key) or (f'did you mean "{close[0]}"?' if close else f"known here: {', '.join(sorted(known))}")
+        remedy = f'did you mean "{close[0]}"?' if close else f"known here: {', '.join(sorted(known))}"
     elif kind == "missing":
         reason, remedy = "missing", _meaning(path)
     elif kind == "literal_error":
@@ -145,7 +142,7 @@ def _meaning(path):
 
 
 def _override(data, text, lines):
-    """Put one KEY=VALUE into `data`; returns problems."""
+    """Put one KEY=VALUE into `data`; items of a list go by their number or their name; returns problems."""
     key, equals, value = text.partition("=")
     path = tuple(int(p) if p.isdecimal() else p for p in key.strip().split("."))
     if not equals or not key.strip():
@@ -154,15 +151,21 @@ def _override(data, text, lines):
         value = tomllib.loads(f"v = {value}")["v"]
     except tomllib.TOMLDecodeError:
         value = value.strip()
-    place = data
-    for part in path[:-1]:
+    place, way = data, []
+    for part in path:
+        way.append(_numbered(place, part))
         try:
-            place = place.setdefault(part, {}) if isinstance(place, dict) else place[part]
+            if len(way) == len(path):
+                place[way[-1]] = value
+            else:
+                place = place.setdefault(way[-1], {}) if isinstance(place, dict) else place[way[-1]]
         except (IndexError, TypeError):
-            return [Problem("--set", None, key, f"there is no {part!r} here", "items of a list are numbered from 0")]
-    try:
-        place[path[-1]] = value
-    except (IndexError, TypeError):
-        return [Problem("--set", None, key, f"there is no {path[-1]!r} here", "items of a list are numbered from 0")]
-    lines[path] = FROM_SET
+            return [Problem("--set", None, key, f"there is no {part!r} here", "items of a list go by name, or number from 0")]
+    lines[tuple(way)] = FROM_SET
     return []
+
+
+def _numbered(place, part):
+    """The number of the item that is called `part`, where `place` is a list that has one; else `part`."""
+    names = [item.get("name") if isinstance(item, dict) else None for item in place] if isinstance(place, list) else []
+    return names.index(part) if part in names else part

@@ -3,6 +3,8 @@
 from coupler_protocol.scene import GRID_ONLY
 from coupler_protocol.schedule import large_strain
 
+BAND_MAY_END = ("locate", "overload", "excavate", "surcharge")  # strains count from the end of the equilibrium
+
 
 def stages_follow_each_other(scene):
     """Fill before couple, couple once, and what a kind of stage can use."""
@@ -76,9 +78,34 @@ def surcharges_lie_on_the_ground(scene):
                 yield ("stage", i, "surcharge", "x"), why, f"use [first, last] between 0 and {scene.grid.length:g} m"
 
 
+def is_level(scene):
+    """Whether the ground is level: it has no toe, no crest and no band between them."""
+    return scene.grid.profile is None or len({y for _, y in scene.grid.profile}) == 1
+
+
+def bands_end_stages_that_may_have_one(scene):
+    """A band is looked for at frames, between the toe and the crest of a slope, beside a window where a window is meant."""
+    for i, stage in enumerate(scene.stage):
+        band, at = stage.until and stage.until.band, ("stage", i, "until", "band")
+        if not band:
+            continue
+        if stage.kind not in BAND_MAY_END:
+            yield at, f"a stage of kind {stage.kind!r} has no band", f"use it in stages of kind {', '.join(BAND_MAY_END)}"
+        if is_level(scene):
+            yield at, "level ground has neither toe nor crest", "use ratio, steps or displacement"
+        if band != "complete" and not any(earlier.kind == "couple" for earlier in scene.stage[:i]):
+            yield at, f"{band!r} needs a window that is coupled", 'couple one before, or use band = "complete"'
+        if stage.until.steps is None:
+            yield at, "the band may never come", "give steps as well"
+        elif stage.until.steps < scene.record.every:
+            why = f"it is looked for at frames, and the stage ends after {stage.until.steps} steps, before the first one"
+            yield at, why, f"record.every at most {stage.until.steps}"
+
+
 STAGE_RULES = (
     stages_follow_each_other,
     large_strain_begins_in_the_shape_drawn,
     loads_have_their_stages,
     surcharges_lie_on_the_ground,
+    bands_end_stages_that_may_have_one,
 )

@@ -118,6 +118,8 @@ def content_of(frame):
         raise WireError(f"the content of {name} is not valid msgpack: {error}") from None
     _plain_only(content, name)
     wrong = _misfit(content, messages.CONTENT.get(kind, {}), "")
+    there = {key: wanted for key, wanted in messages.OPTIONAL.get(kind, {}).items() if not wrong and key in content}
+    wrong = wrong or _misfit(content, there, "")
     if wrong:
         raise WireError(f"{name}: {wrong}")
     return content

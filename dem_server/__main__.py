@@ -35,34 +35,35 @@ def serve(options, stop):
     scene = read_scene(options.scene, options.set)
     own = [f"dem.rank{options.rank}.{ending}" for ending in ("vtkhdf", "log")]
     own += [] if scene.grid else ["run.json", "scene.json"]
+    plugin = program.plugin(options)
     out = program.prepare_folder(options.out, own, options.force, options.origin)
     program.log_to(out / own[1])
     progress = Progress(options.rank, "none" if options.quiet else options.progress)
     if scene.grid is None:
         from dem_server import alone
 
-        return alone.compute(scene, out, progress, stop, options.origin)
+        return alone.compute(scene, out, progress, stop, options.origin, plugin)
     if options.connect is None:
         raise exits.EnvironmentFailed("the scene has a grid: say with --connect where its process listens")
     transport = link.RankTransport(link.endpoint_from(options.connect, scene.link.give_up))
     try:
-        reason = compute(scene, options.rank, transport, out, progress, stop, options.origin)
+        reason = compute(scene, options.rank, transport, out, progress, stop, options.origin, plugin)
         progress("done", reason, now=True)
     finally:
         transport.close()
 
 
-def compute(scene, rank, transport, out, progress, stop, origin=None):
+def compute(scene, rank, transport, out, progress, stop, origin=None, plugin=None):
     """Compute the window of `rank` over any transport; used by the command line and by the in-process twin.
 
-    origin: the end of a stage to go on from (coupler_protocol.restart.Origin). On failure the peer is told, State is saved where
-    there is one, and the exception goes on.
+    origin: the end of a stage to go on from (coupler_protocol.restart.Origin); plugin: a coupler_protocol.plugin.Plugin or None.
+    On failure the peer is told, State is saved where there is one, and the exception goes on.
     """
     from coupler_protocol.lockstep import Clocks, Conversation
     from dem_server.stages import DiscreteSide
 
     conversation = Conversation(transport, rank, 0, Clocks(scene.link), stop)
-    side = DiscreteSide(scene, rank, conversation, out, progress, origin)
+    side = DiscreteSide(scene, rank, conversation, out, progress, origin, plugin)
     try:
         return exits.physics(side.run)
     except BaseException as error:

@@ -14,6 +14,7 @@ import numpy as np
 
 from coupler_protocol import checkpoint, exits, restart, runfile
 from coupler_protocol.ending import Ending
+from coupler_protocol.plugin import Moment
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
@@ -38,8 +39,9 @@ class AloneState(NamedTuple):
 class DiscsAlone:
     """The discs of a scene without a grid, and its stages."""
 
-    def __init__(self, scene, out, progress, stop, origin=None):
+    def __init__(self, scene, out, progress, stop, origin=None, plugin=None):
         self.scene, self.out, self.progress, self.stop, self.origin = scene, Path(out), progress, stop, origin
+        self.plugin = plugin
         self.watch = Stopwatch()
         self.steps, self.time = 0, 0.0
         self.results, self.report = [], {}
@@ -112,6 +114,8 @@ class DiscsAlone:
             self.watch.to("computing")
             if self.steps % record_every == 0 or ended_by:
                 self._frame(stage.name, factor)
+            if self.plugin is not None:
+                self.plugin.step(self._moment(stage.name))
         self._end_stage(stage.name, factor)
         self.results.append(self._row(stage, done, factor, ended_by, [ratio], self.time - began))
 
@@ -129,7 +133,7 @@ class DiscsAlone:
     def _chunk(self, stage, leg, done, every, passed):
         """Steps until something must be looked at or changes."""
         until = stage.until
-        left = every - self.steps % every
+        left = min(n - self.steps % n for n in (every, self.scene.record.every, *self._plugin_steps()))
         if done < leg.over:
             left = 1
         if until.steps is not None:
@@ -137,6 +141,12 @@ class DiscsAlone:
         if until.time is not None:
             left = min(left, max(1, round((until.time - passed) / self.state.next_dt)))
         return left
+
+    def _plugin_steps(self):
+        return () if self.plugin is None or self.plugin.on_step is None else (self.plugin.every,)
+
+    def _moment(self, stage):
+        return Moment(1, stage, self.steps, self.model, self.state)
 
     def _look(self, leg, step):
         """Histories of this moment; returns the unbalanced ratio."""
@@ -166,6 +176,8 @@ class DiscsAlone:
         self.watch.to("recording")
 
     def _end_stage(self, name, factor):
+        if self.plugin is not None:
+            self.plugin.stage(self._moment(name))
         self.recorder.sync()
         self.save(name, restart.END, factor)
         self.watch.to("recording")
@@ -210,14 +222,14 @@ class DiscsAlone:
         self.progress("fill", text if fraction is None else f"{text} {100 * fraction:.0f} %")
 
 
-def compute(scene, out, progress, stop, origin=None):
+def compute(scene, out, progress, stop, origin=None, plugin=None):
     """Compute a scene without a grid into the folder `out`; writes run.json however it ends, the State where it fails."""
     about, begin = runfile.describe(scene), time.perf_counter()
     if origin is not None:
         about["begins_after"] = {"run": str(origin.folder), "stage": origin.stage}
     side, code, reason = None, exits.OURSELVES, ""
     try:
-        side = DiscsAlone(scene, out, progress, stop, origin)
+        side = DiscsAlone(scene, out, progress, stop, origin, plugin)
         runfile.write_json(Path(out) / "scene.json", scene.resolved())
         reason, code = exits.physics(side.run), exits.DONE
         progress("done", reason, now=True)

@@ -44,6 +44,17 @@ BIN = 8.0  # size of a bin and least radius of a measuring circle, in mean radii
 CIRCLE = 0.25  # radius of the measuring circles [m], larger for discs so large that too few fit in
 
 
+class Aim(NamedTuple):
+    """What the discs are compared with: measuring circles, and in each the stress that the packing could carry.
+
+    centres (q, 2), radius [m]; stress (q, 3) xx, yy, xy [Pa].
+    """
+
+    centres: np.ndarray
+    radius: float
+    stress: np.ndarray
+
+
 class Report(NamedTuple):
     """What came out.
 
@@ -84,7 +95,7 @@ def bring_to_stress(model, state, target, gravity, report=None):
     """
     polygon = state.x[: model.ring].copy()
     size = BIN * float(state.radius[model.ring :].mean())
-    grid, (centres, circle) = bins_over(polygon, size), measuring_circles(polygon, max(CIRCLE, size))
+    grid, aim = bins_over(polygon, size), aim_of(model, state, target)
     field, sine, tension = stress_field(target), friction_sine(model), tensile_strength(model, state)
     wanted, projected = inside_cone(field(grid.points), sine, tension)
     for round_ in range(ROUNDS):
@@ -100,13 +111,22 @@ def bring_to_stress(model, state, target, gravity, report=None):
     come_to_rest(model, state, gravity)
     forget_breakage(state)
     return Report(
-        *stress_error(state, centres, circle, inside_cone(field(centres), sine, tension)[0]).tolist(),
+        *stress_error(state, aim).tolist(),
         projected=projected,
         rounds=ROUNDS,
         ratio=unbalanced_ratio(model, state, gravity),
         coordination=coordination(model, state)[0],
         porosity=porosity(model, state),
     )
+
+
+def aim_of(model, state, target):
+    """The Aim of a window that takes the place of zones `target` (z, 7), from its packing before it was brought there."""
+    polygon = state.x[: model.ring].copy()
+    size = BIN * float(state.radius[model.ring :].mean())
+    centres, radius = measuring_circles(polygon, max(CIRCLE, size))
+    wanted = stress_field(target)(centres)
+    return Aim(centres, radius, inside_cone(wanted, friction_sine(model), tensile_strength(model, state))[0])
 
 
 def come_to_rest(model, state, gravity):
@@ -170,11 +190,11 @@ def measuring_circles(polygon, radius):
     return np.vstack([widest.coords[0], grid[inside]]), radius
 
 
-def stress_error(state, centres, radius, aim):
-    """Root mean square over circles of stress - `aim` (q, 3), over the mean of |aim_yy|: xx, yy, xy (3,)."""
+def stress_error(state, aim):
+    """Root mean square over the circles of an Aim of stress - aimed stress, over the mean of its |yy|: xx, yy, xy (3,)."""
     pairs = contacts(state)
-    found = circle_stress(body_centres(state)[pairs.disc_a], pairs, centres, radius)
-    return np.sqrt(((found - aim) ** 2).mean(axis=0)) / np.abs(aim[:, 1]).mean()
+    found = circle_stress(body_centres(state)[pairs.disc_a], pairs, aim.centres, aim.radius)
+    return np.sqrt(((found - aim.stress) ** 2).mean(axis=0)) / np.abs(aim.stress[:, 1]).mean()
 
 
 def add_bonds(model, state):

@@ -9,7 +9,14 @@ the window, azimuths uniform on [0, pi).
 1. Largest first: each stone is tried at random places, at most TRIES times, then again SHRINK times as large.
 2. Where some had to shrink, Monte Carlo with growth: in each sweep every stone makes a random move and, if it
    is not yet what it should be, grows as far as it has room, until all have their size. This fills far more
-   than random placing can (.42 to .5); it ends where the fluid of hard polygons would freeze.
+   than random placing can (.42 to .5); it ends where the fluid of hard polygons jams.
+
+Stones that keep a gap g from each other and from the edge are stones with g/2 more all round in a domain with g/2
+less, so the share that counts is
+
+    Phi = sum A(stone + g/2) / A(domain - g/2)                                   (2)
+
+Above 1 nothing fits. Growth jams between REACHED and JAMMED, whatever the gap: beyond that a scene is refused at once.
 
 Source: Study on Failure Mechanism of Soil-Rock Slope with FDM-DEM Method (2022), equations 18 to 21, mended:
 the exponent of (18) is -(ln s - mu)^2 / 2 sigma^2, sigma being a standard deviation.
@@ -19,6 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.optimize
+import shapely
 
 from coupler_protocol.interface import polygon_area
 from coupler_protocol.jit import jit
@@ -28,7 +36,9 @@ from dem_server.polygons import placed, random_outline
 
 TRIES = 1000  # places tried for a stone
 SHRINK, SMALLEST = 0.85, 0.1  # factor of the next try, and the last one
-SWEEPS = 10000  # of Monte Carlo at most
+SWEEPS = 40000  # of Monte Carlo at most
+EARLY, NEAR = 10000, 0.99  # sweeps after which growth goes on only if this share of the area is covered
+REACHED, JAMMED = 0.80, 0.85  # of Phi, Eq (2): growth comes that far with nearly every seed, and with none
 GROWTH = 0.05  # of its size a stone grows at most in a sweep
 MOVE, TURN = 0.1, 0.5  # first step of a move in sizes, of a turn [rad]
 ACCEPTED = 0.4  # share of moves accepted, which the length of the step is adapted to
@@ -68,18 +78,44 @@ def draw(domain, stones, rng, report=None):
     for k, outline in enumerate(outlines):
         unit[k, : corners[k]] = placed(outline, 0.0, 0.0, 1.0)
     domain = np.ascontiguousarray(domain, dtype=float)
+    refuse_jams([s * unit[k, : corners[k]] for k, s in enumerate(size)], domain, stones)
     pieces = unit, corners.astype(np.int64), reach, domain, float(stones.gap)
     place, sweeps = largest_first(size, *pieces, rng), 0
     if place is not None and (place[:, 3] < size).any():
         sweeps = grow(place, size, *pieces, rng, report)
     if place is None or sweeps > SWEEPS:
-        raise unfit(
-            "stones.content",
-            f"no room for a content of {stones.content:g} with a gap of {stones.gap:g} m between stones",
-            "choose a smaller content or gap, or sizes that differ more",
-        )
+        covered = 0.0 if place is None else float(place[:, 3] @ place[:, 3] / (size @ size)) * stones.content
+        reason = no_room(stones) + (f": they jam at {covered:.3f}" if covered else "")
+        raise unfit("stones.content", reason, "choose a smaller content or gap, larger stones, or another seed")
     world = [placed(o, p[:2], p[2], s) for o, p, s in zip(outlines, place, size, strict=True)]
     return Mesostructure(world, size, flatness, place[:, 2] % np.pi, sweeps)
+
+
+def filled(outlines, domain, gap):
+    """Phi, Eq (2): share of the room that stones with half a gap round them would take up; infinite without room."""
+    room = shapely.area(shapely.buffer(shapely.Polygon(domain), -0.5 * gap))
+    grown = shapely.area(shapely.buffer([shapely.Polygon(outline) for outline in outlines], 0.5 * gap)).sum()
+    return float(grown / room) if room > 0.0 else np.inf
+
+
+def refuse_jams(outlines, domain, stones):
+    """Refuse stones (polygons in their sizes, wherever they are) that growth could not bring into the domain."""
+    share = filled(outlines, domain, stones.gap)
+    if share <= JAMMED:
+        return
+    remedy = f"choose a content up to {REACHED / share * stones.content:.2f}"
+    if filled(outlines, domain, 0.0) < REACHED:
+        gap = scipy.optimize.brentq(lambda g: filled(outlines, domain, g) - REACHED, 0.0, stones.gap, xtol=1e-4)
+        remedy += f", a gap up to {gap:.3f} m"
+    reason = no_room(stones) + (
+        f": with half the gap round them they would fill {100.0 * share:.0f} % of the room; "
+        f"randomly placed ones jam before {100.0 * JAMMED:.0f} %"
+    )
+    raise unfit("stones.content", reason, f"{remedy}, or larger stones")
+
+
+def no_room(stones):
+    return f"no room for a content of {stones.content:g} with a gap of {stones.gap:g} m between stones of these sizes"
 
 
 def draw_sizes(area, size, rng):
@@ -145,7 +181,7 @@ def put(k, place, unit, corners, world):
 
 
 def grow(place, size, unit, corners, reach, domain, gap, rng, report=None):
-    """Move and grow all stones until they have their `size` (S,); returns the number of sweeps it took."""
+    """Move and grow all stones until they have their `size` (S,); returns the number of sweeps it took, SWEEPS + 1 in vain."""
     world, there = np.zeros_like(unit), np.ones(len(size), dtype=np.bool_)
     for k in range(len(size)):
         put(k, place, unit, corners, world)
@@ -155,8 +191,11 @@ def grow(place, size, unit, corners, reach, domain, gap, rng, report=None):
         moved = move_all(random, step, place, size, unit, corners, reach, world, there, domain, gap)
         if (place[:, 3] == size).all():
             return sweep
+        covered = float(place[:, 3] @ place[:, 3] / (size @ size))
+        if sweep == EARLY and covered < NEAR:
+            break
         if report and sweep % 100 == 0:
-            report("stones grow", float(place[:, 3] @ place[:, 3] / (size @ size)))
+            report("stones grow", covered)
         step = min(max(step * (1.1 if moved > ACCEPTED * len(size) else 0.9), 1e-3), 5.0)
     return SWEEPS + 1
 

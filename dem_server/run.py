@@ -18,7 +18,7 @@ def lockstep(side):
     model, state, rim, talk = side.model, side.state, side.rim, side.conversation
     order = None
     while True:
-        say_forces(side)
+        say_forces(side, order)
         if order is not None:
             side.look(order)
             side.watch.to("computing")
@@ -37,13 +37,16 @@ def lockstep(side):
         contact_forces(model, state)
 
 
-def say_forces(side):
-    """FORCE: nodal forces and additional masses of the rim, and how the discs fared at the last look."""
-    frame, K = side.force_frame, len(side.rim.nodes)
+def say_forces(side, order):
+    """FORCE: nodal forces and additional masses of the rim, how the discs fared at the last look; strain if it is asked for."""
+    asked = order is not None and side.strain is not None and int(order.flags) & messages.STRAIN
+    frame, K = side.strain.frame if asked else side.force_frame, len(side.rim.nodes)
     frame.values[: 2 * K] = side.rim.nodal_forces(side.state).ravel()
     if not isfinite(frame.values[: 2 * K].sum()):
         raise PhysicsFailed(f"the discs' forces on the rim are no numbers any more after step {side.steps}")
-    frame.values[2 * K :] = side.rim.stiffness_sums(side.model, side.state)
+    frame.values[2 * K : 3 * K] = side.rim.stiffness_sums(side.model, side.state)
+    if asked:
+        frame.values[3 * K :] = side.strain.measure(side.state).ravel()
     frame.scalars[:] = side.answer
     side.conversation.say(frame.seal(side.conversation.sequence))
 

@@ -10,6 +10,7 @@ from coupler_protocol import messages
 from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.handshake import join, resume_from
 from coupler_protocol.interface import build_ring
+from coupler_protocol.plugin import Moment
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.restart import END, filled, index_of, kept_stages, load, part_file
 from coupler_protocol.runfile import peak_memory
@@ -20,6 +21,7 @@ from dem_server import balance, bonding, energy, insitu, mesostructure, packing,
 from dem_server.contacts import contact_forces
 from dem_server.model import build_model
 from dem_server.rim import Rim
+from dem_server.strain import WindowStrain
 
 log = logging.getLogger(__name__)
 FIELD_COLUMNS = 7  # x, y, area, sxx, syy, sxy, density
@@ -28,8 +30,8 @@ FIELD_COLUMNS = 7  # x, y, area, sxx, syy, sxy, density
 class DiscreteSide:
     """One window, its discs and its conversation with the continuum."""
 
-    def __init__(self, scene, rank, conversation, out, progress, origin=None):
-        self.scene, self.rank, self.conversation = scene, rank, conversation
+    def __init__(self, scene, rank, conversation, out, progress, origin=None, plugin=None):
+        self.scene, self.rank, self.conversation, self.plugin = scene, rank, conversation, plugin
         self.out, self.progress, self.origin = Path(out), progress, origin
         self.watch = Stopwatch()
         self.answer = self.looked = messages.Answer(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # with the next FORCE, and after it
@@ -112,6 +114,7 @@ class DiscreteSide:
         if self.scene.discs.density_matching:
             self.report["density_factor"] = float(insitu.match_weight(self.model, self.state, field))
         if content["insitu"]:
+            aim = insitu.aim_of(self.model, self.state, field)
             found = insitu.bring_to_stress(self.model, self.state, field, gravity, self._note)
             self.report |= {key: _plain(value) for key, value in found._asdict().items()}
         if self.stones is not None:
@@ -119,6 +122,8 @@ class DiscreteSide:
             if content["insitu"]:
                 insitu.come_to_rest(self.model, self.state, gravity)
                 self.report["ratio"] = balance.unbalanced_ratio(self.model, self.state, gravity)
+                errors = insitu.stress_error(self.state, aim).tolist()
+                self.report |= dict(zip(("error_xx", "error_yy", "error_xy"), errors, strict=True))
             insitu.forget_breakage(self.state)
         if self.model.law.bond is not None:
             insitu.add_bonds(self.model, self.state)
@@ -140,10 +145,12 @@ class DiscreteSide:
         self.watch.to("waiting")
         go = content_of(frame)
         self.gravity, self.steps = go["gravity"], go["step"]
-        self._prepare_frames()
+        self._prepare_frames(go.get("bin"))
         name, factor = self._begin_with()
         self.recorder.frame(FrameInfo(self.steps, float(self.steps), name, factor), **record.frame(self.model, self.state))
         if not self.saved:
+            if self.plugin is not None:
+                self.plugin.stage(self._moment(name))
             self.recorder.sync()
             self.save(name, END, factor)
         self.watch.to("recording")
@@ -156,11 +163,14 @@ class DiscreteSide:
         stages = zip(self.scene.stage, plan(self.scene), strict=True)
         return next((stage.name, leg.end) for stage, leg in stages if stage.kind == "fill")
 
-    def _prepare_frames(self):
+    def _prepare_frames(self, bin_length):
         talk, K = self.conversation, len(self.rim.nodes)
         self.force_frame = StepFrame(messages.FORCE, talk.session, self.rank, len(messages.Answer._fields), 3 * K)
         self.velocity_frame = StepFrame(messages.VELOCITY, talk.session, self.rank, len(messages.Order._fields), 2 * K)
         self.velocity = np.zeros((K, 2))
+        if bin_length is not None and not bin_length > 0.0:
+            raise PeerLost(f"the continuum wants the strain in bins of {bin_length} m")
+        self.strain = None if bin_length is None else WindowStrain(bin_length, self.state, self.model.ring, talk, K)
 
     def _turn(self, kind, content):
         """Say something that the continuum will answer when it gets there."""
@@ -221,12 +231,19 @@ class DiscreteSide:
         if flags & messages.RECORD:
             info = FrameInfo(self.steps, float(self.steps), name, order.gravity_factor)
             self.recorder.frame(info, **record.frame(self.model, self.state))
+        if self.plugin is not None:
+            self.plugin.step(self._moment(name))
+            if flags & messages.END_OF_STAGE:
+                self.plugin.stage(self._moment(name))
         if flags & messages.CHECKPOINT:
             self.recorder.sync()  # a run that goes on from the checkpoint relies on all frames before it
             self.save(name, END, order.gravity_factor)
         if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
             self.watch.to("recording")
             self._begin_stage(int(order.stage) + 1)
+
+    def _moment(self, stage):
+        return Moment(self.rank, stage, self.steps, self.model, self.state)
 
     # -- what is left behind -----------------------------------------------------------------------------------------
 

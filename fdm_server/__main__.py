@@ -41,7 +41,7 @@ def serve(options, stop):
             f"{options.bind} can be reached from other machines: anyone there could steer this run. "
             f"Say --insecure if the network is your own"
         )
-    origin = options.origin
+    origin, plugin = options.origin, program.plugin(options)
     out = program.prepare_folder(options.out, OWN_FILES, options.force, origin)
     (out / "endpoint").unlink(missing_ok=True)
     program.log_to(out / "fdm.rank0.log")
@@ -52,17 +52,17 @@ def serve(options, stop):
             (out / "endpoint.new").write_text(transport.endpoint + "\n", encoding="ascii")
             (out / "endpoint.new").replace(out / "endpoint")
             progress("start", f"listening on {transport.endpoint} for {len(scene.window)} discrete process(es)", now=True)
-        compute(scene, transport, out, progress, stop, origin)
+        compute(scene, transport, out, progress, stop, origin, plugin)
     finally:
         if transport is not None:
             transport.close()
             (out / "endpoint").unlink(missing_ok=True)
 
 
-def compute(scene, transport, out, progress, stop, origin=None):
+def compute(scene, transport, out, progress, stop, origin=None, plugin=None):
     """Compute the grid and conduct the stages over any transport; used by the command line and by the in-process twin.
 
-    origin: the end of a stage to go on from (coupler_protocol.restart.Origin).
+    origin: the end of a stage to go on from (coupler_protocol.restart.Origin); plugin: a coupler_protocol.plugin.Plugin or None.
     Writes run.json however it ends. On failure the peers are told and State is saved; the exception goes on.
     """
     from coupler_protocol import runfile
@@ -73,13 +73,15 @@ def compute(scene, transport, out, progress, stop, origin=None):
     about = runfile.describe(scene)
     if origin is not None:
         about["begins_after"] = {"run": str(origin.folder), "stage": origin.stage}
+    if plugin is not None:
+        about["plugin"] = plugin.name
     begin = time.perf_counter()
     hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), stop)
     for _, what, remedy in doubts(scene):
         logging.getLogger("fdm-server").warning("%s; %s", what, remedy)
     side, code, reason = None, exits.OURSELVES, ""
     try:
-        side = ContinuumSide(scene, hub, out, progress, origin)
+        side = ContinuumSide(scene, hub, out, progress, origin, plugin)
         runfile.write_json(out / "scene.json", scene.resolved())
         reason, code = exits.physics(side.run), exits.DONE
         progress("done", reason, now=True)

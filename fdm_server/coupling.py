@@ -16,6 +16,7 @@ import numpy as np
 from coupler_protocol import messages
 from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.jit import jit
+from coupler_protocol.strain_bins import from_rows, shape_over
 from coupler_protocol.wire import StepFrame, WireError, content_of, pack_array, unpack_array
 from fdm_server.hole import cut_window
 from fdm_server.shape import present
@@ -26,7 +27,7 @@ log = logging.getLogger(__name__)
 
 @jit
 def _carry(nodes, values, share, gravity, inner_mass, reaction, reaction_mass, force, applied, added_mass):
-    """The equation above for the K gridpoints of a rim; `values` (3K,) of FORCE: P, then the masses of the contact springs."""
+    """The equation above for the K gridpoints of a rim; `values` of FORCE: P, then the masses of the contact springs."""
     K = nodes.shape[0]
     for i in range(K):
         n = nodes[i]
@@ -53,11 +54,16 @@ class Rim:
         self.inner_mass = np.zeros(K)  # [kg]
         self.answer = messages.Answer(*[0.0] * len(messages.Answer._fields))
         self.report = {}
+        self.strain_asked = False  # whether the next FORCE carries the window's strain
 
-    def prepare(self):
-        """Buffers of the step messages; their sizes are known once the handshake is done."""
+    def prepare(self, bin_length=None):
+        """Buffers of the step messages; their sizes are known once the handshake is done. bin_length [m]: if strain is wanted."""
         talk, K = self.conversation, len(self.nodes)
         self.force_frame = StepFrame(messages.FORCE, talk.session, talk.rank, len(messages.Answer._fields), 3 * K)
+        if bin_length is not None:
+            columns, rows = shape_over(self.xy, bin_length)
+            size = 3 * (K + columns * rows)
+            self.strain_frame = StepFrame(messages.FORCE, talk.session, talk.rank, len(messages.Answer._fields), size)
         self.velocity_frame = StepFrame(messages.VELOCITY, talk.session, talk.rank, len(messages.Order._fields), 2 * K)
 
     # -- the window's beginning --------------------------------------------------------------------------------------
@@ -76,10 +82,11 @@ class Rim:
         self.inner_mass = unpack_array(content["inner_mass"], rows=len(self.nodes))
         self.report = content["report"]
 
-    def say_go(self, gravity, step, stage):
-        """GO: the discs' first step comes next."""
-        self.prepare()
-        self._answer(messages.GO, {"gravity": gravity, "step": step, "stage": stage})
+    def say_go(self, gravity, step, stage, bin_length=None):
+        """GO: the discs' first step comes next. bin_length [m]: of bins in which a stage will want their strain."""
+        self.prepare(bin_length)
+        wanted = {} if bin_length is None else {"bin": bin_length}
+        self._answer(messages.GO, {"gravity": gravity, "step": step, "stage": stage} | wanted)
 
     def _hear_control(self, kind):
         return content_of(self.conversation.hear((kind,))[1])
@@ -93,18 +100,24 @@ class Rim:
     def hear_forces(self, state, gravity, share):
         """FORCE: applied forces and added masses of the rim's gridpoints; `share` is s above."""
         _, frame = self.conversation.hear((messages.FORCE,), in_step=True)
+        expected = self.strain_frame if self.strain_asked else self.force_frame
         try:
-            self.force_frame.accept(frame)
+            expected.accept(frame)
         except WireError as error:
             raise PeerLost(f"the discs of {self.window.name!r} sent what cannot be used: {error}") from None
-        self.answer = messages.Answer(*self.force_frame.scalars.tolist())
+        self.answer = messages.Answer(*expected.scalars.tolist())
         _carry(
-            self.nodes, self.force_frame.values, share, gravity, self.inner_mass, self.reaction, self.reaction_mass,
+            self.nodes, expected.values, share, gravity, self.inner_mass, self.reaction, self.reaction_mass,
             self.force, state.applied, state.added_mass,
         )  # fmt: skip
 
+    def strain(self):
+        """Middles (b,2) [m] and shear strains (b,) of the window's bins, as the last FORCE that was asked for them said."""
+        return from_rows(self.strain_frame.values[3 * len(self.nodes) :].reshape(-1, 3))
+
     def say_velocities(self, state, order):
         """VELOCITY: the rim's velocities, and what to do after the step."""
+        self.strain_asked = bool(int(order.flags) & messages.STRAIN)
         self.velocity_frame.scalars[:] = order
         self.velocity_frame.values[:] = state.velocity[self.nodes].ravel()
         if not isfinite(self.velocity_frame.values.sum()):

@@ -4,6 +4,7 @@ from coupler_protocol import messages
 from coupler_protocol.ending import Ending
 from coupler_protocol.schedule import leg_of
 from fdm_server import clock
+from fdm_server.band import BandWatch
 from fdm_server.motion import farthest, unbalanced_ratio
 from fdm_server.safety import check_motion
 
@@ -26,6 +27,7 @@ class StageRun:
         change = stage.excavate or stage.surcharge
         ramps = max(self._handover, leg.over, change.over if change else 0)
         self._ending = Ending(stage.until, ramps) if stage.until else None
+        self._band = BandWatch(stage.until.band, side.grid) if stage.until and stage.until.band else None
         self._every = side.scene.record.history
         stages = side.scene.stage
         self._next = stages[index + 1] if index + 1 < len(stages) else stage
@@ -55,7 +57,7 @@ class StageRun:
         if self._last_step:
             flags = messages.END_OF_STAGE | messages.RECORD | messages.CHECKPOINT
         elif number % self.side.scene.record.every == 0:
-            flags = messages.RECORD
+            flags = messages.RECORD | (messages.STRAIN if self._band else 0)
         following = self.leg.at(self.done + 1)
         if self._last_step:
             following = leg_of(self._next, self.leg.gravity, self.leg.factor(self.done)).at(0)
@@ -63,6 +65,8 @@ class StageRun:
 
     def look(self, model, state):
         """Every few steps: sanity, ratios of both codes, and whether the next step is to be the stage's last."""
+        if self._band and self.done and self.side.steps % self.side.scene.record.every == 0:  # the last step made a frame
+            self.ended_by = self.ended_by or self._band.reached(model, state, self.rims)
         if self.side.steps % self._every:
             return
         self.side.hub.stop.check()  # stages of the grid alone wait for nobody who would ask

@@ -6,12 +6,14 @@ from pathlib import Path
 
 from coupler_protocol import messages
 from coupler_protocol.handshake import resume_from, welcome_all
+from coupler_protocol.plugin import Moment
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.restart import END, filled, kept_stages, load, part_file
 from coupler_protocol.runfile import stage_rows
 from coupler_protocol.schedule import large_strain, leg_of
 from coupler_protocol.timing import Stopwatch
 from fdm_server import fields, record, restart
+from fdm_server.band import bin_length
 from fdm_server.blowup import EnergyWatch
 from fdm_server.coupling import Rim, open_windows, traction_difference
 from fdm_server.excavation import excavations
@@ -28,8 +30,9 @@ log = logging.getLogger(__name__)
 class ContinuumSide:
     """The grid, its rims and the way through the stages."""
 
-    def __init__(self, scene, hub, out, progress, origin=None):
+    def __init__(self, scene, hub, out, progress, origin=None, plugin=None):
         self.scene, self.hub, self.out, self.progress, self.origin = scene, hub, Path(out), progress, origin
+        self.plugin = plugin
         self.watch = Stopwatch()
         self.grid = build_grid(scene)
         self.model = build_model(scene, self.grid)
@@ -38,6 +41,7 @@ class ContinuumSide:
             Rim(self.grid, window, hub.conversations[rank]) for rank, window in enumerate(scene.window, start=1)
         ]
         self.digs = excavations(scene, self.grid, self.model.fixed, self.rims)
+        self.bin_length = bin_length(scene, self.grid)
         self.coupled = False
         self.gravity = 0.0, 1.0  # [m/s2], and the factor it is multiplied by, as the last stage left them
         self.steps = 0
@@ -82,7 +86,8 @@ class ContinuumSide:
         for rim in self.rims if there else ():
             rim.hear_ready()
         for rim in self.rims if self.coupled else ():
-            rim.say_go(leg_of(self.scene.stage[index + 1], *self.gravity).at(0), self.steps, index + 1)
+            gravity = leg_of(self.scene.stage[index + 1], *self.gravity).at(0)
+            rim.say_go(gravity, self.steps, index + 1, self.bin_length)
         return index + 1
 
     # -- kinds of stages ---------------------------------------------------------------------------------------------
@@ -116,7 +121,7 @@ class ContinuumSide:
         """Windows become holes, discs take over gradually."""
         self.model, self.state = open_windows(self.model, self.state, self.rims)
         for rim in self.rims:
-            rim.say_go(stage.gravity, self.steps, stage.index)
+            rim.say_go(stage.gravity, self.steps, stage.index, self.bin_length)
         self.coupled = True
         stage.rims = self.rims
         self.compute(stage)
@@ -158,6 +163,8 @@ class ContinuumSide:
             self.recorder.history(self.steps, **record.history(self.model, self.state, stage.ratio, order.gravity_factor), **time)
         if int(order.flags) & messages.RECORD:
             self.frame(stage.stage.name, order.gravity_factor)
+        if self.plugin is not None:
+            self.plugin.step(Moment(0, stage.stage.name, self.steps, self.model, self.state))
 
     def frame(self, name, factor):
         """Write one frame."""
@@ -174,6 +181,8 @@ class ContinuumSide:
             result["traction_difference"] = [
                 traction_difference(self.model, self.state, rim, stress) for rim in self.rims
             ]
+        if self.plugin is not None:
+            self.plugin.stage(Moment(0, stage.stage.name, self.steps, self.model, self.state))
         self.results.append(result)
         self.state = self.state if instead is None else instead
         if not stage.stage.discard:

@@ -25,7 +25,7 @@ from colluvium import band, states, window_fields
 from colluvium.fabric import KINDS
 
 CONFIGS = Path(__file__).resolve().parent.parent / "configs"
-FAST = ('stage.3={name="overload", large_strain=true, gravity_factor={to=14.0, over=2000}, until={steps=2000}}',)
+FAST = ('stage.overload={name="overload", large_strain=true, gravity_factor={to=14.0, over=2000}, until={steps=2000}}',)
 
 
 class Case(NamedTuple):
@@ -39,7 +39,7 @@ class Case(NamedTuple):
 STRESSED = Case("stressed", (), True)
 CASES = (
     STRESSED,
-    Case("unstressed", ("stage.1.insitu=false",), True),
+    Case("unstressed", ("stage.fill.insitu=false",), True),
     Case("paper mapping", ('coupling.mapping="paper"',), False),
     Case("light discs", ("discs.density_matching=false",), False),
 )

@@ -62,7 +62,8 @@ def bounds_of(field):
     signs = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<", "min_length": "at least", "max_length": "at most"}
     limits = [(sign, getattr(m, key, None)) for m in field.metadata for key, sign in signs.items()]
     parts = [f"{sign} {value:g}" for sign, value in limits if value is not None]
-    choices = [c for c in typing.get_args(field.annotation) if isinstance(c, str)]
+    kinds = (field.annotation, *typing.get_args(field.annotation))  # Literal["a", "b"], or that | None
+    choices = [c for kind in kinds for c in typing.get_args(kind) if isinstance(c, str)]
     return ", ".join(parts + ([" \\| ".join(choices)] if choices else []))
 
 

@@ -1,1 +1,1 @@
-"""Pictures of a run, one subject a file: `applies(run)` tells whether its data exist, `draw(run)` draws."""
+"""Pictures of a run, one subject a file: `missing(run)` says what a run lacks for it, `draw(run)` draws."""

@@ -5,41 +5,36 @@ from typing import Any
 import numpy as np
 
 from colluvium import stones
-from colluvium.figures import domain, frames, style
+from colluvium.figures import domain, frames, moments, style
 from colluvium.results import Run
 
 WIDEST = 3.0  # points, where the force is as large as in the strongest contact but 0.5 % of them
 PART = 0.995
-PANELS = 4
 COMPRESSION, TENSION = "#123a5e", "#d0472f"
 KINDS = ((COMPRESSION, "compression"), (TENSION, "tension in a bond"))
 
 
-def applies(run: Run) -> bool:
-    """Discs were recorded."""
-    return bool(run.windows)
+def missing(run: Run) -> str:
+    """Discs."""
+    return "" if run.windows else "no frame of discs"
 
 
 @style.styled
 def draw(run: Run) -> Any:
-    """The first window at the ends of its stages; each panel says which force its widest lines carry."""
+    """The first window in each state of the band, or at the ends of the stages; panels say what their widest lines carry."""
     import matplotlib.pyplot as plt
     from matplotlib.lines import Line2D
 
     rank = run.windows[0]
-    moments = frames.last_of_stages(run, rank, PANELS)
-    figure, axes = plt.subplots(1, len(moments), figsize=(1.0 + 3.4 * len(moments), 7.0), squeeze=False, layout="compressed")
-    for place, frame in zip(axes[0], moments, strict=True):
-        strongest = _strong(run, frame, rank)
-        _draw_window(run, frame, rank, place, strongest)
-        info = run.frames[frame]
+    shown = moments.of_run(run, rank, frames.last_of_stages)
+    figure, axes = plt.subplots(
+        1, len(shown), figsize=(0.8 + 3.2 * len(shown), 7.4), sharex=True, sharey=True, squeeze=False, layout="compressed"
+    )
+    for place, moment in zip(axes[0], shown, strict=True):
+        strongest = _strong(run, moment.frame, rank)
+        _draw_window(run, moment.frame, rank, place, strongest)
         factor, unit = style.readable("N", np.array([strongest]))
-        domain.finish(
-            place,
-            f"{info.stage}, {info.gravity_factor:.3g} g\nstep {info.step:,}\n"
-            f"widest line {factor * strongest:.3g} {unit}",
-        )
-        place.tick_params(labelleft=True)
+        domain.finish(place, f"{moments.title(run, moment)}\nwidest line {factor * strongest:.3g} {unit}")
     lines = [Line2D([], [], color=colour, label=words) for colour, words in KINDS]
     figure.legend(handles=lines, loc="outside lower center", ncols=2, title="normal contact force per m thickness")
     return figure

@@ -10,9 +10,9 @@ from colluvium.results import Run
 from colluvium.window_fields import outline_of
 
 
-def applies(run: Run) -> bool:
-    """Anything was recorded."""
-    return bool(run.frames)
+def missing(run: Run) -> str:
+    """Nothing: any frame will do."""
+    return "" if run.frames else "no frame was recorded"
 
 
 @style.styled

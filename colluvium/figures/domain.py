@@ -35,6 +35,8 @@ def fill_discs(axes: Any, xy: np.ndarray, radius: np.ndarray, values: np.ndarray
     filled.set_linewidth(0.1)
     _set_colour(filled, values)
     axes.add_collection(filled)
+    if len(xy):
+        axes.update_datalim(np.concatenate((xy - radius[:, None], xy + radius[:, None])))
     return filled
 
 
@@ -44,7 +46,7 @@ def outline(axes: Any, xy: np.ndarray, zones: np.ndarray, colour: str = INK, wid
 
     edges = np.sort(np.stack((zones, np.roll(zones, -1, axis=1)), axis=2).reshape(-1, 2), axis=1)
     edges, count = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0, return_counts=True)
-    axes.add_collection(LineCollection(xy[edges[count == 1]], colors=colour, linewidths=width))
+    axes.add_collection(LineCollection(xy[edges[count == 1]], colors=colour, linewidths=width, capstyle="round"))
 
 
 def stone_outlines(axes: Any, polygons: list[np.ndarray]) -> None:

@@ -15,9 +15,9 @@ NAME_ROOM = 0.025  # part of the axis that the name of a stage takes
 COLOURS = ("#123a5e", "#d0472f", "#5c8a3a", "#8a5c9e")
 
 
-def applies(run: Run) -> bool:
-    """Any of these histories was recorded."""
-    return bool(_rows(run))
+def missing(run: Run) -> str:
+    """Any of these histories."""
+    return "" if _rows(run) else "no history was recorded"
 
 
 @style.styled

@@ -16,9 +16,9 @@ STONE, EDGE, SOIL = "#b9a98f", "#5b4a33", "#f4f0e8"
 DRAWN, FOUND = "#d0472f", "#123a5e"
 
 
-def applies(run: Run) -> bool:
-    """A window has stones."""
-    return any(run.stones(rank) for rank in run.windows)
+def missing(run: Run) -> str:
+    """A window with stones."""
+    return "" if any(run.stones(rank) for rank in run.windows) else "no stones"
 
 
 @style.styled

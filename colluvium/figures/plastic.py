@@ -17,9 +17,11 @@ STATES = (  # the strongest statement about a zone that is true: bits of plastic
 ELASTIC = "#eef1f4"
 
 
-def applies(run: Run) -> bool:
-    """Zones can yield."""
-    return run.recorded(0) and "plastic_state" in run.zones(frames.of_last_stage(run, 0, 1)[-1])
+def missing(run: Run) -> str:
+    """Zones that can yield."""
+    if not run.recorded(0):
+        return "no frame of the continuum"
+    return "" if "plastic_state" in run.zones(frames.of_last_stage(run, 0, 1)[-1]) else "no zone can yield"
 
 
 @style.styled
@@ -29,7 +31,7 @@ def draw(run: Run) -> Any:
     from matplotlib.patches import Patch
 
     frame = frames.of_last_stage(run, 0, 1)[-1]
-    figure, axes = plt.subplots(figsize=(8.0, 4.8), layout="compressed")
+    figure, axes = plt.subplots(figsize=(9.5, 4.8), layout="compressed")
     zones, xy = run.zones(frame), run.gridpoints(frame).xy
     colours = np.full(len(zones.corners), ELASTIC, dtype=object)
     for bit, _, colour in reversed(STATES):
@@ -43,7 +45,7 @@ def draw(run: Run) -> Any:
             shown += _broken_bonds(run, frame, rank, axes)
     domain.outline(axes, xy, zones.corners)
     domain.finish(axes, f"plastic zones: {style.moment(run.frames[frame])}")
-    axes.legend(handles=shown, loc="upper left", ncols=1)
+    axes.legend(handles=shown, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
     return figure
 
 

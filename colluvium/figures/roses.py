@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from colluvium import fabric
 from colluvium.fabric import Fabric, fit_fabric
-from colluvium.figures import frames, shear, style
+from colluvium.figures import moments, style
 from colluvium.results import Run
 
 BINS = 18  # over half a turn: a contact points both ways
@@ -28,18 +29,21 @@ class Rose(NamedTuple):
     force: np.ndarray  # (2 BINS,) mean normal force of the contacts in each bin [N], 0 where there are none
 
 
-def applies(run: Run) -> bool:
-    """There are enough contacts under pressure."""
-    return bool(run.windows) and bool(moments(run))
+def missing(run: Run) -> str:
+    """Enough contacts under pressure."""
+    if not run.windows:
+        return "no frame of discs"
+    return "" if shown(run) else f"fewer than {FEWEST} contacts under pressure"
 
 
-def moments(run: Run) -> list[int]:
-    """The end of `couple`, which is the initial coupled state, and the frames that show the shear strain."""
+def shown(run: Run) -> list[moments.Moment]:
+    """The end of `couple`, which is the initial coupled state, and the moments of the band; those with enough contacts."""
     rank = run.windows[0]
-    coupled = [run.last_frame("couple")] if "couple" in run.stages else []
-    later = frames.of_last_stage(run, 0 if run.recorded(0) else rank, shear.PANELS)
-    shown = sorted({i for i in coupled + later if run.has(i, rank)})
-    return [i for i in shown if len(directions(run, i, rank)[1]) >= FEWEST]
+    found = moments.of_run(run, rank)
+    start = run.last_frame("couple") if "couple" in run.stages else found[0].frame
+    if start < found[0].frame and run.has(start, rank):
+        found = [moments.Moment("", start), *found]
+    return [one for one in found if len(directions(run, one.frame, rank)[1]) >= FEWEST]
 
 
 def rose(run: Run, frame: int, rank: int = 1) -> Rose:
@@ -48,17 +52,8 @@ def rose(run: Run, frame: int, rank: int = 1) -> Rose:
 
 
 def directions(run: Run, frame: int, rank: int = 1) -> tuple[np.ndarray, np.ndarray]:
-    """Angles (C,) [rad] and normal forces (C,) [N] of the compressed contacts that are neither on the ring nor in one stone."""
-    discs, contacts = run.discs(frame, rank), run.contacts(frame, rank)
-    ends, force = contacts.ends, contacts.normal_force
-    used = force > 0.0
-    if "control" in discs:
-        used &= ~(discs.control[ends] == 1).any(axis=1)
-    if "stone" in discs:
-        first, second = discs.stone[ends].T
-        used &= (first != second) | (first < 0)
-    branch = np.diff(discs.xy[ends[used]], axis=1)[:, 0]
-    return np.arctan2(branch[:, 1], branch[:, 0]), force[used]
+    """Angles (C,) [rad] and normal forces (C,) [N] of the contacts that `run.fabric` counts."""
+    return fabric.directions(run.discs(frame, rank), run.contacts(frame, rank))
 
 
 def bin_directions(theta: np.ndarray, force: np.ndarray) -> Rose:
@@ -76,18 +71,18 @@ def draw(run: Run) -> Any:
     """The first window. Rows: normals, forces. Columns: moments; each row has one scale."""
     import matplotlib.pyplot as plt
 
-    rank, shown = run.windows[0], moments(run)
-    roses = [rose(run, frame, rank) for frame in shown]
+    rank, found = run.windows[0], shown(run)
+    roses = [rose(run, moment.frame, rank) for moment in found]
     figure, axes = plt.subplots(
         2,
-        len(shown),
-        figsize=(0.8 + 2.6 * len(shown), 6.6),
+        len(found),
+        figsize=(0.8 + 2.7 * len(found), 6.8),
         subplot_kw={"projection": "polar"},
         squeeze=False,
         layout="constrained",
     )
     around = np.linspace(0.0, 2.0 * np.pi, 361)
-    for (above, below), frame, one in zip(axes.T, shown, roses, strict=True):
+    for (above, below), moment, one in zip(axes.T, found, roses, strict=True):
         f = one.fabric
         density = (1.0 + f.a * np.cos(2.0 * (around - np.radians(f.theta_a)))) / (2.0 * np.pi)  # Eq. 1
         force = 1.0 + f.a_n * np.cos(2.0 * (around - np.radians(f.theta_n)))  # Eq. 2
@@ -96,7 +91,7 @@ def draw(run: Run) -> Any:
         factor, unit = style.readable("N", np.array([f.f0]))
         low, high = f.a_interval
         above.set_title(
-            f"{style.moment(run.frames[frame])}\n{f.contacts:,} contacts\n"
+            f"{moments.title(run, moment)}\n{f.contacts:,} contacts\n"
             f"a = {f.a:.3f} (95 %: {low:.3f} to {high:.3f})\n$\\theta_a$ = {f.theta_a:.0f}°"
         )
         below.set_title(f"a$_n$ = {f.a_n:.3f}, f$_0$ = {factor * f.f0:.3g} {unit}\n$\\theta_n$ = {f.theta_n:.0f}°")

@@ -1,50 +1,42 @@
 """Shear strain and its rate: where the shear band is. In the window from the discs, bin by bin."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from colluvium.figures import domain, frames, style
+from colluvium.figures import domain, frames, moments, style
 from colluvium.results import Run
 from colluvium.window_fields import bins, shear_strain
 
-PANELS = 4
 DECADES = 3.0
 
 
-def applies(run: Run) -> bool:
-    """A continuum was recorded."""
-    return run.recorded(0)
+def missing(run: Run) -> str:
+    """A continuum."""
+    return "" if run.recorded(0) else "no frame of the continuum"
 
 
 @style.styled
 def draw_rate(run: Run) -> Any:
-    """Shear strain rate, logarithmic over three decades below the largest."""
-    from matplotlib.colors import LogNorm
-
-    def scale(largest: float) -> LogNorm:
-        top = largest if largest > 0.0 else 1.0
-        return LogNorm(top * 10.0**-DECADES, top)
-
-    return _panels(run, "shear_strain_rate", "velocity", "shear strain rate", "rate", scale)
+    """Shear strain rate, logarithmic over three decades below the largest, in each state of the band."""
+    shown = moments.of_run(run, 0)
+    return _panels(run, shown, "shear_strain_rate", "velocity", "shear strain rate", "rate")
 
 
 @style.styled
 def draw_strain(run: Run) -> Any:
-    """Shear strain, from zero to nearly the largest."""
-    from matplotlib.colors import Normalize
+    """Shear strain, on a scale of the same kind, in even steps of the last stage."""
+    shown = [moments.Moment("", frame) for frame in frames.of_last_stage(run, 0, moments.PANELS)]
+    return _panels(run, shown, "shear_strain", "displacement", "shear strain", "strain")
 
-    return _panels(run, "shear_strain", "displacement", "shear strain", "strain", lambda largest: Normalize(0.0, largest))
 
-
-def _panels(run: Run, field: str, motion: str, name: str, colours: str, scale: Callable[[float], Any]) -> Any:
+def _panels(run: Run, shown: list[moments.Moment], field: str, motion: str, name: str, colours: str) -> Any:
     """One axes a moment, all in one colour scale."""
     import matplotlib.pyplot as plt
+    from matplotlib.colors import LogNorm
 
-    moments = frames.of_last_stage(run, 0, PANELS)
-    columns = min(len(moments), 2)
-    rows = -(-len(moments) // columns)
+    columns = min(len(shown), 2)
+    rows = -(-len(shown) // columns)
     figure, axes = plt.subplots(
         rows,
         columns,
@@ -54,17 +46,18 @@ def _panels(run: Run, field: str, motion: str, name: str, colours: str, scale: C
         squeeze=False,
         layout="compressed",
     )
-    parts = {frame: _fields(run, frame, field, motion) for frame in moments}
-    norm = scale(style.limits(*(value for part in parts.values() for _, value in part))[1])
-    for place, frame in zip(axes.flat, moments, strict=False):
-        for corners, value in parts[frame]:
-            shown = np.maximum(value, norm.vmin)
-            drawn = domain.fill_polygons(place, corners, shown, norm=norm, cmap=style.colour_map(colours))
-        domain.outline(place, run.gridpoints(frame).xy, run.zones(frame).corners)
-        domain.finish(place, f"{name}: {style.moment(run.frames[frame])}")
-    for place in list(axes.flat)[len(moments) :]:
+    parts = [_fields(run, moment.frame, field, motion) for moment in shown]
+    largest = style.limits(*(value for part in parts for _, value in part))[1]
+    norm = LogNorm(largest * 10.0**-DECADES, largest) if largest > 0.0 else LogNorm(10.0**-DECADES, 1.0)
+    for place, moment, part in zip(axes.flat, shown, parts, strict=False):
+        for corners, value in part:
+            seen = np.maximum(value, norm.vmin)
+            drawn = domain.fill_polygons(place, corners, seen, norm=norm, cmap=style.colour_map(colours))
+        domain.outline(place, run.gridpoints(moment.frame).xy, run.zones(moment.frame).corners)
+        domain.finish(place, f"{name}: {moments.title(run, moment)}")
+    for place in list(axes.flat)[len(shown) :]:
         place.set_axis_off()
-    domain.colour_bar(figure, drawn, axes, f"{name} [{run.units(field)}]", extend="max")
+    domain.colour_bar(figure, drawn, axes, f"{name} [{run.units(field)}]", extend="both")
     return figure
 
 

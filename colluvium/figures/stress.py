@@ -18,9 +18,9 @@ class Cells(NamedTuple):
     stress: np.ndarray
 
 
-def applies(run: Run) -> bool:
-    """A continuum was recorded."""
-    return run.recorded(0)
+def missing(run: Run) -> str:
+    """A continuum."""
+    return "" if run.recorded(0) else "no frame of the continuum"
 
 
 def moments(run: Run) -> tuple[int, int]:

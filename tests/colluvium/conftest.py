@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import shapely
 from scipy.spatial import cKDTree
 
 from coupler_protocol.recorder import FrameInfo, Recorder
@@ -81,23 +82,38 @@ def contacts_under(xy, free_from, factor):
     return ends, (force * normal).sum(axis=1), (force * tangent).sum(axis=1)
 
 
-def record_run(folder):
+STONES = tuple(np.array([[x, y], [x + 0.5, y], [x + 0.6, y + 0.4], [x, y + 0.5]]) for x in (11.2, 12.2) for y in (5.5, 7.0, 8.5))
+STAGES = ("equilibrium", "couple", "overload")
+
+
+def inside_stones(xy):
+    """(n,) the stone that each point lies in, -1 outside."""
+    found = np.full(len(xy), -1)
+    for k, outline in enumerate(STONES):
+        found[shapely.contains_xy(shapely.Polygon(outline), xy)] = k
+    return found
+
+
+def record_run(folder, stones=False):
     """Two frames of the continuum alone, then four of both sides while a body slides away."""
     xy, zones = slope_grid()
     hole = in_window(xy[zones].mean(axis=1))
     ring, free = ring_and_discs()
     centres = np.concatenate((ring, free))
     control = (np.arange(len(centres)) < len(ring)).astype(int)
+    stone = {"stone": inside_stones(centres)} if stones else {}
+    start = np.cumsum([0, *map(len, STONES)])
+    constants = {"stone_corners": np.concatenate(STONES), "stone_start": start} if stones else None
     moments = [
         ("equilibrium", 0.0, 1.0),
         ("equilibrium", 0.0, 1.0),
         ("couple", 0.0, 1.0),
-        ("couple", 0.02, 1.0),
+        ("couple", 0.002 if stones else 0.02, 1.0),
         ("overload", 0.3, 5.0),
         ("overload", 0.8, 9.0),
     ]
     fdm = Recorder(folder / "fdm.rank0.vtkhdf", "continuum", "a slope of closed forms", {"seed": 1})
-    dem = Recorder(folder / "dem.rank1.vtkhdf", "discrete", "a slope of closed forms", {"seed": 1})
+    dem = Recorder(folder / "dem.rank1.vtkhdf", "discrete", "a slope of closed forms", {"seed": 1}, constants)
     with fdm, dem:
         for number, (stage, amount, factor) in enumerate(moments):
             info = FrameInfo(1000 * number, 1000.0 * number, stage, factor)
@@ -138,6 +154,7 @@ def record_run(folder):
                     "spin": np.zeros(len(centres)),
                     "material": np.zeros(len(centres), int),
                     "control": control,
+                    **stone,
                 },
                 cell_fields={
                     "disc_a": ends[:, 0],
@@ -148,13 +165,23 @@ def record_run(folder):
                 },
             )
     (folder / "run.json").write_text(json.dumps({"exit_code": 0, "reason": "done"}))
-    (folder / "scene.json").write_text(json.dumps({"title": "a slope of closed forms", "seed": 1}))
+    scene = {"title": "a slope of closed forms", "seed": 1}
+    if stones:
+        scene["stones"] = {"size": {"mean": 0.5, "sigma": 0.2, "min": 0.2, "max": 1.0}}
+        scene["stage"] = [{"name": name, "kind": name} for name in STAGES]
+    (folder / "scene.json").write_text(json.dumps(scene))
     return folder
 
 
 @pytest.fixture(scope="session")
 def run_folder(tmp_path_factory):
     return record_run(tmp_path_factory.mktemp("slope"))
+
+
+@pytest.fixture(scope="session")
+def stony_folder(tmp_path_factory):
+    """The same with six stones, and with the stages of its scene, so that the states of the band are found."""
+    return record_run(tmp_path_factory.mktemp("stony"), stones=True)
 
 
 @pytest.fixture(scope="session")

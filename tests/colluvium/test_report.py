@@ -16,9 +16,10 @@ pytest.importorskip("cmcrameri")
 
 
 def test_every_figure_of_a_coupled_run_is_drawn(run_folder, tmp_path):
-    seen = []
-    paths = report.write(run_folder, tmp_path / "pictures", progress=seen.append)
-    figures = [name for name, _, _ in report.FIGURES if name != "mesostructure"]  # a run without stones
+    seen, skipped = [], {}
+    paths = report.write(run_folder, tmp_path / "pictures", progress=seen.append, skipped=skipped.setdefault)
+    assert skipped == {"mesostructure.png": "no stones", "states.png": "no frame of an overload stage"}
+    figures = [name for name, _, _ in report.FIGURES if f"{name}.png" not in skipped]
     assert [p.name for p in paths] == [*(f"{name}.png" for name in figures), "report.html"]
     assert paths == seen
     for path in paths[:-1]:
@@ -29,10 +30,10 @@ def test_every_figure_of_a_coupled_run_is_drawn(run_folder, tmp_path):
 @pytest.mark.parametrize(
     ("file", "drawn"),
     [
-        ("dem.rank1.vtkhdf", {"displacement", "force_chains", "fabric", "histories", "report"}),
+        ("dem.rank1.vtkhdf", {"window", "displacement", "force_chains", "displacement_vectors", "fabric", "histories", "report"}),
         (
             "fdm.rank0.vtkhdf",
-            {"stress", "displacement", "shear_strain_rate", "shear_strain", "plastic_zones", "histories", "report"},
+            {"mesh", "stress", "displacement", "shear_strain_rate", "shear_strain", "plastic_zones", "histories", "report"},
         ),
     ],
 )

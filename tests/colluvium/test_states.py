@@ -140,12 +140,14 @@ def test_a_band_round_the_window_does_not_enter_it(make_run):
 def test_the_picture_shows_each_state_once(make_run):
     pytest.importorskip("matplotlib")
     pytest.importorskip("cmcrameri")
+    from colluvium.figures import moments
     from colluvium.figures import states as picture
 
     run = make_run(((BEFORE,), (INSIDE,)), ((BEFORE,), (INSIDE,)), ALL)
-    assert picture.applies(run)
-    assert [frame for _, frame in picture.moments(run)] == [1, 2, 4]
-    assert picture.moments(run)[-1][0] == "c through the window, d complete, toe to crest"
+    assert not picture.missing(run)
+    assert [frame for _, frame in moments.of_band(run)] == [1, 2, 4]
+    assert [frame for _, frame in moments.of_run(run, 0)] == [1, 2, 4]  # the initial coupled state is the last before b
+    assert moments.of_band(run)[-1].words == "c through the window\nd complete, toe to crest"
     figure = picture.draw(run)
     assert len(figure.axes) == 4  # three moments and the colour bar
 

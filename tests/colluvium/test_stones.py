@@ -85,14 +85,14 @@ def test_runs_without_stones(run_folder):
     with open_run(run_folder) as run:
         assert run.stones() == []
         assert stones.outlines(run, -1) == []
-        assert not mesostructure.applies(run)
+        assert mesostructure.missing(run) == "no stones"
         assert run.fabric(-1, kind="soil-soil") == run.fabric(-1)
         with pytest.raises(NotRecordedError):
             run.stones(rank=0)
 
 
 def test_pictures(run):
-    assert mesostructure.applies(run)
+    assert not mesostructure.missing(run)
     figure = mesostructure.draw(run)
     panel, sizes, azimuths = figure.axes
     content = (shapely.Polygon(FIRST).area + shapely.Polygon(SECOND).area) / (np.ptp(START, axis=0)).prod()

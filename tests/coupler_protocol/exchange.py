@@ -1,4 +1,4 @@
-"""One message of every kind with fixed content, as version 1 of the protocol writes them."""
+"""One message of every kind with fixed content, as version 2 of the protocol writes them."""
 
 import numpy as np
 
@@ -9,9 +9,11 @@ RIM = np.array([[1.0, 2.0], [1.5, 2.0], [1.5, 2.5], [1.0, 2.5]])
 FIELD = np.array([[1.25, 2.25, 0.25, -1.5e5, -3.0e5, 2.0e3, 2700.0]])
 FORCES = np.array([0.1, -0.0, 5e-324, 1.7976931348623157e308, -1e-300, 3.0, 1 / 3, -2.5e4, 1e7, 2e7, 3e7, 4e7])
 VELOCITIES = np.array([1e-9, -1e-9, 2.2250738585072014e-308, 0.0, -0.0, 1 / 7, 9.0, -1e-17])
+WITH_STRAIN = np.concatenate((FORCES, [1.25, 2.25, 0.0125, 1.25, 2.75, -1.0]))  # of two bins, the second without discs
 ANSWER = messages.Answer(1e-5, 1.0, 0.25, 12.5, -3.0, 17.0, 0.0)
 ORDER = messages.Order(3.0, 4711.0, 9.81, 1.5, 1.0, 1.0, 5.0)
 SCENE = {"seed": 1, "grid": {"profile": None}, "stage": [{"to": 9.0}]}
+GO_WITH_BIN = {"gravity": 9.81, "step": 400, "stage": 2, "bin": 0.5}
 TIMES = {"name": "couple", "steps": 9, "computing": 1.5, "waiting": 0.5, "recording": 0.0}
 
 # (kind, session, sequence, content): those with a content of their own are control messages.
@@ -43,4 +45,8 @@ def written():
         frame.scalars[:], frame.values[:] = scalars, values
         frames[messages.NAMES[kind]] = bytes(frame.seal(4711))
     frames["FORCE again"] = bytes(wire.sent_again(frames["FORCE"]))
+    asked = step_frame(messages.FORCE, ANSWER, WITH_STRAIN)
+    asked.scalars[:], asked.values[:] = ANSWER, WITH_STRAIN
+    frames["FORCE with strain"] = bytes(asked.seal(4712))
+    frames["GO with bin"] = bytes(wire.control_frame(messages.GO, SESSION, RANK, 2, GO_WITH_BIN))
     return frames

@@ -144,15 +144,6 @@ def test_a_key_with_nothing_alike_is_answered_with_what_is_known(good):
     assert only_problem(good).remedy == "known here: every, history"
 
 
-@pytest.mark.parametrize(("table", "key"), [(("stage", 0, "until"), "band")])
-def test_keys_of_later_versions_are_named_as_such(good, table, key):
-    place = good
-    for name in table:
-        place = place[name]
-    place[key] = {}
-    assert re.search("this version|yet", only_problem(good).remedy)
-
-
 @pytest.mark.parametrize(
     ("path", "value"),
     [
@@ -251,6 +242,11 @@ def change(*path):
     return apply
 
 
+def locate(band):
+    """A stage that ends by its band."""
+    return {"name": "locate", "gravity_factor": 9.0, "discard": True, "until": {"band": band, "steps": 900}}
+
+
 @pytest.mark.parametrize(
     ("apply", "key", "reason"),
     [
@@ -283,6 +279,11 @@ def change(*path):
         (change("stage", 3, "insitu", False), "stage[3].insitu", "only a stage of kind fill"),
         (change("stage", 3, "discard", True), "stage[3].discard", "only stages of the grid alone"),
         (lambda d: d.update(stage=d["stage"][:1]), "window", "no stage couples"),
+        (change("stage", 0, "until", {"band": "complete", "steps": 900}), "stage[0].until.band", "'equilibrium' has no band"),
+        (change("stage", 2, "until", {"band": "complete", "steps": 900}), "stage[2].until.band", "'couple' has no band"),
+        (change("stage", 3, "until", {"band": "enters"}), "stage[3].until.band", "may never come"),
+        (change("stage", 3, "until", {"band": "enters", "steps": 9}), "stage[3].until.band", "before the first one"),
+        (lambda d: d["stage"].insert(1, locate("through")), "stage[1].until.band", "needs a window that is coupled"),
     ],
 )
 def test_a_broken_rule_between_tables_is_named(good, apply, key, reason):
@@ -291,6 +292,18 @@ def test_a_broken_rule_between_tables_is_named(good, apply, key, reason):
     assert problem.key == key
     assert reason in problem.reason
     assert problem.remedy
+
+
+def test_level_ground_has_no_band(good):
+    good["grid"]["profile"] = [[0.0, 12.0], [20.0, 12.0]]
+    good["stage"][3]["until"] = {"band": "complete", "steps": 900}
+    assert "neither toe nor crest" in only_problem(good).reason
+
+
+@pytest.mark.parametrize("band", ["enters", "through", "complete"])
+def test_a_coupled_stage_may_end_by_its_band(good, band):
+    good["stage"][3]["until"] = {"band": band, "steps": 900}
+    assert build_scene(good).stage[3].until.band == band
 
 
 def test_two_windows_with_a_zone_between_them_are_fine(good):
@@ -307,6 +320,15 @@ def test_values_of_the_command_line_replace_those_of_the_file(configs):
     assert (scene.seed, scene.material[0].density, scene.title) == (7, 2000.0, "a new name")
     assert (scene.stage[0].until.steps, scene.link.give_up) == (3, 3.0)
     assert read_scene(configs / "quick_slope.toml", ["window.0.columns=[15, 17]"]).window[0].columns == (15, 17)
+
+
+def test_items_of_a_list_go_by_their_names_too(configs):
+    scene = read_scene(configs / "quick_slope.toml", ["stage.couple.handover=7", "window.band.rows=[8, 13]"])
+    assert scene.stage[2].handover == 7
+    assert scene.window[0].rows == (8, 13)
+    with pytest.raises(SceneError) as found:
+        read_scene(configs / "quick_slope.toml", ["stage.couple.handover=0"])
+    assert [(p.file, p.key) for p in found.value.problems] == [("--set", "stage[2].handover")]
 
 
 @pytest.mark.parametrize(

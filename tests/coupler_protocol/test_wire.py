@@ -15,14 +15,15 @@ from coupler_protocol import messages, wire
 from coupler_protocol.exits import PEER, PeerLost
 from tests.coupler_protocol import exchange
 
-RECORDED = Path(__file__).parent / "recorded" / "version1.txt"
+RECORDED = Path(__file__).parent / "recorded"
 BITS = st.integers(0, 2**64 - 1).map(lambda i: struct.unpack("<d", struct.pack("<Q", i))[0]).filter(np.isfinite)
 AWKWARD = st.sampled_from([0.0, -0.0, 5e-324, -5e-324, 2.2e-308, 1.7976931348623157e308, 0.1])
 
 
-def recorded():
-    """{name: bytes} of the stored exchange."""
-    rows = (line.rpartition(": ") for line in RECORDED.read_text(encoding="ascii").splitlines() if line[0] != "#")
+def recorded(version=2):
+    """{name: bytes} of a stored exchange."""
+    text = (RECORDED / f"version{version}.txt").read_text(encoding="ascii")
+    rows = (line.rpartition(": ") for line in text.splitlines() if line[0] != "#")
     return {name: bytes.fromhex(digits) for name, _, digits in rows}
 
 
@@ -41,12 +42,22 @@ def control(kind, content):
     return wire._seal(frame, kind, 1, 1, 0)
 
 
-# -- the record of version 1 ---------------------------------------------------------------------------------------------
+# -- the records ---------------------------------------------------------------------------------------------------------
 
 
 def test_the_record_is_of_the_version_spoken_and_complete():
-    assert messages.PROTOCOL_VERSION == 1
-    assert set(recorded()) == {*messages.NAMES[1:], "FORCE again"}
+    assert messages.PROTOCOL_VERSION == 2
+    assert set(recorded()) == {*messages.NAMES[1:], "FORCE again", "FORCE with strain", "GO with bin"}
+
+
+def test_version_1_is_refused_by_its_number_and_differs_in_nothing_else():
+    """What is new in version 2, strain with FORCE and bins with GO, came beside what version 1 said."""
+    earlier = recorded(1)
+    assert set(earlier) == {*messages.NAMES[1:], "FORCE again"}
+    for name, frame in earlier.items():
+        with pytest.raises(wire.VersionError, match="protocol version 1, not 2"):
+            wire.open_header(frame)
+        assert resealed(frame, 4, "<H", 2) == recorded()[name]
 
 
 @pytest.mark.parametrize("name", sorted(recorded()))
@@ -66,12 +77,21 @@ def test_todays_code_reads_the_recorded_bytes():
         assert into.values.tobytes() == values.tobytes()
         assert into.scalars.tolist() == list(scalars)
     assert wire.open_header(frames["FORCE again"])[3] == wire.AGAIN
+    into = exchange.step_frame(messages.FORCE, exchange.ANSWER, exchange.WITH_STRAIN)
+    into.accept(frames["FORCE with strain"])
+    assert into.values.tobytes() == exchange.WITH_STRAIN.tobytes()
+    assert wire.content_of(frames["GO with bin"]) == exchange.GO_WITH_BIN
+
+
+def test_what_a_message_may_hold_besides_has_its_type():
+    with pytest.raises(wire.WireError, match="GO: bin is a str, not a float"):
+        wire.content_of(control(messages.GO, exchange.GO_WITH_BIN | {"bin": "wide"}))
 
 
 def test_header_stands_where_the_document_says():
     frame = recorded()["VELOCITY"]
     assert frame[:4] == b"CLVM"
-    assert struct.unpack_from("<HH", frame, 4) == (1, messages.VELOCITY)
+    assert struct.unpack_from("<HH", frame, 4) == (2, messages.VELOCITY)
     assert struct.unpack_from("<Q", frame, 8) == (exchange.SESSION,)
     assert struct.unpack_from("<II", frame, 16) == (exchange.RANK, 0)
     assert struct.unpack_from("<Q", frame, 24) == (4711,)
@@ -112,7 +132,7 @@ def test_an_array_in_a_control_message_keeps_every_bit(values):
         (lambda f: f[:-8], "announces 120 bytes and carries 112"),
         (lambda f: f + b"\0", "announces 120 bytes and carries 121"),
         (lambda f: f[:50] + bytes([f[50] ^ 1]) + f[51:], "checksum"),
-        (lambda f: resealed(f, 4, "<H", 9), "protocol version 9, not 1"),
+        (lambda f: resealed(f, 4, "<H", 9), "protocol version 9, not 2"),
         (lambda f: resealed(f, 6, "<H", 0), "unknown kind of message 0"),
         (lambda f: resealed(f, 6, "<H", 13), "unknown kind of message 13"),
     ],

@@ -9,7 +9,7 @@ import shapely
 from window_case import ANGLE, OBLIQUE, rim, stones_table
 
 from coupler_protocol.interface import polygon_area
-from dem_server.mesostructure import draw, draw_sizes
+from dem_server.mesostructure import draw, draw_sizes, filled
 
 PAPER = np.array([[11.0, 5.0], [13.0, 5.0], [13.0, 32.0 / 3.0], [11.0, 32.0 / 3.0]])
 SIZE = stones_table().size
@@ -26,7 +26,7 @@ def check_places(found, domain, gap):
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize(("content", "gap"), [(0.3, 0.03), (0.45, 0.03), (0.6, 0.0), (0.7, 0.0)])
+@pytest.mark.parametrize(("content", "gap"), [(0.3, 0.03), (0.45, 0.03), (0.6, 0.03), (0.6, 0.0), (0.7, 0.0), (0.7, 0.01)])
 def test_content_is_exact_and_no_stone_intrudes(content, gap, seed):
     found = draw(PAPER, stones_table(content=content, gap=gap), np.random.default_rng(seed))
     assert found.area / polygon_area(PAPER) == pytest.approx(content, rel=1e-12)
@@ -88,12 +88,25 @@ def test_growth_takes_over_where_random_places_run_out():
     ("changes", "message"),
     [
         ({"content": 0.75, "gap": 0.2}, "no room for a content of 0.75"),
+        ({"content": 0.7, "gap": 0.03}, r"(?s)would fill (8[6-9]|9\d) % .*a content up to 0\.6\d, a gap up to 0\.01\d m"),
+        ({"content": 0.66, "gap": 0.03}, r"they jam at 0\.6[0-5]"),
+        ({"content": 0.3, "gap": 3.0}, "no room for a content of 0.3"),
         ({"content": 1e-5}, "choose smaller stones"),
     ],
 )
 def test_what_cannot_be_is_refused(changes, message):
     with pytest.raises(ValueError, match=message):
         draw(PAPER, stones_table(**changes), np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.1])
+def test_the_room_is_that_of_grown_stones_in_a_smaller_domain(gap):
+    """Squares of side s grow to (s + g)^2 less the corners that a circle cuts off; the domain loses g on each side."""
+    side = 0.5
+    square = np.array([[0.0, 0.0], [side, 0.0], [side, side], [0.0, side]])
+    grown = side**2 + 2.0 * side * gap + np.pi * gap**2 / 4.0
+    room = (2.0 - gap) * (17.0 / 3.0 - gap)
+    assert filled([square, square + 1.0], PAPER, gap) == pytest.approx(2.0 * grown / room, rel=2e-3)  # arcs of 32 sides
 
 
 def test_stones_of_one_size_are_possible():

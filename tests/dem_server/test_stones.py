@@ -106,3 +106,17 @@ def test_clusters_are_bonded_whole():
     assert not (pairs.bond_state[~own] == BONDED).any()
     assert set(model.law.bond.tension[pairs.kind[own]]) == {stone_grain().bond.tension}
     assert state.clumps is None
+
+
+@pytest.mark.parametrize("body", ["clump", "cluster"])
+def test_with_stones_the_stress_is_still_that_of_the_zones(body):
+    """Over circles as large as the stones it scatters more than over soil, but its mean is the same."""
+    model, state, found = packed_with_stones(TALL)
+    target = level_ground(TALL)
+    insitu.match_weight(model, state, target)
+    aim = insitu.aim_of(model, state, target)
+    before = insitu.bring_to_stress(model, state, target, GRAVITY)
+    assert insitu.stress_error(state, aim).tolist() == [before.error_xx, before.error_yy, before.error_xy]
+    model = stones.make(model, state, found.outlines, body)
+    insitu.come_to_rest(model, state, GRAVITY)
+    assert max(insitu.stress_error(state, aim)) < 0.15

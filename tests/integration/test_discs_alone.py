@@ -10,6 +10,7 @@ from colluvium.inprocess import run
 from colluvium.results import open_run
 from coupler_protocol.checkpoint import load
 from coupler_protocol.exits import PHYSICS, PhysicsFailed
+from coupler_protocol.plugin import Plugin
 from coupler_protocol.problems import SceneError
 from coupler_protocol.restart import Origin
 from coupler_protocol.scene_reader import build_scene
@@ -125,6 +126,14 @@ def test_a_process_of_its_own_gives_the_same_bits(pile, tmp_path):
     assert one.tobytes() == other.tobytes()
 
 
+def test_a_plugin_is_called(tmp_path):
+    seen = []
+    plugin = Plugin("test", on_step=lambda m: seen.append(m.step), on_stage=lambda m: seen.append(m.stage), every=7)
+    data = scene_of([{"name": "go", "kind": "discs", "until": {"steps": 20}}])
+    run(build_scene(data), tmp_path, plugin=plugin)
+    assert seen == ["fill", 7, 14, "go"]
+
+
 def test_stones_and_bonds(tmp_path):
     grain = SOIL | {"density": 2700.0, "spring": {"normal": 5e8, "shear": 5e8}}
     size = {"mean": 0.3, "sigma": 0.2, "min": 0.2, "max": 0.4}
@@ -160,6 +169,7 @@ MOVING = {"radius": 0.1, "soil": SOIL, "wall": [GROUND | {"velocity": [0.0, 0.1]
         ({"stage": [{"name": "fill"}, {"name": "couple", "until": {"steps": 1}}]}, "needs a grid"),
         ({"stage": [{"name": "fill"}, STAGE | {"until": {"time": 1.0}}]}, "no seconds"),
         ({"stage": [{"name": "fill"}, {"name": "go", "kind": "discs"}]}, "never end"),
+        ({"stage": [{"name": "fill"}, STAGE | {"until": {"band": "complete"}}]}, "band"),
         ({"discs": MOVING, "stage": [{"name": "fill"}, STAGE, STAGE | {"name": "b", "time": "real"}]}, "m a step"),
         ({"discs": {"radius": 0.1, "soil": SOIL, "wall": [{"ends": [[0.0, 0.0], [0.0, 0.0]]}]}}, "same point"),
     ],

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -10,8 +11,9 @@ import h5py
 import numpy as np
 import pytest
 
-from colluvium import open_run
+from colluvium import open_run, resume
 from coupler_protocol import checkpoint
+from coupler_protocol.exits import EnvironmentFailed
 from tests.conftest import command
 from tests.integration.test_two_processes import SHORT, STONES, children_of, coupled_frames, differing, overrides, wait_for
 
@@ -154,6 +156,21 @@ def test_a_run_resumed_twice_from_ever_earlier_ends_is_still_one_run(tmp_path, s
         "fdm.rank0.part2.vtkhdf",
         "fdm.rank0.vtkhdf",
     ]
+
+
+@pytest.mark.parametrize("in_process", [True, False])
+def test_a_run_is_resumed_from_python(tmp_path, scene, straight, in_process):
+    out = tmp_path / "run"
+    shutil.copytree(straight, out)
+    for side in SIDES:
+        (out / f"{side}.overload.h5").unlink()
+    with resume(out, in_process=in_process) as run:
+        assert run.info["exit_code"] == 0
+        assert run.info["begins_after"]["stage"] == "couple"
+    for side in SIDES:
+        assert differing(straight / f"{side}.overload.h5", out / f"{side}.overload.h5") == []
+    with pytest.raises(EnvironmentFailed, match="nothing is left to compute"):
+        resume(out)
 
 
 def test_a_branch_may_change_later_stages(tmp_path, scene, straight):

@@ -4,6 +4,7 @@ import subprocess
 
 import numpy as np
 import pytest
+import shapely
 
 from colluvium import open_run
 from tests.conftest import command
@@ -12,7 +13,7 @@ from tests.conftest import command
 @pytest.fixture(scope="module")
 def run(tmp_path_factory, configs):
     out = tmp_path_factory.mktemp("paper")
-    words = ["run", configs / "paper_slope.toml", "--out", out, "--force", "--quiet", "--set", "stage.3.until.steps=1500"]
+    words = ["run", configs / "paper_slope.toml", "--out", out, "--force", "--quiet", "--set", "stage.overload.until.steps=1500"]
     done = subprocess.run(command("colluvium.cli", *words), capture_output=True, text=True, timeout=400)
     assert done.returncode == 0, done.stderr
     with open_run(out) as found:
@@ -30,6 +31,18 @@ def test_mesh_is_the_papers(run):
     assert len(run.zones(-1).corners) == 1596 + 24 - 6 * 17
 
 
+def test_the_band_of_the_grid_alone_crosses_the_window(run):
+    """Where a trial implementation had it: its middle within a zone, in at y 8.5, out between 10.2 and 10.6 on the right."""
+    found = run.info["locate"]
+    reference = shapely.points([(5.8, 5.2), (7.8, 6.2), (9.8, 7.5), (11.8, 9.2), (12.8, 10.5), (13.8, 11.2)])
+    assert shapely.distance(shapely.LineString(found["line"]), reference).max() < 0.36
+    window = found["windows"][0]
+    assert window["crosses"]
+    assert window["level_around"] < 0.1 * found["level"]
+    assert window["enters"] == pytest.approx([11.0, 8.5], abs=0.2)
+    assert window["leaves"] == pytest.approx([13.0, 10.4], abs=0.2)
+
+
 def test_both_codes_are_at_rest_when_coupled(run):
     couple = next(row for row in run.info["stages"] if row["name"] == "couple")
     assert couple["ratio_continuum"] <= 1e-5
@@ -42,7 +55,7 @@ def test_packing_is_dense_and_carries_the_slopes_stress(run):
     window = run.info["windows"][0]
     assert 3000 < window["discs"] < 3600
     assert 0.15 < window["porosity"] < 0.162
-    assert window["error_yy"] < 0.07
+    assert window["error_yy"] < 0.12  # over circles of .25 m that may lie in a stone; 4 % before there are stones
     assert window["projected"] < 0.05  # share of the slope's stress that the bonded discs could not carry
 
 

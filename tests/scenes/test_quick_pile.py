@@ -53,3 +53,10 @@ def test_a_run_goes_on_from_a_stage(pile, configs, tmp_path):
     assert done.returncode == 0, done.stderr
     with open_run(tmp_path / "b") as run:
         assert run.info["stages"][-1]["steps"] == 100
+
+
+def test_its_report(pile, tmp_path):
+    done = colluvium("report", pile, "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "report.html").exists()
+    assert (tmp_path / "force_chains.png").exists()

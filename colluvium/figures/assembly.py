@@ -1,0 +1,50 @@
+"""How a window is made: discs in their ring, the mesostructure, and which discs make up each stone."""
+
+from typing import Any
+
+import numpy as np
+
+from colluvium.figures import domain, mesostructure, style
+from colluvium.figures.mesh import DISC, RING
+from colluvium.results import Run
+from colluvium.window_fields import outline_of, starting_places
+
+BODIES = ("#b9a98f", "#8f7a5b", "#d3b98a", "#a0826a", "#c6a78c", "#7d6f5e")  # stones side by side, to tell them apart
+
+
+def missing(run: Run) -> str:
+    """Discs."""
+    return "" if run.windows else "no frame of discs"
+
+
+@style.styled
+def draw(run: Run) -> Any:
+    """The first window with stones (else the first) where it begins: packing; with stones, mesostructure and both together."""
+    import matplotlib.pyplot as plt
+
+    rank = next((rank for rank in run.windows if run.stones(rank)), run.windows[0])
+    frame = next(i for i in range(len(run.frames)) if run.has(i, rank))
+    discs, placed = run.discs(frame, rank), run.stones(rank)
+    columns = 3 if placed else 1
+    size = (0.8 + 3.0 * columns, 7.0)
+    figure, axes = plt.subplots(1, columns, figsize=size, sharex=True, sharey=True, squeeze=False, layout="compressed")
+    xy = starting_places(discs)
+    control = discs.control == 1 if "control" in discs else np.zeros(len(xy), dtype=bool)
+    colours = np.full(len(xy), DISC, dtype=object)
+    colours[control] = RING
+    _fill(axes[0, 0], xy, discs.radius, colours)
+    domain.finish(axes[0, 0], f"{(~control).sum():,} discs\nin a ring of {control.sum():,} control discs")
+    if placed:
+        mesostructure.panel(axes[0, 1], outline_of(run, frame, rank), placed)
+        stone = discs.stone
+        own = stone >= 0
+        colours[own] = np.array(BODIES, dtype=object)[stone[own] % len(BODIES)]
+        _fill(axes[0, 2], xy, discs.radius, colours)
+        domain.stone_outlines(axes[0, 2], placed)
+        domain.finish(axes[0, 2], f"{own.sum():,} of the discs\nmake up {len(np.unique(stone[own])):,} stones")
+    return figure
+
+
+def _fill(axes: Any, xy: np.ndarray, radius: np.ndarray, colours: np.ndarray) -> None:
+    filled = domain.fill_discs(axes, xy, radius, DISC)
+    filled.set_color(list(colours))

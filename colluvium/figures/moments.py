@@ -1,0 +1,61 @@
+"""The moments that figures of the shear band show: its states where it has reached more than the first, else even steps."""
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import NamedTuple
+
+from colluvium import states
+from colluvium.figures import frames, style
+from colluvium.results import Run
+
+PANELS = 4
+
+
+class Moment(NamedTuple):
+    """A frame, and what makes it worth a picture: the state of the band, or nothing."""
+
+    words: str
+    frame: int
+
+
+def lacking(run: Run) -> str:
+    """What a run lacks for the states of the band; empty if nothing."""
+    kinds = {stage["name"]: stage["kind"] for stage in run.scene.get("stage", ())}
+    if not run.windows or not run.recorded(0):
+        return "no continuum with a window of discs"
+    return "" if any(kinds.get(name) == "overload" for name in run.stages) else "no frame of an overload stage"
+
+
+def of_band(run: Run) -> list[Moment]:
+    """The last frame before the band enters the window, then each frame in which one or more states are reached."""
+    found = _reaches(run)
+    before = states.last_before(found)
+    shown = [Moment("a, last frame", before.frame)] if before else []
+    for one in states.states(found)[1:]:
+        if one.reach and one.reach.frame not in [moment.frame for moment in shown]:
+            letters = "".join(sorted(one.letter + one.alike))
+            shown.append(Moment("\n".join(f"{letter} {states.MEANING[letter]}" for letter in letters), one.reach.frame))
+    return shown
+
+
+def of_run(run: Run, rank: int, otherwise: Callable[[Run, int, int], list[int]] = frames.of_last_stage) -> list[Moment]:
+    """Where the band enters the window: the initial coupled state and `of_band`; else PANELS frames that `otherwise` chooses."""
+    if not lacking(run):
+        reached = of_band(run)
+        first = _reaches(run)[0].frame
+        if len(reached) > 1:
+            start = [Moment(f"a {states.MEANING['a']}", first)] if first != reached[0].frame else []
+            return [moment for moment in start + reached if run.has(moment.frame, rank)]
+    return [Moment("", frame) for frame in otherwise(run, rank, PANELS)]
+
+
+def title(run: Run, moment: Moment) -> str:
+    """The state, and below it when that was."""
+    when = style.moment(run.frames[moment.frame])
+    return f"{moment.words}\n{when}" if moment.words else when
+
+
+@lru_cache(maxsize=1)
+def _reaches(run: Run) -> list[states.Reach]:
+    """`states.reaches` takes a pass over all frames: once for all figures of a run."""
+    return states.reaches(run)

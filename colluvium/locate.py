@@ -1,0 +1,177 @@
+"""Where would the band run? What a stage of kind `locate`, the grid alone under other gravity, says about the scene's windows.
+
+The band's level is the highest shear strain that connects toe and crest (coupler_protocol.band); colluvium.band_line says where
+it runs. It crosses a window where the level drops once the zones that become the hole may not be used: the band needs them. The
+line says where it enters and leaves, and how far the window's ends, its two short sides, are from it.
+"""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from colluvium import band as recorded
+from colluvium import band_line
+from colluvium.results import Run, open_run
+from coupler_protocol import band
+from coupler_protocol.exits import RunEnded
+from coupler_protocol.scene_rules import broken_rules
+from coupler_protocol.stage_rules import is_level
+
+
+class Band(NamedTuple):
+    """The band of a grid alone."""
+
+    cells: band.Cells
+    surface: band.Surface
+    level: float
+    line: np.ndarray  # (p, 2) [m], from the toe to the crest
+
+    def level_without(self, box: shapely.Polygon) -> float:
+        """The level of the connection round the zones in a box."""
+        xy = self.cells.xy
+        return band.toe_to_crest(self.cells, self.surface, shapely.contains_xy(box, xy[:, 0], xy[:, 1]))
+
+
+def stage_of(scene):
+    """Number of the last stage of kind locate, or None; level ground has no band to locate."""
+    found = [i for i, stage in enumerate(scene.stage) if stage.kind == "locate"]
+    return found[-1] if found and not is_level(scene) else None
+
+
+def cut(scene):
+    """The scene up to its last stage of kind locate, as the grid alone computes it: without windows and what fills them."""
+    kept = [stage for stage in scene.stage[: stage_of(scene) + 1] if stage.kind != "fill"]
+    return scene.model_copy(update={"window": [], "discs": None, "stones": None, "ring": None, "stage": kept})
+
+
+def compute(scene, picture=None):
+    """`answer` from a run of the cut scene in a process of its own, reported to `picture`; raises RunEnded where that fails."""
+    from colluvium import launch
+
+    with TemporaryDirectory(prefix="colluvium-") as folder:
+        path = Path(folder) / "scene.toml"
+        path.write_text(launch.as_toml(cut(scene).model_dump(mode="json", exclude_none=True)), encoding="utf-8")
+        code = launch.run_files(path, folder, 0, picture=picture)
+        if code:
+            error = RunEnded("the grid alone could not be computed; --no-locate leaves it out")
+            error.code = code
+            raise error
+        with open_run(folder) as run:
+            return answer(run, scene)
+
+
+def answer(run: Run, scene) -> dict | None:
+    """Where the band runs at the end of the last stage of kind locate, and what that means for each window of `scene`.
+
+    None where the run has recorded no such stage. Without a band `line` and `windows` are empty.
+    """
+    number = stage_of(scene)
+    if number is None or scene.stage[number].name not in run.stages:
+        return None
+    name = scene.stage[number].name
+    frame = run.last_frame(name)
+    cells, surface = recorded.cells(run, frame), recorded.ground(run)
+    level = band.toe_to_crest(cells, surface)
+    found = {"stage": name, "gravity_factor": run.frames[frame].gravity_factor, "level": level, "counted": band.COUNTED}
+    if level < band.COUNTED:
+        return found | {"line": [], "windows": []}
+    there = Band(cells, surface, level, band_line.along(cells, surface, level))
+    return found | {"line": there.line.tolist(), "windows": [_beside(there, scene, i) for i in range(len(scene.window))]}
+
+
+def _beside(there: Band, scene, number: int) -> dict:
+    """What the band is to one window."""
+    window = scene.window[number]
+    box = outline(scene, window)
+    around, way = there.level_without(box), band_line.inside(there.line, box)
+    found = {"name": window.name, "crosses": around < there.level, "level_around": around}
+    found |= {"enters": way and list(way[0]), "leaves": way and list(way[1]), "ends": _ends(there.line, box)}
+    found["distance"] = float(shapely.distance(shapely.LineString(there.line), box))
+    return found if found["crosses"] else found | {"better": _better(there, scene, number)}
+
+
+def outline(scene, window) -> shapely.Polygon:
+    """The rectangle of a window [m]."""
+    size = _cell(scene)
+    (c0, c1), (r0, r1) = window.columns, window.rows
+    return shapely.box(c0 * size[0], r0 * size[1], (c1 + 1) * size[0], (r1 + 1) * size[1])
+
+
+def _cell(scene) -> np.ndarray:
+    """Width and height of a zone [m], in whole numbers over the grid."""
+    extent = np.array([scene.grid.length, scene.grid.height])
+    return extent / np.rint(extent / scene.grid.zone_size)
+
+
+def _ends(line: np.ndarray, box: shapely.Polygon) -> dict[str, float]:
+    """Distances [m] of the two short sides of a window from the band."""
+    x0, y0, x1, y1 = box.bounds
+    sides = {"lower": ((x0, y0), (x1, y0)), "upper": ((x0, y1), (x1, y1))}
+    if x1 - x0 > y1 - y0:
+        sides = {"left": ((x0, y0), (x0, y1)), "right": ((x1, y0), (x1, y1))}
+    return {name: float(shapely.distance(shapely.LineString(line), shapely.LineString(side))) for name, side in sides.items()}
+
+
+def _better(there: Band, scene, number: int) -> dict | None:
+    """Columns and rows of a window of the same size that the band crosses, through the middle if it can; None where none fits.
+
+    Of the windows that keep all rules of a scene it is the one whose middle is nearest to the band (`off` [m]; within half a
+    zone counts as on it), and of those the one nearest to the window as it is.
+    """
+    window, size = scene.window[number], _cell(scene)
+    wide, high = (last - first + 1 for first, last in (window.columns, window.rows))
+    for off, column, row in _places(there, outline(scene, window), size):
+        moved = window.model_copy(update={"columns": (column, column + wide - 1), "rows": (row, row + high - 1)})
+        others = [moved if i == number else other for i, other in enumerate(scene.window)]
+        if broken_rules(scene.model_copy(update={"window": others})):
+            continue
+        if there.level_without(outline(scene, moved)) < there.level:
+            return {"columns": list(moved.columns), "rows": list(moved.rows), "off": off}
+    return None
+
+
+def _places(there: Band, box: shapely.Polygon, size: np.ndarray) -> list[tuple[float, int, int]]:
+    """Where a box could stand across the band, best first: distance of its middle from the band [m], first column and row."""
+    x0, y0, x1, y1 = box.bounds
+    line, half = shapely.LineString(there.line), 0.5 * np.array([x1 - x0, y1 - y0])
+    corners = np.stack(np.meshgrid(*(np.arange(1, n) for n in np.ptp(there.cells.xy, axis=0) // size)), axis=-1).reshape(-1, 2)
+    middles = corners * size + half
+    off = shapely.distance(line, shapely.points(middles))
+    near = np.flatnonzero(off < np.hypot(*half))
+    moved = np.hypot(*(middles - (x0, y0) - half).T)
+    order = near[np.lexsort((moved[near], np.maximum(off[near] - 0.5 * size.max(), 0.0)))]
+    return [(float(off[i]), *map(int, corners[i])) for i in order]
+
+
+# -- in words ------------------------------------------------------------------------------------------------------------
+
+
+def in_words(found: dict) -> list[str]:
+    """One sentence on the band and one on each window; what is wrong begins with "warning"."""
+    begin = f"{found['stage']}: at {found['gravity_factor']:.2f} g, the grid alone:"
+    if not found["line"]:
+        much = f"no band of {100 * found['counted']:g} % shear strain connects toe and crest (level {100 * found['level']:.2g} %)"
+        return [f"warning: {begin} {much}: give the stage more gravity or more steps"]
+    points = " ".join(f"({x:.1f}, {y:.1f})" for x, y in band_line.some(np.array(found["line"]), 6))
+    said = [f"{begin} a band of {100 * found['level']:.2g} % shear strain connects toe and crest, through {points} m"]
+    return said + [_window_in_words(window) for window in found["windows"]]
+
+
+def _window_in_words(window: dict) -> str:
+    ends = ", ".join(f"{name} side {distance:.1f} m" for name, distance in window["ends"].items())
+    round_it = f"level round it {100 * window['level_around']:.2g} %"
+    way = ""
+    if window["enters"]:
+        way = " at ({:.2f}, {:.2f}) and leaves it at ({:.2f}, {:.2f}) m".format(*window["enters"], *window["leaves"])
+    if window["crosses"]:
+        return f"the band crosses window {window['name']}: it enters{way}; {round_it}; from the band: {ends}"
+    does = f"misses window {window['name']}: it passes {window['distance']:.1f} m from it"
+    if way:
+        does = f"does not need window {window['name']}: it enters{way}, but connects toe and crest round it as well ({round_it})"
+    remedy = "no window of this size that it would cross fits into the grid"
+    if window["better"]:
+        remedy = "columns = {columns}, rows = {rows} would have it cross {off:.1f} m from the middle".format(**window["better"])
+    return f"warning: the band {does}; {remedy}"

@@ -1,0 +1,110 @@
+"""The band of a slope: cells that are strained so much that they connect its toe with its crest.
+
+Cells are the zones and, inside windows, bins as large as zones. The *toe* is the ground in the lowest quarter of the slope's
+height, the *crest* the level ground on top. Cells are neighbours when they share a corner. The *level* of a connection is the
+highest shear strain L such that cells strained by at least L make it; a band counts from COUNTED on.
+
+The continuum ends stages by this rule and reports read it off recorded frames: one rule, the same answer.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+COUNTED = 0.01
+
+
+class Surface(NamedTuple):
+    """Zones of the uncut grid that lie on the ground, by what their place on the slope is."""
+
+    toe: np.ndarray  # (.., 2) their middles [m]
+    crest: np.ndarray
+
+
+class Cells(NamedTuple):
+    """Zones and, behind them, the bins of the windows at one moment."""
+
+    xy: np.ndarray  # (n, 2) middles at the start [m]
+    strain: np.ndarray  # (n,) engineering shear strain
+    rank: np.ndarray  # (n,) 0: a zone, else the window of the bin
+    pairs: np.ndarray  # (p, 2) cells that share a corner
+
+
+def middles(xy: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Mean (Z, 2) of each zone's distinct corners [m]; a triangle (Z, 4) repeats its third."""
+    weight = np.full(corners.shape, 0.25)
+    weight[corners[:, 2] == corners[:, 3]] = (1 / 3, 1 / 3, 1 / 3, 0.0)
+    return np.einsum("zc,zcd->zd", weight, xy[corners])
+
+
+def ground(xy: np.ndarray, corners: np.ndarray) -> Surface:
+    """Toe and crest of a grid that has no hole yet: gridpoints (N, 2) [m], zones (Z, 4) counter-clockwise."""
+    edges = np.stack((corners, np.roll(corners, -1, axis=1)), axis=2)
+    owner = np.repeat(np.arange(len(edges)), 4)
+    edges = edges.reshape(-1, 2)
+    real = edges[:, 0] != edges[:, 1]
+    edges, owner = edges[real], owner[real]
+    _, where, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
+    outer = count[where.ravel()] == 1
+    a, b = xy[edges[outer, 0]], xy[edges[outer, 1]]
+    owner = owner[outer]
+    upward = b[:, 0] < a[:, 0] - 1e-9  # counter-clockwise zones: the ground runs from right to left
+    height = 0.5 * (a[:, 1] + b[:, 1])
+    low, high = height[upward].min(), height[upward].max()
+    level_ground = np.abs(a[:, 1] - b[:, 1]) < 1e-9
+    toe = upward & (height <= low + 0.25 * (high - low))
+    crest = upward & level_ground & (height >= high - 1e-9)
+    centre = middles(xy, corners)
+    return Surface(centre[np.unique(owner[toe])], centre[np.unique(owner[crest])])
+
+
+def cells(xy: np.ndarray, corners: np.ndarray, strain: np.ndarray, windows=()) -> Cells:
+    """Cells of zones (A, 4) with gridpoints (N, 2) [m] and strains (A,), and of windows: (rank, middles (b, 2), strains (b,)).
+
+    Two share a corner where their middles lie within one and a half cells each way.
+    """
+    from scipy.spatial import cKDTree  # here and below: only where a band is looked for, for it takes long to load
+
+    size = np.median(np.ptp(xy[corners], axis=1), axis=0)
+    parts = [(0, middles(xy, corners), strain), *windows]
+    places = np.concatenate([part[1] for part in parts])
+    pairs = cKDTree(places / size).query_pairs(1.5, output_type="ndarray")
+    rank = np.repeat([part[0] for part in parts], [len(part[2]) for part in parts])
+    return Cells(places, np.concatenate([part[2] for part in parts]), rank, pairs)
+
+
+def toe_to_crest(found: Cells, surface: Surface, without: np.ndarray | None = None) -> float:
+    """The level of the connection between toe and crest; `without` (n,) cells that may not be used."""
+    toe, crest = (nearest(found.xy, points) for points in surface)
+    strain = found.strain if without is None else np.where(without, -1.0, found.strain)
+    return bottleneck(strain, found.pairs, toe, crest)
+
+
+def nearest(xy: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """The cells, by their middles (n, 2), that lie nearest to the points (m, 2)."""
+    from scipy.spatial import cKDTree
+
+    return np.unique(cKDTree(xy).query(points)[1])
+
+
+def bottleneck(strain: np.ndarray, pairs: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> float:
+    """The highest of the strains that still connects one of `starts` with one of `ends` (0 where nothing does)."""
+    values = np.unique(strain[strain >= 0.0])
+    low, high = -1, len(values)  # values[low] connects, values[high] does not
+    while high - low > 1:
+        middle = (low + high) // 2
+        if _connected(strain >= values[middle], pairs, starts, ends):
+            low = middle
+        else:
+            high = middle
+    return float(values[low]) if low >= 0 else 0.0
+
+
+def _connected(chosen: np.ndarray, pairs: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> bool:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    kept = pairs[chosen[pairs].all(axis=1)]
+    graph = coo_array((np.ones(len(kept), dtype=bool), kept.T), shape=(len(chosen), len(chosen)))
+    piece = connected_components(graph, directed=False)[1]
+    return bool(np.intersect1d(piece[starts[chosen[starts]]], piece[ends[chosen[ends]]]).size)

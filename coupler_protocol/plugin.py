@@ -1,0 +1,83 @@
+"""Functions of a user that are called while a side computes, and may read and change what it computes with.
+
+    on_step(moment)     after every so many steps
+    on_stage(moment)    at the end of each stage, before its State is saved
+
+A `Moment` shows one side: the grid (rank 0) or a window (from 1). What the functions change is what the run goes on with. In one
+process they are called in the thread of each side, so two calls may happen at the same time. A side without a plugin has None.
+"""
+
+import importlib.util
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from coupler_protocol.exits import EnvironmentFailed, RunEnded
+
+
+class Moment(NamedTuple):
+    """One side after a step. model, state: those of fdm_server.model or dem_server.model; arrays may be written into."""
+
+    rank: int
+    stage: str
+    step: int  # since the run began
+    model: Any
+    state: Any
+
+
+class Plugin(NamedTuple):
+    """What is called; `every`: steps between calls of on_step."""
+
+    name: str
+    on_step: Callable[[Moment], None] | None = None
+    on_stage: Callable[[Moment], None] | None = None
+    every: int = 1
+
+    def step(self, moment: Moment) -> None:
+        """Call on_step where it is due."""
+        if self.on_step is not None and moment.step % self.every == 0:
+            self._call(self.on_step, moment)
+
+    def stage(self, moment: Moment) -> None:
+        """Call on_stage."""
+        if self.on_stage is not None:
+            self._call(self.on_stage, moment)
+
+    def _call(self, function: Callable[[Moment], None], moment: Moment) -> None:
+        try:
+            function(moment)
+        except RunEnded:
+            raise
+        except Exception as error:
+            where = f"{self.name}, rank {moment.rank}, step {moment.step}, stage {moment.stage!r}"
+            raise EnvironmentFailed(f"the plugin failed ({where}): {type(error).__name__}: {error}") from error
+
+
+def from_functions(on_stage=None, on_step=None) -> Plugin | None:
+    """The plugin of `colluvium.run`: on_stage a function, on_step a pair (steps between calls, function)."""
+    if on_stage is None and on_step is None:
+        return None
+    every, function = on_step or (1, None)
+    if not isinstance(every, int) or every < 1:
+        raise ValueError(f"on_step is (steps between calls, function), at least 1 step, not {on_step!r}")
+    return Plugin("functions", function, on_stage, every)
+
+
+def from_file(path: str | Path) -> Plugin:
+    """The plugin in a Python file: functions on_step and on_stage, or one of them, and EVERY, the steps between calls (1).
+
+    Raises EnvironmentFailed where the file cannot be run, or has neither function.
+    """
+    spec = importlib.util.spec_from_file_location("colluvium_plugin", path)
+    try:
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise EnvironmentFailed(f"the plugin {path} cannot be run: {type(error).__name__}: {error}") from error
+    functions = [getattr(module, name, None) for name in ("on_step", "on_stage")]
+    every = getattr(module, "EVERY", 1)
+    if not any(map(callable, functions)):
+        raise EnvironmentFailed(f"the plugin {path} has neither on_step nor on_stage")
+    if not isinstance(every, int) or every < 1:
+        raise EnvironmentFailed(f"the plugin {path}: EVERY is a whole number of steps from 1, not {every!r}")
+    return Plugin(str(path), *functions, every)

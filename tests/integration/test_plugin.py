@@ -1,0 +1,93 @@
+"""Functions of a user see both sides, and change the run to the same bits in one process and in two."""
+
+import json
+import subprocess
+import tomllib
+
+import numpy as np
+import pytest
+
+import colluvium
+from tests.conftest import command
+from tests.integration.test_two_processes import FILES, SHORT, differing, overrides
+
+PUSH = """
+EVERY = 10
+
+def on_step(moment):
+    if moment.rank == 0 and moment.stage == "overload":
+        moment.state.velocity[:] *= 0.5
+
+def on_stage(moment):
+    if moment.rank == 1 and moment.stage == "couple":
+        moment.state.v[moment.model.ring :] += 1e-7
+"""
+
+
+def test_functions_are_called_on_both_sides_and_looking_changes_nothing(tmp_path, configs):
+    scene = colluvium.Scene.read(configs / "quick_slope.toml", SHORT)
+    colluvium.run(scene, tmp_path / "plain").close()
+    steps, ends = {0: [], 1: []}, {0: [], 1: []}
+
+    def on_step(moment):
+        assert np.isfinite(moment.state.velocity if moment.rank == 0 else moment.state.v).all()
+        steps[moment.rank].append((moment.stage, moment.step))
+
+    colluvium.run(
+        scene, tmp_path / "seen", on_step=(100, on_step), on_stage=lambda m: ends[m.rank].append((m.stage, m.step))
+    ).close()
+    for name in FILES:
+        assert differing(tmp_path / "plain" / name, tmp_path / "seen" / name) == [], name
+    coupled = [("couple", 500), ("couple", 600), ("overload", 700)]
+    assert steps == {0: [("equilibrium", n) for n in (100, 200, 300, 400)] + coupled, 1: coupled}
+    both = [("fill", 400), ("couple", 600), ("overload", 750)]
+    assert ends == {0: [("equilibrium", 400), *both], 1: both}
+
+
+def test_a_file_changes_the_same_bits_in_one_process_and_two(tmp_path, configs):
+    path = tmp_path / "push.py"
+    path.write_text(PUSH)
+    words = ["run", configs / "quick_slope.toml", "--quiet", *overrides()]
+    ways = {"two": ["--plugin", path], "one": ["--plugin", path, "--in-process"], "plain": ["--in-process"]}
+    for name, more in ways.items():
+        done = subprocess.run(
+            command("colluvium.cli", *words, *more, "--out", tmp_path / name), capture_output=True, text=True, timeout=300
+        )
+        assert done.returncode == 0, done.stderr
+    for name in FILES:
+        assert differing(tmp_path / "one" / name, tmp_path / "two" / name) == [], name
+        assert differing(tmp_path / "one" / name, tmp_path / "plain" / name), name
+    assert json.loads((tmp_path / "two" / "run.json").read_text())["plugin"] == str(path)
+
+
+def test_a_force_put_on_a_gridpoint_moves_it_and_rests_on_the_bottom(tmp_path, configs):
+    data = tomllib.loads((configs / "quick_slope.toml").read_text())
+    del data["discs"]
+    stages = [{"name": "equilibrium", "until": {"steps": 10}}, {"name": "overload", "until": {"ratio": 1e-6, "steps": 9000}}]
+    data |= {"window": [], "stage": stages}
+    seen = {}
+
+    def push(moment):
+        if moment.stage == "equilibrium":
+            top = np.argmax(moment.model.grid.xy @ [1e-3, 1.0])  # a gridpoint of the crest, at its right end
+            moment.state.applied[top - 2] = 0.0, -1000.0
+            seen["point"] = top - 2
+        else:
+            seen["resting"] = moment.state.force[moment.model.grid.xy[:, 1] == 0.0, 1].sum()
+
+    with colluvium.run(colluvium.Scene(**data), tmp_path / "run", on_stage=push) as run:
+        assert run.gridpoints(-1).displacement[seen["point"], 1] < 0.0
+    assert seen["resting"] == pytest.approx(-1000.0, rel=1e-3)
+
+
+def test_functions_cannot_be_called_in_other_processes(tmp_path, configs):
+    with pytest.raises(ValueError, match="--plugin FILE"):
+        colluvium.run(colluvium.Scene.read(configs / "quick_slope.toml"), tmp_path / "run", in_process=False, on_stage=print)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_plugin_that_cannot_be_run_ends_the_run_at_once(tmp_path, configs):
+    arguments = ["run", configs / "quick_slope.toml", "--plugin", tmp_path / "none.py", "--out", tmp_path / "o"]
+    done = subprocess.run(command("colluvium.cli", *arguments), capture_output=True, text=True, timeout=120)
+    assert done.returncode == 4
+    assert "cannot be run: FileNotFoundError" in done.stderr
