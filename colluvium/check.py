@@ -27,6 +27,7 @@ def _tables(scene, place):
     elif parent == "grain":
         discs = scene.discs
         holders = [("discs.soil", discs and discs.soil), ("discs.stone", discs and discs.stone), ("ring", scene.ring)]
+        holders += [(f"discs.pair {' and '.join(p.between)}", p) for p in (discs.pair if discs else [])]
     else:
         holders = [(parent, getattr(scene, parent, None))]
     return [name for name, holder in holders if holder is not None and getattr(holder, key, None) is not None]

@@ -41,16 +41,23 @@ def stages_of_discs_alone(scene):
                 yield at, "fill computes no steps", "remove until, gravity, gravity_factor and insitu here"
         elif stage.until is None or not any(value is not None for value in stage.until.__dict__.values()):
             yield at, f"stage {stage.name!r} would never end", "add until = { ratio = 1e-4, steps = .. }"
-        for key in ("handover", "excavate", "surcharge", "large_strain", "damping"):
+        if stage.until is not None and stage.until.band is not None:
+            yield (*at, "until", "band"), "a band runs through a slope with a grid", "use ratio, steps, time or displacement"
+        for key in ("handover", "excavate", "surcharge", "large_strain"):
             if getattr(stage, key) is not None:
                 yield (*at, key), "this needs a grid", "remove the key"
+        if stage.damping is not None and stage.damping.local is None:
+            yield (*at, "damping"), "discs know local damping only", "damping = { local = 0.7 }"
         if stage.discard:
             yield (*at, "discard"), "only stages of the grid alone can be discarded", "remove the key"
 
 
 def walls_have_a_length(scene):
-    """A wall runs from one point to another."""
+    """A wall runs from one point to another, and moves in one kind of time."""
     for i, wall in enumerate(scene.discs.wall if scene.discs else []):
+        if wall.velocity != (0.0, 0.0) and len({stage.time for stage in scene.stage if stage.kind == "discs"}) > 1:
+            why = "its velocity would be in m/s in some stages and in m a step in others"
+            yield ("discs", "wall", i, "velocity"), why, "let all stages compute in real time, or all in static mode"
         if wall.ends[0] == wall.ends[1]:
             yield ("discs", "wall", i, "ends"), "both ends are the same point", "ends = [[x0, y0], [x1, y1]]"
 

@@ -185,7 +185,7 @@ class Stage(Table):
     kind: Literal[STAGE_KINDS] = quantity(
         meaning="equilibrium: the grid alone comes to rest, then displacements count from zero; locate: the grid alone, to be "
         "discarded or not; load: sides are held, moved or loaded anew; overload: gravity changes; excavate, surcharge: below; "
-        "fill: discs for the windows; couple: discs take over from the windows' zones"
+        "fill: discs for the windows; couple: discs take over from the windows' zones; discs: without a grid, the discs alone"
     )
     gravity: float | None = quantity(None, unit="m/s2", meaning="gravity, downwards; stays for later stages", ge=0)
     gravity_factor: Annotated[Ramp, BeforeValidator(_constant)] | None = quantity(

@@ -42,7 +42,7 @@ def serve(options, stop):
     if scene.grid is None:
         from dem_server import alone
 
-        return alone.compute(scene, out, progress, stop, options.origin)
+        return alone.compute(scene, out, progress, stop, options.origin, plugin)
     if options.connect is None:
         raise exits.EnvironmentFailed("the scene has a grid: say with --connect where its process listens")
     transport = link.RankTransport(link.endpoint_from(options.connect, scene.link.give_up))

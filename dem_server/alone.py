@@ -6,6 +6,7 @@ hold, the rest is free. Or the discs are read from a file.
 
 import logging
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,11 +14,13 @@ import numpy as np
 
 from coupler_protocol import checkpoint, exits, restart, runfile
 from coupler_protocol.ending import Ending
+from coupler_protocol.plugin import Moment
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
 from dem_server import balance, bonding, cycle, energy, filling, insitu, record
 from dem_server.contacts import contact_forces
+from dem_server.effects.damping import DampingTable
 from dem_server.model import Model, State
 from dem_server.walls import make_walls
 
@@ -36,8 +39,9 @@ class AloneState(NamedTuple):
 class DiscsAlone:
     """The discs of a scene without a grid, and its stages."""
 
-    def __init__(self, scene, out, progress, stop, origin=None):
+    def __init__(self, scene, out, progress, stop, origin=None, plugin=None):
         self.scene, self.out, self.progress, self.stop, self.origin = scene, Path(out), progress, stop, origin
+        self.plugin = plugin
         self.watch = Stopwatch()
         self.steps, self.time = 0, 0.0
         self.results, self.report = [], {}
@@ -62,7 +66,7 @@ class DiscsAlone:
             self._frame(self.origin.stage if self.saved else self.scene.stage[0].name, 1.0)
             if not self.saved:
                 self._end_stage(self.scene.stage[0].name, 1.0)
-                self.results.append(self._row(self.scene.stage[0], 0, 1.0, "", 1.0, 0.0))
+                self.results.append(self._row(self.scene.stage[0], 0, 1.0, "", [], 0.0))
                 first = 1
             for stage, leg in list(zip(self.scene.stage, legs, strict=True))[first:]:
                 self._stage(stage, leg)
@@ -110,21 +114,26 @@ class DiscsAlone:
             self.watch.to("computing")
             if self.steps % record_every == 0 or ended_by:
                 self._frame(stage.name, factor)
+            if self.plugin is not None:
+                self.plugin.step(self._moment(stage.name))
         self._end_stage(stage.name, factor)
-        self.results.append(self._row(stage, done, factor, ended_by, ratio, self.time - began))
+        self.results.append(self._row(stage, done, factor, ended_by, [ratio], self.time - began))
 
     def _in_time_of(self, stage):
-        """The model in the stage's mode."""
+        """The model in the stage's mode, with the stage's damping."""
+        damping = stage.damping or self.scene.discs.damping
+        table = DampingTable(float(damping.local)) if damping is not None and damping.local > 0.0 else None
+        self.model = replace(self.model, law=self.model.law._replace(damping=table))
         if stage.time == "real":
             self.model = cycle.in_real_time(self.model, self.state, stage.step_factor or self.scene.discs.time_step)
-        elif self.model.real_time is not None:
+        else:
             self.model = cycle.in_static_mode(self.model, self.state)
         return self.model
 
     def _chunk(self, stage, leg, done, every, passed):
         """Steps until something must be looked at or changes."""
         until = stage.until
-        left = every - self.steps % every
+        left = min(n - self.steps % n for n in (every, self.scene.record.every, *self._plugin_steps()))
         if done < leg.over:
             left = 1
         if until.steps is not None:
@@ -132,6 +141,12 @@ class DiscsAlone:
         if until.time is not None:
             left = min(left, max(1, round((until.time - passed) / self.state.next_dt)))
         return left
+
+    def _plugin_steps(self):
+        return () if self.plugin is None or self.plugin.on_step is None else (self.plugin.every,)
+
+    def _moment(self, stage):
+        return Moment(1, stage, self.steps, self.model, self.state)
 
     def _look(self, leg, step):
         """Histories of this moment; returns the unbalanced ratio."""
@@ -161,6 +176,8 @@ class DiscsAlone:
         self.watch.to("recording")
 
     def _end_stage(self, name, factor):
+        if self.plugin is not None:
+            self.plugin.stage(self._moment(name))
         self.recorder.sync()
         self.save(name, restart.END, factor)
         self.watch.to("recording")
@@ -179,7 +196,7 @@ class DiscsAlone:
         self.steps = int(self.saved.about["step"])
         self.watch.begin(self.origin.stage)
 
-    def _row(self, stage, steps, factor, ended_by, ratio, seconds):
+    def _row(self, stage, steps, factor, ended_by, ratios, seconds):
         return {
             "name": stage.name,
             "kind": stage.kind,
@@ -188,7 +205,7 @@ class DiscsAlone:
             "time_step": self.state.dt if stage.time == "real" else None,
             "ended_by": ended_by,
             "gravity_factor": factor,
-            "ratio_discrete": [ratio],
+            "ratio_discrete": ratios,
             "bonds_broken": [self.state.broken_tension + self.state.broken_shear],
         }
 
@@ -205,14 +222,14 @@ class DiscsAlone:
         self.progress("fill", text if fraction is None else f"{text} {100 * fraction:.0f} %")
 
 
-def compute(scene, out, progress, stop, origin=None):
+def compute(scene, out, progress, stop, origin=None, plugin=None):
     """Compute a scene without a grid into the folder `out`; writes run.json however it ends, the State where it fails."""
     about, begin = runfile.describe(scene), time.perf_counter()
     if origin is not None:
         about["begins_after"] = {"run": str(origin.folder), "stage": origin.stage}
     side, code, reason = None, exits.OURSELVES, ""
     try:
-        side = DiscsAlone(scene, out, progress, stop, origin)
+        side = DiscsAlone(scene, out, progress, stop, origin, plugin)
         runfile.write_json(Path(out) / "scene.json", scene.resolved())
         reason, code = exits.physics(side.run), exits.DONE
         progress("done", reason, now=True)

@@ -39,7 +39,7 @@ def in_static_mode(model, state):
     before, model = model.real_time, replace(model, real_time=None)
     if before is not None:
         stop(state)
-    state.dt = state.next_dt = 1.0
+        state.dt = state.next_dt = 1.0
     rebuild(model, state)
     return model
 

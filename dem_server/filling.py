@@ -1,5 +1,6 @@
 """Discs of a scene without a grid: a packed polygon, or discs from a CSV file."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -62,7 +63,10 @@ def rim_of(polygon, length):
 
 
 def from_file(scene):
-    """Model and State of the discs in a CSV file with a head line: x, y, radius and, if wanted, vx, vy, spin."""
+    """Model and State of the discs in a CSV file with a head line: x, y, radius and, if wanted, vx, vy, spin in m/s, rad/s.
+
+    So they begin in real time; a static stage brings them to rest first.
+    """
     path = scene.discs.file
     if not Path(path).is_file():
         raise unfit("discs.file", f"there is no file {path}", "paths count from where the program was started")
@@ -83,4 +87,5 @@ def from_file(scene):
     for column, name in enumerate(MOTION, start=2):
         if name in names:
             state.disc[:, column] = table[name]
-    return model, state
+    state.dt, state.next_dt = 0.0, np.inf
+    return replace(model, real_time=scene.discs.time_step), state

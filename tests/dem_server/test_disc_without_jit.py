@@ -50,6 +50,7 @@ from dem_server.bonding import add_parallel_bonds
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
+from dem_server.walls import make_walls
 
 xy = np.stack(np.meshgrid(np.arange(4.0), np.arange(3.0)), axis=-1).reshape(-1, 2) * 0.0595
 cement = ParallelBond(normal_stiffness=1e9, shear_stiffness=5e8, tension=1.2e5, shear=2e5, radius=0.8)
@@ -59,13 +60,16 @@ add_parallel_bonds(model, state)
 rng = np.random.default_rng(3)
 static, fast = model, []
 for fraction in (None, 0.3):
+    if fraction:
+        state.walls = make_walls([[-1.0, -0.029, 1.0, -0.0295]], [[0.0, 0.1]], model)
     model = cycle.in_static_mode(static, state) if fraction is None else cycle.in_real_time(static, state, fraction)
     state.v[:] = rng.normal(0.0, 1e-5 if fraction is None else 0.3, (12, 2))
     state.spin[:] = rng.normal(0.0, 1e-4 if fraction is None else 5.0, 12)
     fast.append(cycle.advance(model, state, 9.81, 60))
 print(balance.unbalanced_ratio(model, state, 9.81), state.counters.tolist())
 np.save(sys.argv[1], np.column_stack([state.disc, state.load, state.shear, state.rolled, state.root_mass, *state.parallel]))
-np.save(sys.argv[3], [*fast, energy.kinetic(model, state), energy.stored(model, state)])
+walls = [*state.walls.force[0], *state.walls.normal.sum(0), *state.walls.rolled.sum(0)]
+np.save(sys.argv[3], [*fast, *walls, energy.kinetic(model, state), energy.stored(model, state)])
 """
 
 

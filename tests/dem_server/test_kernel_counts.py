@@ -21,6 +21,7 @@ from dem_server.bonding import add_parallel_bonds
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
+from dem_server.walls import make_walls
 
 cement = ParallelBond(normal_stiffness=1e9, shear_stiffness=5e8, tension=1.2e5, shear=2e5, radius=0.8)
 tables = {"rolling": Rolling(coefficient=0.2), "dashpot": Dashpot(normal=0.2), "parallel_bond": cement}
@@ -35,6 +36,7 @@ for changes in ({}, tables):
         stones.mark(model, state, [square], 2700.0)
         model = stones.make(model, state, [square], "clump")
         add_parallel_bonds(model, state)
+        state.walls = make_walls([[-1.0, -0.0295, 1.0, -0.0295]], [[0.0, 0.0]], model)
     cycle.advance(model, state, 9.81, 5)
     balance.unbalanced_ratio(model, state, 9.81), energy.kinetic(model, state), energy.stored(model, state)
 print(json.dumps({name: counts_in_loops(kernel) for name, kernel in kernels("dem_server").items()}))
@@ -91,4 +93,4 @@ def test_no_loop_of_any_kernel_counts_references(found):
 
 def test_the_kernels_were_seen(found):
     names = {name.rpartition(".")[2] for name in found}
-    assert {"force_pass", "move", "cycle", "list_pairs", "carry_over", "add_up", "ratio"} <= names
+    assert {"force_pass", "move", "cycle", "list_pairs", "carry_over", "add_up", "ratio", "wall_pass", "move_walls"} <= names
