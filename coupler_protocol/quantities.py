@@ -71,15 +71,17 @@ HISTORIES = {
     "interface_force_x": Quantity("N", "sum of the discs' forces on the rim, x"),
     "interface_force_y": Quantity("N", "sum of the discs' forces on the rim, y"),
     "max_displacement": Quantity("m", "largest displacement"),
+    "reaction_x": Quantity("N", "force of a boundary on the ground per unit thickness, x; its name stands after a colon"),
+    "reaction_y": Quantity("N", "force of a boundary on the ground per unit thickness, y; its name stands after a colon"),
     "bonds_broken": Quantity("-", "contact bonds broken since the start"),
     "velocity_caps": Quantity("-", "times the velocity of a disc was capped since the start"),
 }
 
 
 def quantity(table: dict[str, Quantity], name: str) -> Quantity:
-    """The entry of `name`, or an error that says which names there are and where a new one goes."""
+    """The entry of `name` up to a colon, or an error that says which names there are and where a new one goes."""
     try:
-        return table[name]
+        return table[name.partition(":")[0]]
     except KeyError:
         raise ValueError(
             f"no unit is known for {name!r}. Known: {', '.join(sorted(table))}. "

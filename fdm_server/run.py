@@ -20,6 +20,7 @@ def run_stage(side, stage):
         if ledger:
             ledger.keep(state)
         update_velocities(model, state, stage.gravity)
+        stage.drive(state)
         if ledger:
             ledger.book_motion(model, state, stage.gravity)
         order = stage.order()

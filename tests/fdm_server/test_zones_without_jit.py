@@ -54,7 +54,7 @@ for step in range(40 if ledger else 60):
     update_velocities(model, state, 9.81)
     advance(model, state)
 print(unbalanced_ratio(model, state, 9.81), np.count_nonzero(state.plastic))
-arrays = {name: getattr(state, name) for name in state.__slots__ if getattr(state, name) is not None}
+arrays = {n: v for n in state.__slots__ if isinstance(v := getattr(state, n), np.ndarray | int | float)}
 np.savez(sys.argv[1], **arrays, **values)
 """
 
