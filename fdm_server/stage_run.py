@@ -98,6 +98,8 @@ class StageRun:
             self.load.apply(self.side.state, self.done)
         if self.sides.push is not None:
             self.sides.push.apply(self.side.state, self.done)
+        for side in self.sides.dashpots:
+            side.apply(self.side.state)
 
     def drive(self, state):
         """Velocities that boundaries prescribe in the present step."""

@@ -158,7 +158,7 @@ class ContinuumSide:
         stage.set_clock()
         if large_strain(self.scene, stage.stage):
             begin_large_strain(self.model, self.state)
-        self.model, stage.sides = begin_stage(self.scene, stage.index, self.model, self.state)
+        self.model, stage.sides = begin_stage(self.scene, stage.index, self.model, self.state, stage.gravity)
         stage.set_loads()
         stage.energy = EnergyWatch(self.model, self.state, stage.gravity)
         stage.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None

@@ -87,10 +87,10 @@ def test_pulses_run_at_their_speed(axis, c, large):
     assert phase[0] / (k[1] * steps * state.dt) == pytest.approx(c, rel=1e-3)
 
 
-def tip_motion(zones, periods, damping=UNDAMPED, factor=0.5):
+def tip_motion(zones, periods, damping=UNDAMPED, factor=0.5, large=False):
     """Times and displacements of the free end of a bar of 10 m, drawn out in its first mode and let go."""
     h = 10.0 / zones
-    model, state = row(zones, h, 0, held=[0.0], damping=damping, factor=factor)
+    model, state = row(zones, h, 0, held=[0.0], damping=damping, factor=factor, large=large)
     displace(model, state, 1e-5 * np.sin(0.05 * pi * model.grid.xy[:, 0]))
     tip = np.argmax(model.grid.xy[:, 0])
     motion = [state.displacement[tip, 0]]
@@ -142,12 +142,13 @@ def test_local_damping_takes_the_same_share_of_every_half_period(kind):
     np.testing.assert_allclose(peaks[1:6] / peaks[:5], sqrt((1 - alpha) / (1 + alpha)), rtol=5e-3)
 
 
+@pytest.mark.parametrize("large", [False, True])
 @pytest.mark.parametrize("part", ["mass", "stiffness", "both"])
-def test_rayleigh_damping_has_its_fraction_at_its_frequency(part):
+def test_rayleigh_damping_has_its_fraction_at_its_frequency(part, large):
     """Logarithmic decrement 2 pi xi/sqrt(1 - xi^2); one zone: w^2 = 2 M/(rho h^2)."""
     xi, w = 0.05, sqrt(2 * M / DENSITY) / 10.0
     table = RayleighTable(fraction=xi, frequency=w / (2 * pi), part=part)
-    t, u = tip_motion(1, 5, Damping(rayleigh=table), factor=0.02)
+    t, u = tip_motion(1, 5, Damping(rayleigh=table), factor=0.02, large=large)
     peaks = amplitudes(t, u)
     decrement = 2 * log(peaks[0] / peaks[6]) / 6
     assert decrement == pytest.approx(2 * pi * xi / sqrt(1 - xi**2), rel=1e-2)
