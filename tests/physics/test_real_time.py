@@ -176,6 +176,32 @@ def test_stiffness_damping_shortens_the_step_and_it_stays_stable():
     assert np.abs(state.velocity).max() < first
 
 
+@pytest.mark.parametrize("angle", [0.0, 27.0, 45.0])
+def test_a_zone_breathes_at_its_frequency_in_any_direction(angle):
+    """A free square zone of side h, a quarter of rho h^2 at each corner, corners displaced by a (+-1, +-1): it stores
+    (K + G/3)(4 a/h)^2 h^2/2, rho h^2 a'^2 moves, so w^2 = 8 (K + G/3)/(rho h^2); leap-frog: sin(w' dt/2) = w dt/2."""
+    a = np.radians(angle)
+    R = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+    scene = box(2.0, 2.0, 2.0, soil())
+    grid = build_grid(scene)
+    model = build_model(scene, grid._replace(xy=(grid.xy - 1.0) @ R.T))
+    state = new_state(model)
+    model = clock.begin(model, state, UNDAMPED, 0.5)
+    state.velocity[:] = 1e-6 * model.grid.xy / state.dt
+    advance(model, state)
+    state.velocity[:] = 0.0
+    start, motion = state.displacement.copy(), [1.0]
+    for _ in range(2000):
+        step(model, state)
+        motion.append(np.sum(state.displacement * start) / np.sum(start**2))
+    shape = state.displacement - motion[-1] * start
+    assert np.abs(shape).max() < 1e-9 * np.abs(start).max()
+    zero = crossings(np.arange(2001) * state.dt, np.array(motion))
+    w = sqrt(8 * (PAPER.bulk + PAPER.shear / 3) / DENSITY) / 2.0
+    law = 2 / state.dt * np.arcsin(w * state.dt / 2)
+    assert pi * (len(zero) - 1) / (zero[-1] - zero[0]) == pytest.approx(law, rel=1e-5)
+
+
 def test_free_fall_is_that_of_a_stone():
     scene = box(2.0, 2.0, 1.0, soil())
     model = build_model(scene, build_grid(scene))
