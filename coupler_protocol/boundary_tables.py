@@ -15,7 +15,7 @@ def _spanning(value):
 
 Range = Annotated[tuple[float, float], AfterValidator(_spanning)]
 Components = Literal["x", "y", "xy"]
-MOTIONS, FORCES = ("fix", "free", "velocity"), ("pressure", "shear", "stress")
+MOTIONS, FORCES = ("fix", "free", "velocity", "quiet"), ("pressure", "shear", "stress")
 
 
 class Velocity(Table):
@@ -42,7 +42,7 @@ class Traction(Table):
 class Boundary(Table):
     """What holds, moves or loads a side of the grid, or a range of it.
 
-    A table says either how gridpoints move (fix, free, velocity) or what acts on them (pressure and shear, or stress). It acts
+    A table says how gridpoints move (fix, free, velocity, quiet) or what acts on them (pressure and shear, or stress). It acts
     from the first stage on, in `[[stage.boundary]]` from that stage on, until a later table says something else for the same
     gridpoints. Of several tables for one component of a gridpoint's motion the last one counts. Loads on the same side and range
     replace each other, loads on different ranges add up; they keep the direction they have when their stage begins. The sum of
@@ -61,6 +61,9 @@ class Boundary(Table):
     fix: Components | None = quantity(None, meaning="components of velocity that stay zero")
     free: Components | None = quantity(None, meaning="components that an earlier table held or moved and that are free again")
     velocity: Velocity | None = quantity(None, meaning="components of velocity that are prescribed")
+    quiet: Literal[True] | None = quantity(
+        None, meaning="time = real: waves that arrive leave through dashpots; what held the side when the stage began still does"
+    )
     pressure: float | None = quantity(None, unit="Pa", meaning="normal to the side, positive against the ground")
     shear: float | None = quantity(
         None, unit="Pa", meaning="along the side, positive with the ground on the left (on top: to the left)"
@@ -75,7 +78,7 @@ class Boundary(Table):
         given = [key for key in (*MOTIONS, *FORCES) if getattr(self, key) is not None]
         if len(given) != 1 and given != ["pressure", "shear"]:
             said = f"not {' and '.join(given)}" if given else "it says nothing"
-            raise ValueError(f"give one of fix, free, velocity, stress, or pressure and shear: {said}")
+            raise ValueError(f"give one of fix, free, velocity, quiet, stress, or pressure and shear: {said}")
         return self
 
     @property

@@ -19,6 +19,7 @@ from fdm_server import shape
 from fdm_server.boundary import edges_of, fixed_components, motion_of, points_in, sides_of
 from fdm_server.edges import boundary_edges
 from fdm_server.loads import spread
+from fdm_server.quiet import Dashpots, dashpots, keep_reaction
 
 
 class Drive(NamedTuple):
@@ -74,20 +75,28 @@ class Sides(NamedTuple):
 
     drive: Drive | None
     push: Push | None
+    dashpots: tuple[Dashpots, ...]
     holders: dict[str, tuple[NDArray[np.int64], NDArray[np.int64]]]  # name: gridpoints held or moved in x and in y
 
 
-NOTHING = Sides(None, None, {})
+NOTHING = Sides(None, None, (), {})
 
 
-def begin_stage(scene, index, model, state):
-    """Model with the components held in a stage, and what its boundaries do; makes room in `State.driven` and `State.loads`."""
+def begin_stage(scene, index, model, state, gravity=0.0):
+    """Model with the components held in a stage, and what its boundaries do; makes room in `State.driven` and `State.loads`.
+
+    gravity [m/s2]: of the step before, for what holds a side that becomes quiet.
+    """
     boundaries, new = acting(scene, index), beginning(scene, index)
+    for boundary in new:
+        if boundary.quiet:
+            keep_reaction(model, state, boundary, gravity)
     attached = np.diff(model.start) > 0
     model = replace(model, fixed=fixed_components(model.grid, boundaries) | ~attached[:, None])
     drive = _drive(model, state, boundaries, [b for b in new if not b.loads])
     push = _push(model, state, [b for b in new if b.loads])
-    return model, Sides(drive, push, holders(model.grid, boundaries))
+    damped = tuple(dashpots(model, b) for b in boundaries if b.quiet)
+    return model, Sides(drive, push, damped, holders(model.grid, boundaries))
 
 
 def holders(grid, boundaries):

@@ -21,6 +21,7 @@ class StageRun:
         self.sides = NOTHING  # what boundaries do
         self.done = 0
         self.time = 0.0  # [s] since the stage began; static steps count as 1
+        self.ledger = None  # a fdm_server.ledger.Ledger, where the scene asks for it
         self.energy = None  # a fdm_server.blowup.EnergyWatch
         self.ended = False
         self.ratio = ([1.0] + [row["ratio_continuum"] for row in side.earlier + side.results])[-1]
@@ -75,6 +76,9 @@ class StageRun:
         self.side.hub.stop.check()  # stages of the grid alone wait for nobody who would ask
         check_motion(model, state)
         self.energy.look(model, state, self.gravity)
+        if self.ledger:
+            values = self.ledger.values(model, state)
+            self.side.recorder.history(self.side.steps, **{f"energy_{name}": value for name, value in values.items()})
         self.ratio = unbalanced_ratio(model, state, self.gravity)
         ratios = [self.ratio, *(rim.answer.ratio for rim in self.rims)]
         displacement = farthest(state.displacement)
@@ -94,6 +98,8 @@ class StageRun:
             self.load.apply(self.side.state, self.done)
         if self.sides.push is not None:
             self.sides.push.apply(self.side.state, self.done)
+        for side in self.sides.dashpots:
+            side.apply(self.side.state)
 
     def drive(self, state):
         """Velocities that boundaries prescribe in the present step."""

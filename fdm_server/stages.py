@@ -20,6 +20,7 @@ from fdm_server.coupling import Rim, open_windows, traction_difference
 from fdm_server.excavation import excavations
 from fdm_server.grid import build_grid
 from fdm_server.initial_stress import initial_state
+from fdm_server.ledger import Ledger
 from fdm_server.loads import dig, press
 from fdm_server.model import build_model, new_state
 from fdm_server.run import run_stage
@@ -157,9 +158,10 @@ class ContinuumSide:
         stage.set_clock()
         if large_strain(self.scene, stage.stage):
             begin_large_strain(self.model, self.state)
-        self.model, stage.sides = begin_stage(self.scene, stage.index, self.model, self.state)
+        self.model, stage.sides = begin_stage(self.scene, stage.index, self.model, self.state, stage.gravity)
         stage.set_loads()
         stage.energy = EnergyWatch(self.model, self.state, stage.gravity)
+        stage.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
         run_stage(self, stage)
 
     # -- what a stage leaves -----------------------------------------------------------------------------------------

@@ -45,7 +45,7 @@ RING = {"kind": "ring", "inner": 1.0, "outer": 4.0, "around": 24}
 @pytest.mark.parametrize(
     ("table", "key", "words"),
     [
-        ({"boundary__1": {"on": "left"}}, "boundary[1]", "give one of fix, free, velocity, stress, or pressure and shear"),
+        ({"boundary__1": {"on": "left"}}, "boundary[1]", "give one of fix, free, velocity, quiet, stress, or pressure and shear"),
         ({"boundary__1": {"on": "left", "fix": "x", "pressure": 1.0}}, "boundary[1]", "not fix and pressure"),
         ({"boundary__1": {"on": "left", "velocity": {}}}, "boundary[1].velocity", "give x, y, or both"),
         ({"boundary__1": {"on": "left", "fix": "x", "y": [2, 1]}}, "boundary[1].y", "first < last"),
@@ -62,6 +62,7 @@ RING = {"kind": "ring", "inner": 1.0, "outer": 4.0, "around": 24}
             "stage[1].boundary",
             "cannot change in a stage of kind 'surcharge'.*move it to a stage of kind equilibrium, locate, overload, load",
         ),
+        ({"boundary__1": {"on": "left", "quiet": True}}, "stage[0]", 'would give way without end.*time = "real"'),
         ({"stage__0__gravity": None}, "initial_stress.k0", "add gravity = 9.81"),
         ({"initial_stress": {}}, "initial_stress", "give stresses, a gradient, or k0"),
         ({"initial_stress": {"k0": 1.0, "gradient": {"yy": -2e4}}}, "initial_stress", "not both"),
