@@ -1,7 +1,10 @@
 """Factors of safety by strength reduction on coarse meshes: published slopes, and the trials close to the factor found."""
 
+from math import pi
+
 import pytest
 
+from coupler_protocol.boundary_tables import Boundary
 from coupler_protocol.scene_reader import read_scene
 from fdm_server.fos.bracket import search
 from fdm_server.fos.ground import settle, with_zone_size
@@ -83,3 +86,14 @@ def test_under_the_gravity_at_collapse_the_factor_of_safety_is_one(found):
     heavy = f"stage.0.gravity={9.81 * gravity.middle}"
     _, strength, _ = found("paper_slope", 2 / 3, heavy, "fos.bracket=[0.9,1.1]")
     assert strength.middle == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_flexible_strip_on_clay_without_weight(configs):
+    """A pressure of (2 + pi) c/1.2 on Tresca clay, no gravity: factor of safety 1.2 (Prandtl 1921), more on a mesh."""
+    scene = with_zone_size(read_scene(configs / "footing.toml"), 0.25)
+    pressure = (2.0 + pi) * scene.material[0].mohr_coulomb.cohesion / 1.2
+    stage = scene.stage[0].model_copy(update={"boundary": [Boundary(on="top", x=(0.0, 1.0), pressure=pressure)]})
+    scene = scene.model_copy(update={"stage": [stage]})
+    ground = settle(scene)
+    bracket = search(lambda f: run_trial(scene, ground, f).verdict, (1.0, 1.5), 0.005)
+    assert 1.19 < bracket.middle < 1.25
