@@ -17,10 +17,10 @@ TITLE = "circular holes: zone size, mixed discretisation, unbalanced ratio"
 PICTURE = "accuracy_w1.png"
 READ = """Zones get smaller to the right: halving them costs about eight times as much (four times the zones, twice the steps), so
 a curve of order 2 falls by 4 where time grows by 8. A curve that levels off has met a floor: its ratio (a smaller one is cheap,
-steps grow with its logarithm only), or in yielding rock the way it was relieved (the hole relieved at once swings past its
-rest and keeps that; the dotted curve takes its support away gently and goes on). The dashed curve is what the same
-quadrilaterals give without mixed discretisation: the same order with a larger error for the elastic hole, and ten times the
-error for the plastic one, which is locking."""
+steps grow with its logarithm only), or in yielding rock the way it was relieved (relieved at once the hole swings past its rest
+and keeps that; the dotted curve takes its support away gently and goes on). The dashed curve is what the same quadrilaterals give
+without mixed discretisation: the same order with a larger error for the elastic hole, ten times the error for the plastic one,
+which is locking."""
 COLUMNS = {
     "case": "case",
     "method": "method",
