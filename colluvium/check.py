@@ -4,7 +4,7 @@ import numpy as np
 
 from coupler_protocol.scene import declared_effects
 from coupler_protocol.scene_rules import doubts
-from coupler_protocol.schedule import large_strain, plan
+from coupler_protocol.schedule import beginning, large_strain, plan
 
 
 def effects(scene):
@@ -62,8 +62,8 @@ def stages(scene):
     return [
         {"name": s.name, "kind": s.kind, "gravity": leg.gravity, "factor": [leg.start, leg.end], "over": leg.over}
         | {"until": s.until.model_dump(exclude_none=True) if s.until else {}, "discard": s.discard}
-        | {"time": s.time, "large_strain": large_strain(scene, s)}
-        for s, leg in zip(scene.stage, plan(scene), strict=True)
+        | {"time": s.time, "large_strain": large_strain(scene, s), "sides": [b.summary for b in beginning(scene, i)]}
+        for i, (s, leg) in enumerate(zip(scene.stage, plan(scene), strict=True))
     ]
 
 
@@ -109,7 +109,10 @@ def print_answer(found, console):
         ramp = f"{s['factor'][0]:g} to {s['factor'][1]:g} g over {s['over']} steps" if s["over"] else f"{s['factor'][1]:g} g"
         more = (", real time" if s["time"] == "real" else "") + (", large strain" if s["large_strain"] else "")
         more += f", until {until}" if until else ""
+        ramp = ramp if s["gravity"] else "no gravity"
         console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}{more}", markup=False)
+        if s["sides"]:
+            console.print(f"    sides from here on: {', '.join(s['sides'])}", markup=False)
     for sentence in in_words(found["locate"]) if found.get("locate") else ():
         console.print(sentence, markup=False)
     for doubt in found["doubts"]:

@@ -66,6 +66,13 @@ HISTORIES = {
     "unbalanced_ratio": Quantity("-", "unbalanced force ratio"),
     "gravity_factor": Quantity("-", "gravity over the gravity of the scene"),
     "kinetic_energy": Quantity("J", "kinetic energy per unit thickness"),
+    "energy_kinetic": Quantity("J", "kinetic energy of the grid at whole steps, of the velocities before and after"),
+    "energy_strain": Quantity("J", "elastic energy of the grid"),
+    "energy_plastic": Quantity("J", "work on plastic strain since the stage began"),
+    "energy_damping": Quantity("J", "work lost to damping since the stage began"),
+    "energy_external": Quantity("J", "work of applied forces and driven gridpoints since the stage began"),
+    "energy_gravity": Quantity("J", "work of weights since the stage began"),
+    "energy_error": Quantity("J", "what the ledger of energies does not explain"),
     "elastic_energy": Quantity("J", "energy stored in the contacts of discs per unit thickness"),
     "weight_energy": Quantity("J", "energy of the discs' weight above y = 0 per unit thickness"),
     "wall_force_x": Quantity("N", "sum of the discs' forces on the walls, x"),
@@ -73,15 +80,17 @@ HISTORIES = {
     "interface_force_x": Quantity("N", "sum of the discs' forces on the rim, x"),
     "interface_force_y": Quantity("N", "sum of the discs' forces on the rim, y"),
     "max_displacement": Quantity("m", "largest displacement"),
+    "reaction_x": Quantity("N", "force of a boundary on the ground per unit thickness, x; its name stands after a colon"),
+    "reaction_y": Quantity("N", "force of a boundary on the ground per unit thickness, y; its name stands after a colon"),
     "bonds_broken": Quantity("-", "contact bonds broken since the start"),
     "velocity_caps": Quantity("-", "times the velocity of a disc was capped since the start"),
 }
 
 
 def quantity(table: dict[str, Quantity], name: str) -> Quantity:
-    """The entry of `name`, or an error that says which names there are and where a new one goes."""
+    """The entry of `name` up to a colon, or an error that says which names there are and where a new one goes."""
     try:
-        return table[name]
+        return table[name.partition(":")[0]]
     except KeyError:
         raise ValueError(
             f"no unit is known for {name!r}. Known: {', '.join(sorted(table))}. "

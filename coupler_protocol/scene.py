@@ -13,12 +13,13 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, create_model, model_validator
 
+from coupler_protocol.boundary_tables import Boundary, InitialStress
 from coupler_protocol.declare import Table, quantity
 from coupler_protocol.grid_tables import Grid, Point
 
 FORMAT = 1
 GRID_ONLY = ("equilibrium", "locate")
-STAGE_KINDS = (*GRID_ONLY, "fill", "couple", "overload", "excavate", "surcharge", "discs")
+STAGE_KINDS = (*GRID_ONLY, "fill", "couple", "overload", "excavate", "surcharge", "load", "discs")
 
 
 @cache
@@ -42,15 +43,6 @@ def _constant(value):
 
 
 Span = tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]
-
-
-class Boundary(Table):
-    """Gridpoints of one side held in place."""
-
-    on: Literal["left", "right", "bottom", "top", "face", "inner", "outer"] = quantity(
-        meaning="side of the grid; top: level ground, face: inclined or upright ground; a ring has inner, outer, left, bottom"
-    )
-    fix: Literal["x", "y", "xy"] = quantity(meaning="components of velocity that stay zero")
 
 
 class Window(Table):
@@ -140,6 +132,7 @@ class Record(Table):
 
     every: int = quantity(200, unit="steps", meaning="steps between frames", ge=1)
     history: int = quantity(10, unit="steps", meaning="steps between points of the histories", ge=1)
+    energy: bool = quantity(False, meaning="histories of the grid's energies and works since each stage began (small strain)")
 
 
 class Ramp(Table):
@@ -188,7 +181,11 @@ class Stage(Table):
     """One step of the procedure."""
 
     name: str = quantity(meaning="name of the stage; also its kind where no kind is given", min_length=1)
-    kind: Literal[STAGE_KINDS] = quantity(meaning="what is done")
+    kind: Literal[STAGE_KINDS] = quantity(
+        meaning="equilibrium: the grid alone comes to rest, then displacements count from zero; locate: the grid alone, to be "
+        "discarded or not; load: sides are held, moved or loaded anew; overload: gravity changes; excavate, surcharge: below; "
+        "fill: discs for the windows; couple: discs take over from the windows' zones"
+    )
     gravity: float | None = quantity(None, unit="m/s2", meaning="gravity, downwards; stays for later stages", ge=0)
     gravity_factor: Annotated[Ramp, BeforeValidator(_constant)] | None = quantity(
         None, meaning="gravity is multiplied by this, a number or { to, over }; stays for later stages"
@@ -200,6 +197,7 @@ class Stage(Table):
     insitu: bool | None = quantity(None, meaning="kind fill: bring the discs to the zones' stress (true)")
     excavate: Excavation | None = quantity(None, meaning="kind excavate: what is dug away")
     surcharge: Surcharge | None = quantity(None, meaning="kind surcharge: what is put upon the ground")
+    boundary: list[Boundary] = Field(default_factory=list, description="what holds, moves or loads sides from this stage on")
     large_strain: Literal[True] | None = quantity(None, meaning="zones follow their gridpoints from this stage on")
     time: Literal["static", "real"] = quantity("static", meaning="scaled masses on the way to rest, or real masses and seconds")
     step_factor: float | None = quantity(None, meaning="time = real: share of the stable step that is taken (0.5)", gt=0, le=1)
@@ -230,7 +228,7 @@ def scene_class():
                 None,
                 unit="m",
                 meaning="line from left to right below which it fills the ground (level beyond its ends), in place of a region; "
-                'with fit = "profile" zones follow a level line',
+                'with fit = "profile" zones follow it where they can stay good, elsewhere their centre decides',
                 min_length=1,
             ),
         ),
@@ -301,7 +299,8 @@ class SceneBase(Table):
     title: str = quantity("", meaning="shown in pictures and logs")
     seed: int = quantity(meaning="every random choice derives from it, by name", ge=0, lt=2**63)
     grid: Grid | None = Field(default=None, description="the continuum's mesh; no table: discs alone")
-    boundary: list[Boundary] = Field(default_factory=list, description="what is held in place")
+    boundary: list[Boundary] = Field(default_factory=list, description="what holds, moves or loads sides of the grid")
+    initial_stress: InitialStress | None = Field(default=None, description="stress before the first stage; no table: none")
     window: list[Window] = Field(default_factory=list, description="windows of discs, rank 1 onwards")
     stones: Stones | None = Field(default=None, description="stones in the windows; no table: none")
     coupling: Coupling = Field(default=Coupling(), description="how motion and force cross the interface")

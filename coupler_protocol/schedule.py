@@ -1,4 +1,4 @@
-"""Gravity over the stages: what each inherits, and its value at any step."""
+"""Gravity and boundaries over the stages: what each inherits, and gravity at any step."""
 
 from typing import NamedTuple
 
@@ -47,3 +47,15 @@ def large_strain(scene, stage):
     if scene.grid is None:
         return False
     return stage.kind not in ("equilibrium", "fill") and (scene.grid.large_strain or stage.large_strain is True)
+
+
+def acting(scene, index):
+    """The boundaries that act in the stage with this number, in order; those of a discarded stage act there only."""
+    stages = scene.stage[: index + 1]
+    return [*scene.boundary, *(b for i, s in enumerate(stages) if i == index or not s.discard for b in s.boundary)]
+
+
+def beginning(scene, index):
+    """The boundaries that begin in the stage with this number; the scene's own in the first that computes the grid and stays."""
+    first = all(stage.kind == "fill" or stage.discard for stage in scene.stage[:index])
+    return [*(scene.boundary if first else []), *scene.stage[index].boundary]

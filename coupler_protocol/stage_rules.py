@@ -1,7 +1,7 @@
 """What must hold between the stages of a scene: one rule a function, as in scene_rules.py."""
 
 from coupler_protocol.scene import GRID_ONLY
-from coupler_protocol.schedule import large_strain
+from coupler_protocol.schedule import acting, beginning, large_strain
 
 BAND_MAY_END = ("locate", "overload", "excavate", "surcharge")  # strains count from the end of the equilibrium
 
@@ -78,6 +78,36 @@ def surcharges_lie_on_the_ground(scene):
                 yield ("stage", i, "surcharge", "x"), why, f"use [first, last] between 0 and {scene.grid.length:g} m"
 
 
+def boundaries_change_with_steps_enough(scene):
+    """Boundaries change in stages in which the grid is computed and nothing is dug or put upon it; no stage ends in a ramp."""
+    allowed = ("equilibrium", "locate", "overload", "load")
+    for i, stage in enumerate(scene.stage):
+        if stage.boundary and stage.kind not in allowed:
+            remedy = f"move it to a stage of kind {', '.join(allowed)}"
+            yield ("stage", i, "boundary"), f"boundaries cannot change in a stage of kind {stage.kind!r}", remedy
+        for boundary in beginning(scene, i):
+            path = next((("boundary", k) for k, b in enumerate(scene.boundary) if b is boundary), None)
+            path = path or ("stage", i, "boundary", next(k for k, b in enumerate(stage.boundary) if b is boundary))
+            if stage.until is not None and stage.until.steps is not None and stage.until.steps < boundary.over:
+                why = f"stage {stage.name!r} ends after {stage.until.steps} steps, inside these {boundary.over}"
+                yield (*path, "over"), why, f"use at most {stage.until.steps}, or give the stage more steps"
+
+
+def quiet_sides_belong_to_real_time(scene):
+    """Quiet sides begin, and act, in stages in real time."""
+    for i, stage in enumerate(scene.stage):
+        if stage.time != "real" and stage.kind != "fill" and any(b.quiet for b in acting(scene, i)):
+            why = f"a quiet side acts in stage {stage.name!r}, which computes no seconds: it would give way without end"
+            yield ("stage", i), why, 'give the stage time = "real", or begin the quiet side in a later stage: [[stage.boundary]]'
+
+
+def weight_needs_gravity(scene):
+    """Initial stress from weight needs the gravity of the first stage."""
+    if scene.initial_stress is not None and scene.initial_stress.k0 is not None and not scene.stage[0].gravity:
+        why = f"the first stage, {scene.stage[0].name!r}, has no gravity to compute the weight of the ground with"
+        yield ("initial_stress", "k0"), why, "add gravity = 9.81 to it, or give a gradient in place of k0"
+
+
 def is_level(scene):
     """Whether the ground is level: it has no toe, no crest and no band between them."""
     return scene.grid.profile is None or len({y for _, y in scene.grid.profile}) == 1
@@ -107,5 +137,8 @@ STAGE_RULES = (
     large_strain_begins_in_the_shape_drawn,
     loads_have_their_stages,
     surcharges_lie_on_the_ground,
+    boundaries_change_with_steps_enough,
+    quiet_sides_belong_to_real_time,
+    weight_needs_gravity,
     bands_end_stages_that_may_have_one,
 )

@@ -94,7 +94,7 @@ class VtkHdfFile:
         """Add rows to a history; they are safe after the next `append` or `flush`."""
         rows = np.empty(len(steps), HISTORY_ROW)
         rows["step"], rows["value"] = steps, values
-        self._column(Rows, f"Histories/{name}", HISTORIES[name]).append(rows)
+        self._column(Rows, f"Histories/{name}", quantity(HISTORIES, name)).append(rows)
 
     def flush(self) -> None:
         """Hand everything to the operating system."""

@@ -11,14 +11,14 @@ from fdm_server.large_strain import TURN_ROWS, half_turns, middle_shape, present
 from fdm_server.partition import STRIP
 from fdm_server.rates import add_rate, copy_stress
 from fdm_server.safety import check_zones
-from fdm_server.softening import STRENGTH_ROWS, limit_softened
+from fdm_server.softening import CURVES, OPENING_ROWS, SHEAR_ROWS, limit_softened
 from fdm_server.strain import STRAIN_ROWS, gather_increments, gather_velocities, strain_increments
 from fdm_server.stress import RETURN_ROWS, STRESS_ROWS, limit, load
 
 
 @jit
 def move_kernel(first, last, velocity, dt, displacement):
-    """Displacements (N,2) [m] of gridpoints first..last after a step of their velocities; in static mode `dt` is None."""
+    """Displacements (N,2) [m] of gridpoints first..last after a step of their velocities; dt [s], in static mode None."""
     for n in range(first, last):
         if dt is None:
             displacement[n, 0] += velocity[n, 0]
@@ -42,15 +42,16 @@ def zones_kernel(
     u = np.empty(8 * LANES)
     strain = np.empty(STRAIN_ROWS * LANES)
     limited = np.empty((RETURN_ROWS + 4) * LANES)
-    if softening is not None:
-        strength = np.empty((1, STRENGTH_ROWS * LANES))
-    if viscosity is not None:
-        before = np.empty((1, STRESS_ROWS * LANES))
+    inverted = 0
     if xy is not None:
         end_x, end_y, end_share = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES))
         mid_x, mid_y, mid_inverse = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 5 * LANES))
         turn = np.empty(TURN_ROWS * LANES)
-    inverted = 0
+    if softening is not None:
+        shear, opening = np.empty((1, SHEAR_ROWS * LANES)), np.empty((1, OPENING_ROWS * LANES))
+        values = np.empty((CURVES + 1) * LANES)
+    if viscosity is not None:
+        before = np.empty((1, STRESS_ROWS * LANES))
     for s in range(first, last):
         for b in range(s * STRIP, min((s + 1) * STRIP, corner.shape[0])):
             if dt is None:
@@ -65,7 +66,7 @@ def zones_kernel(
                 if softening is not None:
                     limit_softened(
                         b, pattern[b], share, elastic, mohr_coulomb, tension, softening, stress, plastic, plastic_shear,
-                        strength, limited,
+                        shear, opening, values, limited,
                     )  # fmt: skip
                 elif plastic is not None:
                     limit(b, pattern[b], share, mohr_coulomb, tension, stress, plastic, limited, None)
@@ -88,10 +89,12 @@ def zones_kernel(
                 if softening is not None:
                     limit_softened(
                         0, pattern[b], end_share, elastic, mohr_coulomb, tension, softening, stress[b : b + 1],
-                        plastic[b : b + 1], plastic_shear[b : b + 1], strength, limited,
+                        plastic[b : b + 1], plastic_shear[b : b + 1], shear, opening, values, limited,
                     )  # fmt: skip
                 elif plastic is not None:
-                    limit(0, pattern[b], end_share, mohr_coulomb, tension, stress[b : b + 1], plastic[b : b + 1], limited, None)
+                    limit(
+                        0, pattern[b], end_share, mohr_coulomb, tension, stress[b : b + 1], plastic[b : b + 1], limited, None
+                    )  # fmt: skip
                 if viscosity is not None:
                     add_rate(b, stress, viscosity, before)
                     corner_forces(0, end_x, end_y, before, corner_force[b : b + 1])
@@ -107,9 +110,9 @@ def advance(model, state):
     Raises Unstable where a zone turns inside out (large strain; small strain never leaves the shape it began with).
     """
     g, law, parts = model.geometry, model.law, model.partition
+    xy = shape.moving(model, state)
     stiffness_part = None if law.rayleigh is None else law.rayleigh.stiffness
     viscosity = None if stiffness_part is None else stiffness_part / state.dt
-    xy = shape.moving(model, state)
 
     def move(first, last):
         move_kernel(first, last, state.velocity, state.dt, state.displacement)

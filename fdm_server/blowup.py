@@ -54,7 +54,7 @@ def work_kernel(force, applied, weight_mass, mass, added_mass, fixed, gravity, v
 
 
 class EnergyWatch:
-    """The balance above since `begin`, for one stage."""
+    """The balance above since this was made, at the beginning of a stage."""
 
     def __init__(self, model, state, gravity):
         self.last = state.displacement.copy()
@@ -63,6 +63,7 @@ class EnergyWatch:
         self.given = strain_energy(model, state) + kinetic_energy(model, state)  # U0 + K0 + W [J]
         self.most = self.given
         self.onset = None  # K when it went beyond the margin
+        self.looks = 0
 
     def _kernel(self, model, state, gravity):
         return work_kernel(
@@ -75,11 +76,12 @@ class EnergyWatch:
         work, kinetic, fastest = self._kernel(model, state, gravity)
         self.given += work
         self.most = max(self.most, self.given)
-        if kinetic <= MARGIN * self.most:
+        limit, self.looks = MARGIN * self.most, self.looks + 1
+        if kinetic <= limit:
             self.onset = None
         elif self.onset is None:
-            self.onset = kinetic
-        elif kinetic > GROWTH * self.onset:
+            self.onset = limit if limit > 0.0 and self.looks > 1 else kinetic
+        if self.onset is not None and kinetic > GROWTH * self.onset:
             x, y = model.grid.xy[fastest]
             zone = model.zone[np.flatnonzero((model.zones == fastest).any(axis=1))]
             raise Unstable(

@@ -1,4 +1,4 @@
-"""Boundary conditions: which components of velocity are held at zero on which side of the grid."""
+"""Sides of the grid, and which components of velocity the boundaries of a scene hold or prescribe there."""
 
 import numpy as np
 
@@ -14,22 +14,28 @@ def side_of(grid, name):
 
 
 def edges_of(grid, name):
-    """Sides of zones (E,2) that form a side of the grid, with the zones on their left."""
+    """Sides of zones (E,2) that form a side of the grid, zones on their left; raises ValueError for a side it has not."""
+    return _named(sides_of(grid), name)
+
+
+def sides_of(grid):
+    """All sides of the grid {name: sides of zones (E,2)}; a ring's without those it has not."""
     edges = boundary_edges(grid.zones)
     a, b = grid.xy[edges[:, 0]], grid.xy[edges[:, 1]]
     left, right, bottom, surface = _classes(grid, edges)
     if grid.radii is None:
         level = np.abs(a[:, 1] - b[:, 1]) < _near(grid)
-        sides = {"left": left, "right": right, "bottom": bottom, "top": surface & level, "face": surface & ~level}
-    else:
-        inner, outer = (
-            np.all([np.abs(np.hypot(*p.T) - radius) < _near(grid) for p in (a, b)], axis=0) for radius in grid.radii
-        )
-        sides = {"inner": inner, "outer": outer, "left": left & ~outer, "bottom": bottom & ~outer}
-    if name not in sides or (grid.radii is not None and not np.any(sides[name])):
-        there = [side for side in sides if grid.radii is None or np.any(sides[side])]
-        raise ValueError(f"the grid has no side {name!r}: use one of {', '.join(there)}")
-    return edges[sides[name]]
+        chosen = {"left": left, "right": right, "bottom": bottom, "top": surface & level, "face": surface & ~level}
+        return {name: edges[mask] for name, mask in chosen.items()}
+    inner, outer = (np.all([np.abs(np.hypot(*p.T) - radius) < _near(grid) for p in (a, b)], axis=0) for radius in grid.radii)
+    chosen = {"inner": inner, "outer": outer, "left": left & ~outer, "bottom": bottom & ~outer}
+    return {name: edges[mask] for name, mask in chosen.items() if np.any(mask)}
+
+
+def _named(sides, name):
+    if name not in sides:
+        raise ValueError(f"the grid has no side {name!r}: use one of {', '.join(sides)}")
+    return sides[name]
 
 
 def surface_edges(grid, zones, rims=()):
@@ -60,12 +66,43 @@ def _classes(grid, edges):
     return left, right, bottom, ~(left | right | bottom)
 
 
+def points_in(grid, sides, boundary):
+    """Gridpoints of the side (of `sides_of`) and range that a boundary names; raises ValueError where there are none."""
+    points = np.unique(_named(sides, boundary.on))
+    inside = np.ones(len(points), dtype=np.bool_)
+    for axis, span in enumerate((boundary.x, boundary.y)):
+        if span is not None:
+            at = grid.xy[points, axis]
+            inside &= (at >= span[0] - _near(grid)) & (at <= span[1] + _near(grid))
+    if not np.any(inside):
+        raise ValueError(f"no gridpoint lies in {boundary.place!r}: {extent_of(grid, boundary.on)}")
+    return points[inside]
+
+
+def extent_of(grid, name):
+    """Where a side is, in words."""
+    xy = grid.xy[side_of(grid, name)]
+    if not len(xy):
+        return f"the grid has no {name}"
+    (x0, y0), (x1, y1) = xy.min(axis=0), xy.max(axis=0)
+    return f"the {name} has {len(xy)} gridpoints, from x = {x0:g} to {x1:g} and from y = {y0:g} to {y1:g} m"
+
+
+def motion_of(boundary):
+    """Components (axis, velocity [m/step] or None for a free one) whose motion a boundary sets."""
+    if boundary.velocity is not None:
+        return [(k, v) for k, v in enumerate((boundary.velocity.x, boundary.velocity.y)) if v is not None]
+    if boundary.quiet is not None:
+        return [(0, None), (1, None)]
+    if boundary.free is not None:
+        return [("xy".index(letter), None) for letter in boundary.free]
+    return [("xy".index(letter), 0.0) for letter in boundary.fix or ""]
+
+
 def fixed_components(grid, boundaries):
-    """Which components of velocity stay zero (N,2), from the scene's list of {on, fix}."""
-    fixed = np.zeros(grid.xy.shape, dtype=np.bool_)
+    """Which components of velocity are held or prescribed (N,2); the last of several boundaries counts."""
+    fixed, sides = np.zeros(grid.xy.shape, dtype=np.bool_), sides_of(grid)
     for boundary in boundaries:
-        points = side_of(grid, boundary.on)
-        for axis, letter in enumerate("xy"):
-            if letter in boundary.fix:
-                fixed[points, axis] = True
+        for axis, velocity in motion_of(boundary):
+            fixed[points_in(grid, sides, boundary), axis] = velocity is not None
     return fixed

@@ -7,7 +7,8 @@ def boundary_edges(zones):
     """Sides (E,2) that belong to one zone only, directed with that zone on their left."""
     edges = np.concatenate([zones[:, [k, (k + 1) % 4]] for k in range(4)])
     edges = edges[edges[:, 0] != edges[:, 1]]  # the repeated corner of a triangle
-    _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+    low, high = np.sort(edges, axis=1).T
+    _, first, count = np.unique(low * (zones.max() + 1) + high, return_index=True, return_counts=True)
     return edges[np.sort(first[count == 1])]
 
 

@@ -4,7 +4,7 @@ The net has lines through the profile's points. The surface follows a path of it
 profile, from column to column (from row to row where it is steep) to the nearest gridpoint, along sides and diagonals of cells.
 These gridpoints then move onto the profile, by half a cell at most beside what profile points nearer than half a cell to each
 other ask for. Gridpoints up to `DEPTH` sides below share the move (they stay at the mean move of their neighbours); all others
-stay, so that zones there are rectangles.
+stay, so that zones there are rectangles. Tops of materials are followed in the same way (layers.py).
 """
 
 from itertools import pairwise
@@ -14,6 +14,7 @@ from scipy.sparse import coo_array, diags_array, eye_array
 from scipy.sparse.linalg import spsolve
 
 from fdm_server.blocks import triangle_double_areas
+from fdm_server.layers import cut_cells, pieces_below
 from fdm_server.lines import net_lines
 from fdm_server.net import cells_below, renumbered
 
@@ -21,31 +22,70 @@ DEPTH = 3  # sides from the surface to the farthest gridpoints that move
 WORST = 4.0  # largest aspect of a zone
 
 
-def fitted_mesh(g, levels=()):
-    """Gridpoints xy (N,2) [m], zones (Z,4), column and row (Z,) of the table [grid]; levels [m]: heights that zones follow.
+def fitted_mesh(g, tops=()):
+    """Gridpoints xy (N,2) [m], zones (Z,4), column and row (Z,) of the table [grid].
 
+    tops: lines (points from left to right) that zones follow, level ones exactly, others where zones stay good.
     Raises ValueError saying what would fit.
     """
     profile = np.array([(0.0, g.height), (g.length, g.height)] if g.kind == "box" else g.profile, dtype=np.float64)
     _check_profile(profile, g)
     profile[[0, -1], 0] = 0.0, g.length
+    levels = levels_of(tops)
     (fine_x, fine_y), ratio = ((None, None), 1.0) if g.graded is None else ((g.graded.x, g.graded.y), g.graded.ratio)
     x = net_lines(g.length, g.zone_size[0], profile[:, 0], fine_x, ratio)
     y = net_lines(profile[:, 1].max(), g.zone_size[1], [*profile[:, 1], *levels], fine_y, ratio)
-    path, place = _surface_path(profile, x, y)
+    mesh, followed = _mesh(profile, x, y, levels, [], g.zone_size), []
+    for line in (line for line in tops if not is_level(line)):
+        try:
+            mesh = _mesh(profile, x, y, levels, [*followed, line], g.zone_size)
+            followed.append(line)
+        except ValueError:  # this line spoils zones
+            continue
+    return mesh
+
+
+def is_level(line):
+    """Whether all points of a line have the same height."""
+    return len({y for _, y in line}) == 1
+
+
+def levels_of(lines):
+    """Heights [m] of the level ones of lines."""
+    return [line[0][1] for line in lines if is_level(line)]
+
+
+def _mesh(profile, x, y, levels, lines, size):
+    """The mesh of a net with lines x, y below a profile, its zones following `lines`."""
+    parts = []
+    for line in lines:
+        found, profile = pieces_below(line, profile, size)
+        parts += found
+    path, place = _path(profile, x, y)
     if len(np.unique(path, axis=0)) < len(path):
         raise ValueError("the profile has a notch or a wall narrower than a zone somewhere: use smaller zones")
     (i0, j0), (i1, j1) = path[:-1].T, path[1:].T
     across = i1 > i0
     corners, column, row = cells_below(j0[across], j1[across])
+    inner = [_path(part, x, y, ground=False) for part in parts]
+    for way, _ in inner:
+        below = np.isin(way @ (1, len(x)), corners)
+        corners, column, row = cut_cells(corners, column, row, way[below])
     used, zones = renumbered(corners)
-    at = np.searchsorted(used, path[:, 1] * len(x) + path[:, 0])
-    if np.any(used[np.minimum(at, len(used) - 1)] != path[:, 1] * len(x) + path[:, 0]):
+    goal = {}  # place of every gridpoint on a path; the ground surface has the last word
+    for way, places in inner:
+        (i, j), (px, py) = way.T, places.T
+        stays = ((j > 0) | (py == 0.0)) & ((i > 0) | (px == 0.0)) & ((i < len(x) - 1) | (px == x[-1]))  # on the grid's sides
+        goal |= zip((way @ (1, len(x)))[stays].tolist(), places[stays], strict=True)
+    goal |= zip((path @ (1, len(x))).tolist(), place, strict=True)
+    if not np.all(np.isin(path @ (1, len(x)), used)):
         raise ValueError("the ground is thinner than a zone somewhere: use smaller zones")
+    given = [k for k, n in enumerate(used.tolist()) if n in goal]
     j, i = np.divmod(used, len(x))
     xy = np.column_stack([x[i], y[j]])
-    level = np.min([np.abs(xy[:, 1] - y) for y in (0.0, *levels)], axis=0) < 1e-9 * g.height
-    xy = _moved(xy, zones, at, place, np.column_stack([np.isin(i, (0, len(x) - 1)) | (j == 0), level]))
+    level = np.min([np.abs(xy[:, 1] - h) for h in (0.0, *levels)], axis=0) < 1e-9 * y[-1]
+    held = np.column_stack([np.isin(i, (0, len(x) - 1)) | (j == 0), level])
+    xy = _moved(xy, zones, np.array(given), np.array([goal[int(used[k])] for k in given]), held)
     worst = aspects(xy, zones)
     if not worst.max() <= WORST:
         centre = xy[zones[worst.argmax()]].mean(axis=0)
@@ -82,8 +122,8 @@ def _check_profile(profile, g):
         raise ValueError(f"profile goes back in x after its point {np.argmin(np.diff(x))}: overhangs cannot be meshed")
 
 
-def _surface_path(profile, x, y):
-    """Columns and rows (P,2) of the lines' crossings along the surface, and where on the profile they go (P,2) [m]."""
+def _path(profile, x, y, ground=True):
+    """Columns and rows (P,2) of the net's crossings along a profile (ground: nothing is above), and where they go (P,2) [m]."""
     at = np.column_stack([np.abs(lines - v[:, None]).argmin(axis=1) for lines, v in ((x, profile[:, 0]), (y, profile[:, 1]))])
     path, place = [at[0]], [profile[0]]
     for k, (start, end) in enumerate(pairwise(at)):
@@ -96,7 +136,7 @@ def _surface_path(profile, x, y):
             )
         along = 0 if steps[0] >= steps[1] else 1
         nodes, share = _straight(start, end, (x, y), along)
-        if along == 1:
+        if along == 1 and ground:
             _keep_tips(nodes, start, end, at, k)
         path += list(nodes)
         place += list(profile[k] + share[:, None] * (profile[k + 1] - profile[k]))

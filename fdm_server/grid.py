@@ -38,7 +38,7 @@ def build_grid(scene):
     elif g.regular:
         mesh = net_mesh(g)
     else:
-        mesh = fitted_mesh(g, _levels(scene.material))
+        mesh = fitted_mesh(g, [m.top for m in scene.material if m.top is not None])
     xy, zones, column, row = mesh
     radii = (g.inner, g.outer) if g.kind == "ring" else None
     return Grid(xy, zones, column, row, _materials(scene.material, centroids(xy, zones)), radii)
@@ -55,11 +55,6 @@ def centroids(xy, zones):
     weight = np.ones(zones.shape)
     weight[zones[:, 2] == zones[:, 3], 3] = 0.0
     return (xy[zones] * weight[:, :, None]).sum(axis=1) / weight.sum(axis=1)[:, None]
-
-
-def _levels(materials):
-    """Heights [m] of the materials' level tops."""
-    return [m.top[0][1] for m in materials if m.top is not None and len({y for _, y in m.top}) == 1]
 
 
 def _materials(materials, centre):

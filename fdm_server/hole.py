@@ -61,6 +61,8 @@ def cut_window(model, state, mask):
         stress=keep(state.stress),
         corner_force=keep(state.corner_force),
         plastic=None if state.plastic is None else keep(state.plastic),
+        driven=state.driven,
+        loads=state.loads,
         plastic_shear=None if state.plastic_shear is None else keep(state.plastic_shear),
         previous_force=None if state.previous_force is None else state.previous_force.copy(),
         dt=state.dt,

@@ -1,5 +1,6 @@
 """What a scene's materials, damping and time must fulfil together; found by the scene reader through `colluvium.rules`."""
 
+from coupler_protocol.schedule import large_strain
 from fdm_server.effects.softening import curves
 
 
@@ -43,3 +44,12 @@ def time_fits_the_stages(scene):
         if not real and damping is not None and damping.rayleigh is not None:
             why = "Rayleigh damping knows a frequency, a static stage does not"
             yield (*at, "damping"), why, "give the stage damping = { local = 0.8 }"
+
+
+def ledger_is_for_small_strain(scene):
+    """The energy ledger books strains of the shape drawn."""
+    for stage in scene.stage if scene.record.energy else ():
+        if large_strain(scene, stage):
+            why = f"the energy ledger is not built yet for large strain, in which stage {stage.name!r} computes"
+            yield ("record", "energy"), why, "remove the key, or large_strain"
+            return

@@ -18,6 +18,8 @@ from fdm_server import shape
 from fdm_server.boundary import surface_edges
 from fdm_server.hole import cut_window
 
+FLAT = 1e-12  # share of its length by which a side upright to an axis may lean
+
 
 class ForceRamp(NamedTuple):
     """Applied forces of n gridpoints, from `start` to `end` [N] in so many steps."""
@@ -55,14 +57,28 @@ def press(model, state, surcharge, rims=()):
 
 def pressure_forces(xy, edges, surcharge):
     """Forces (N,2) [N] of the pressure on the sides `edges` (E,2), ground on their left, that face upwards."""
+    along = xy[edges[:, 1]] - xy[edges[:, 0]]
+    upward = along[:, 0] < 0.0  # ground on the left of a side that runs to the left
+    along = along[upward]
+    push = surcharge.pressure * np.column_stack([-along[:, 1], along[:, 0]])  # -p n l
+    return spread(xy, edges[upward], push, surcharge.x)
+
+
+def spread(xy, edges, push, x=None, y=None):
+    """Forces (N,2) [N] at gridpoints xy (N,2) of loads `push` (E,2) [N], even over sides (E,2), as far as these lie in x, y."""
     a, b = xy[edges[:, 0]], xy[edges[:, 1]]
     along = b - a
-    upward = along[:, 0] < 0.0  # ground on the left of a side that runs to the left
-    edges, a, along = edges[upward], a[upward], along[upward]
-    first, last = ((x - a[:, 0]) / along[:, 0] for x in (surcharge.x[1], surcharge.x[0]))
-    first, last = np.clip(first, 0.0, 1.0), np.clip(last, 0.0, 1.0)
-    part, moment = last - first, 0.5 * (last**2 - first**2)
-    push = surcharge.pressure * np.column_stack([-along[:, 1], along[:, 0]])  # -p n l
+    first, last = np.zeros(len(edges)), np.ones(len(edges))
+    for axis, span in enumerate((x, y)):
+        if span is None:
+            continue
+        flat = np.abs(along[:, axis]) <= FLAT * np.abs(along).max(axis=1)
+        way = np.where(flat, 1.0, along[:, axis])
+        low, high = (span[0] - a[:, axis]) / way, (span[1] - a[:, axis]) / way
+        inside = (a[:, axis] >= span[0]) & (a[:, axis] <= span[1])
+        first = np.where(flat, np.where(inside, first, 1.0), np.maximum(first, np.clip(np.minimum(low, high), 0.0, 1.0)))
+        last = np.where(flat, last, np.minimum(last, np.clip(np.maximum(low, high), 0.0, 1.0)))
+    part, moment = np.maximum(last - first, 0.0), np.where(last > first, 0.5 * (last**2 - first**2), 0.0)
     force = np.zeros_like(xy)
     np.add.at(force, edges[:, 0], push * (part - moment)[:, None])
     np.add.at(force, edges[:, 1], push * moment[:, None])

@@ -1,6 +1,6 @@
 """Model: all that stays the same while steps are taken. State: all that changes, and exactly a checkpoint."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +71,8 @@ class State:
     plastic: NDArray[np.int64] | None  # (B, 1 row) plastic state; None where nothing yields
     mass: NDArray[np.float64] | None = None  # (N,) [kg] scaled for a step of 1 in the present shape; None: small strain
     mass_age: int = 0  # steps since `mass` was computed
+    driven: NDArray[np.float64] | None = None  # (N,2) [m/step] prescribed velocities, 0 where none; None: nothing is driven
+    loads: dict[str, NDArray[np.float64]] = field(default_factory=dict)  # (N,2) [N] of boundaries by place, part of `applied`
     plastic_shear: NDArray[np.float64] | None = None  # (B, 1 row) [-] plastic shear strain of zones; None where nothing softens
     previous_force: NDArray[np.float64] | None = None  # (N,2) [N] unbalanced a step ago; None without combined damping
     dt: float | None = None  # [s] step in real time; None: static mode

@@ -27,8 +27,8 @@ drag = jit(rayleigh_law.drag)
 
 @jit
 def velocity_kernel(
-    first, last, force, applied, mass, added_mass, weight_mass, fixed, gravity, damping, half_combined, previous, half_drag, dt,
-    velocity,
+    first, last, force, applied, mass, added_mass, weight_mass, fixed, gravity,
+    damping, half_combined, previous, half_drag, dt, velocity,
 ):  # fmt: skip
     """Velocities [m/s] of gridpoints first..last half a step after the forces [N].
 

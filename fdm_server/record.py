@@ -1,6 +1,7 @@
 """What a frame of the grid holds. Nothing here runs between frames."""
 
 from fdm_server import fields
+from fdm_server import reactions as at_boundaries
 from fdm_server.motion import farthest, kinetic_energy
 
 
@@ -32,3 +33,9 @@ def history(model, state, ratio, factor):
         "kinetic_energy": kinetic_energy(model, state),
         "max_displacement": farthest(state.displacement),
     }
+
+
+def reactions(model, state, gravity, holders):
+    """Forces of boundaries on the ground as values of the histories: reaction_x:NAME, reaction_y:NAME where they hold x, y."""
+    found = at_boundaries.reactions(model, state, gravity, holders)
+    return {f"reaction_{axis}:{label}": force for label, by_axis in found.items() for axis, force in by_axis.items()}

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol import checkpoint, restart
+from coupler_protocol.schedule import acting
+from fdm_server.boundary import fixed_components
 from fdm_server.model import State, model_of
 
 NAME = "fdm.rank0"
@@ -45,7 +47,8 @@ def take_up(side, saved):
     """Bring a side that was just built to a saved stage end (coupler_protocol.restart.Saved)."""
     found = checkpoint.rebuild(GridState, saved.fields)
     model = side.model
-    side.model = model_of(side.grid, found.zone, model.density, model.material_law, model.fixed)
+    fixed = fixed_components(side.grid, acting(side.scene, saved.index))
+    side.model = model_of(side.grid, found.zone, model.density, model.material_law, fixed)
     side.state = found.grid
     for rim in side.rims:
         rim.reaction, rim.reaction_mass = found.rims[rim.window.name]

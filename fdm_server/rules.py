@@ -5,9 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fdm_server.boundary import fixed_components
+from fdm_server.boundary import edges_of, extent_of, fixed_components, points_in, sides_of
 from fdm_server.excavation import excavations
 from fdm_server.grid import build_grid
+from fdm_server.loads import spread
 from fdm_server.windows import rim_of, window_zones
 
 
@@ -24,10 +25,14 @@ def grid_can_be_built(scene):
         return
     try:
         grid = build_grid(scene)
-        fixed = fixed_components(grid, scene.boundary)
     except ValueError as error:
         yield ("grid",), str(error), ""
         return
+    misplaced = list(_misplaced(scene, grid))
+    yield from misplaced
+    if misplaced:
+        return
+    fixed = fixed_components(grid, scene.boundary)
     holes = []
     for i, window in enumerate(scene.window):
         try:
@@ -39,3 +44,17 @@ def grid_can_be_built(scene):
         excavations(scene, grid, fixed, holes)
     except ValueError as error:
         yield ("stage",), str(error), ""
+
+
+def _misplaced(scene, grid):
+    """Boundaries on sides that the grid does not have, or on no part of them."""
+    tables = [(("boundary", k), b) for k, b in enumerate(scene.boundary)]
+    tables += [(("stage", i, "boundary", k), b) for i, stage in enumerate(scene.stage) for k, b in enumerate(stage.boundary)]
+    sides = sides_of(grid)
+    for path, boundary in tables:
+        try:
+            points = points_in(grid, sides, boundary) if not boundary.loads else edges_of(grid, boundary.on)
+            if boundary.loads and not np.any(spread(grid.xy, points, np.ones(points.shape), boundary.x, boundary.y)):
+                yield path, f"no part of the side lies in {boundary.place!r}", extent_of(grid, boundary.on)
+        except ValueError as error:
+            yield path, str(error), ""

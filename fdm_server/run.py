@@ -12,17 +12,24 @@ def run_stage(side, stage):
 
     Between the discs' forces and the answer to them stands only what the answer needs; everything else can wait.
     """
-    model, state, rims, watch = side.model, side.state, stage.rims, side.watch
+    model, state, rims, ledger, watch = side.model, side.state, stage.rims, stage.ledger, side.watch
     while not stage.ended:
         for rim in rims:
             rim.hear_forces(state, stage.gravity, stage.share)
         watch.to("waiting")
+        if ledger:
+            ledger.keep(state)
         update_velocities(model, state, stage.gravity)
+        stage.drive(state)
+        if ledger:
+            ledger.book_motion(model, state, stage.gravity)
         order = stage.order()
         for rim in rims:
             rim.say_velocities(state, order)
         stage.look(model, state)
         advance(model, state)
+        if ledger:
+            ledger.book_strain(model, state)
         stage.step_done()
         watch.to("computing")
         side.record(stage, order)

@@ -1,6 +1,9 @@
-"""Kernels of softening: the strength of every zone from its plastic shear strain. None of it is in a step without the table."""
+"""Kernels of softening: the strength of every zone from its plastic shear strain. None of it is in a step without the table.
 
-from math import radians, sqrt, tan
+A block none of whose zones has flowed yet takes the strength of its materials as it stands.
+"""
+
+from math import sqrt
 
 from coupler_protocol.jit import jit
 from fdm_server.blocks import LANES
@@ -11,64 +14,82 @@ from fdm_server.stress import SHEARING, limit
 
 between = jit(law.between, forceinline=True)
 passive_ratio = jit(mohr_coulomb_law.passive_ratio)
-directions = jit(mohr_coulomb_law.directions)
+directions = jit(mohr_coulomb_law.directions, forceinline=True)
 
-STRENGTH_ROWS = 10 + 3  # parameters of Mohr-Coulomb, then of the tension cut-off
-TENSION_ROW = 10 * LANES
-
-
-@jit
-def curve_value(softening, m, i, points, k, share, curve):
-    """Value of a curve between its points k and k + 1, in lane i of row m."""
-    row = (curve * points + k) * LANES + i
-    return between(share, softening[m, row], softening[m, row + LANES])
+CURVES = 4  # cohesion, friction, dilation, tension
+COHESION, FRICTION, DILATION, OPENING = (k * LANES for k in range(CURVES))
+SHEAR_ROWS, OPENING_ROWS = 10, 3  # parameters of Mohr-Coulomb and of the tension cut-off
 
 
 @jit
-def soften_lane(m, i, strain, softening, elastic, strength):
-    """Parameters of lane i at plastic shear strain `strain`; row m holds its curves and stiffness."""
-    points = softening.shape[1] // (5 * LANES)
-    k = 0
-    while softening[m, (k + 1) * LANES + i] <= strain:
-        k += 1
-    first, last = softening[m, k * LANES + i], softening[m, (k + 1) * LANES + i]
-    share = (strain - first) / (last - first)
-    cohesion = curve_value(softening, m, i, points, k, share, 1)
-    friction = curve_value(softening, m, i, points, k, share, 2)
-    dilation = curve_value(softening, m, i, points, k, share, 3)
-    opening = curve_value(softening, m, i, points, k, share, 4)
+def curve_values(table, strain, values, share):
+    """Values of the four curves of 16 zones, rows of `values`, at their plastic shear strains; table: rows of softening."""
+    points = table.shape[0] // ((CURVES + 1) * LANES)
+    for k in range(points - 1):
+        first, last = table[k * LANES : (k + 1) * LANES], table[(k + 1) * LANES : (k + 2) * LANES]
+        for i in range(LANES):
+            inside = (first[i] <= strain[i]) & (strain[i] < last[i])
+            share[i] = (strain[i] - first[i]) / (last[i] - first[i]) if inside else -1.0
+        for c in range(CURVES):
+            row = ((c + 1) * points + k) * LANES
+            before, after = table[row : row + LANES], table[row + LANES : row + 2 * LANES]
+            value = values[c * LANES : (c + 1) * LANES]
+            for i in range(LANES):
+                value[i] = between(share[i], before[i], after[i]) if share[i] >= 0.0 else value[i]
 
-    N, Np = passive_ratio(friction), passive_ratio(dilation)
-    apex = cohesion / tan(radians(friction)) if friction > 0.0 else float("inf")
-    strength[0, i] = N
-    strength[0, LANES + i] = 2.0 * cohesion * sqrt(N)
-    strength[0, 2 * LANES + i] = apex
-    a1, a2 = elastic[m, i] + elastic[m, LANES + i], elastic[m, 2 * LANES + i]
-    p1, p2, p3, c1, c23, e12, e3 = directions(N, Np, a1, a2)
-    strength[0, 3 * LANES + i], strength[0, 4 * LANES + i], strength[0, 5 * LANES + i] = p1, p2, p3
-    strength[0, 6 * LANES + i], strength[0, 7 * LANES + i] = c1, c23
-    strength[0, 8 * LANES + i], strength[0, 9 * LANES + i] = e12, e3
-    strength[0, TENSION_ROW + i] = min(opening, apex)
+
+@jit
+def strengths(strain, stiffness, values, shear, opening):
+    """Parameters of the 16 zones that have flowed, rows of `shear` and `opening`, for their curves' values; the others' stay."""
+    for i in range(LANES):  # sines, one by one
+        values[FRICTION + i] = passive_ratio(values[FRICTION + i])
+        values[DILATION + i] = passive_ratio(values[DILATION + i])
+    for i in range(LANES):
+        flowed = strain[i] > 0.0
+        N, Np = values[FRICTION + i], values[DILATION + i]
+        C = 2.0 * values[COHESION + i] * sqrt(N)
+        apex = C / (N - 1.0) if N > 1.0 else float("inf")
+        least = min(values[OPENING + i], apex)
+        a1, a2 = stiffness[i] + stiffness[LANES + i], stiffness[2 * LANES + i]
+        p1, p2, p3, c1, c23, e12, e3 = directions(N, Np, a1, a2)
+        shear[i] = N if flowed else shear[i]
+        shear[LANES + i] = C if flowed else shear[LANES + i]
+        shear[2 * LANES + i] = apex if flowed else shear[2 * LANES + i]
+        shear[3 * LANES + i] = p1 if flowed else shear[3 * LANES + i]
+        shear[4 * LANES + i] = p2 if flowed else shear[4 * LANES + i]
+        shear[5 * LANES + i] = p3 if flowed else shear[5 * LANES + i]
+        shear[6 * LANES + i] = c1 if flowed else shear[6 * LANES + i]
+        shear[7 * LANES + i] = c23 if flowed else shear[7 * LANES + i]
+        shear[8 * LANES + i] = e12 if flowed else shear[8 * LANES + i]
+        shear[9 * LANES + i] = e3 if flowed else shear[9 * LANES + i]
+        opening[i] = least if flowed else opening[i]
 
 
 @jit
 def limit_softened(
-    b, m, share, elastic, mohr_coulomb, tension, softening, stress, plastic, plastic_shear, strength, limited
+    b, m, share, elastic, mohr_coulomb, tension, softening, stress, plastic, plastic_shear, shear, opening, values, limited
 ):  # fmt: skip
-    """`limit` with the strength of the present plastic shear strains, which grow by what follows."""
-    for k in range(TENSION_ROW):
-        strength[0, k] = mohr_coulomb[m, k]
-    if tension is not None:
-        for k in range(3 * LANES):
-            strength[0, TENSION_ROW + k] = tension[m, k]
+    """`limit` with the strength of the present plastic shear strains, which grow by what follows.
+
+    Scratch: shear (1, 10 rows), opening (1, 3 rows), values (5 rows).
+    """
+    strain, flowed = plastic_shear[b], 0
     for i in range(LANES):
-        if plastic_shear[b, i] > 0.0:
-            soften_lane(m, i, plastic_shear[b, i], softening, elastic, strength)
-    stiffness = elastic[m : m + 1]
-    if tension is not None:
-        yields = limit(b, 0, share, strength, strength[:, TENSION_ROW:], stress, plastic, limited, stiffness)
+        flowed += 1 if strain[i] > 0.0 else 0
+    if flowed == 0:
+        yields = limit(b, m, share, mohr_coulomb, tension, stress, plastic, limited, elastic)
     else:
-        yields = limit(b, 0, share, strength, None, stress, plastic, limited, stiffness)
+        for k in range(SHEAR_ROWS * LANES):
+            shear[0, k] = mohr_coulomb[m, k]
+        if tension is not None:
+            for k in range(OPENING_ROWS * LANES):
+                opening[0, k] = tension[m, k]
+        curve_values(softening[m], strain, values[: CURVES * LANES], values[CURVES * LANES :])
+        strengths(strain, elastic[m], values, shear[0], opening[0])
+        if tension is not None:
+            yields = limit(b, 0, share, shear, opening, stress, plastic, limited, elastic[m : m + 1])
+        else:
+            yields = limit(b, 0, share, shear, None, stress, plastic, limited, elastic[m : m + 1])
     for i in range(LANES if yields else 0):
         flow = limited[SHEARING + T0 + i] + limited[SHEARING + T1 + i]
-        plastic_shear[b, i] += flow + (limited[SHEARING + T2 + i] + limited[SHEARING + T3 + i])
+        strain[i] += flow + (limited[SHEARING + T2 + i] + limited[SHEARING + T3 + i])

@@ -2,10 +2,12 @@
 
 from coupler_protocol import messages
 from coupler_protocol.ending import Ending
-from coupler_protocol.schedule import leg_of
+from coupler_protocol.schedule import beginning, leg_of
 from fdm_server import clock
 from fdm_server.band import BandWatch
+from fdm_server.conditions import NOTHING
 from fdm_server.motion import farthest, unbalanced_ratio
+from fdm_server.reactions import reactions
 from fdm_server.safety import check_motion
 
 
@@ -16,8 +18,10 @@ class StageRun:
         self.side, self.index, self.stage, self.leg = side, index, stage, leg
         self.rims = side.rims if side.coupled else []
         self.load = None  # a fdm_server.loads.ForceRamp, where forces change
+        self.sides = NOTHING  # what boundaries do
         self.done = 0
         self.time = 0.0  # [s] since the stage began; static steps count as 1
+        self.ledger = None  # a fdm_server.ledger.Ledger, where the scene asks for it
         self.energy = None  # a fdm_server.blowup.EnergyWatch
         self.ended = False
         self.ratio = ([1.0] + [row["ratio_continuum"] for row in side.earlier + side.results])[-1]
@@ -25,7 +29,7 @@ class StageRun:
         self._last_step = False
         self._handover = (stage.handover or 500) if stage.kind == "couple" else 0
         change = stage.excavate or stage.surcharge
-        ramps = max(self._handover, leg.over, change.over if change else 0)
+        ramps = max(self._handover, leg.over, change.over if change else 0, *(b.over for b in beginning(side.scene, index)), 0)
         self._ending = Ending(stage.until, ramps) if stage.until else None
         self._band = BandWatch(stage.until.band, side.grid) if stage.until and stage.until.band else None
         self._every = side.scene.record.history
@@ -72,6 +76,9 @@ class StageRun:
         self.side.hub.stop.check()  # stages of the grid alone wait for nobody who would ask
         check_motion(model, state)
         self.energy.look(model, state, self.gravity)
+        if self.ledger:
+            values = self.ledger.values(model, state)
+            self.side.recorder.history(self.side.steps, **{f"energy_{name}": value for name, value in values.items()})
         self.ratio = unbalanced_ratio(model, state, self.gravity)
         ratios = [self.ratio, *(rim.answer.ratio for rim in self.rims)]
         displacement = farthest(state.displacement)
@@ -89,6 +96,15 @@ class StageRun:
         """Applied forces of the next step, where they change."""
         if self.load is not None:
             self.load.apply(self.side.state, self.done)
+        if self.sides.push is not None:
+            self.sides.push.apply(self.side.state, self.done)
+        for side in self.sides.dashpots:
+            side.apply(self.side.state)
+
+    def drive(self, state):
+        """Velocities that boundaries prescribe in the present step."""
+        if self.sides.drive is not None:
+            self.sides.drive.apply(state, self.done)
 
     def step_done(self):
         """Count the step."""
@@ -113,4 +129,5 @@ class StageRun:
             "ratio_continuum": self.ratio,
             "ratio_discrete": [rim.answer.ratio for rim in self.rims],
             "bonds_broken": [int(rim.answer.broken) for rim in self.rims],
+            "reactions": reactions(self.side.model, self.side.state, self.leg.at(max(0, self.done - 1)), self.sides.holders),
         }

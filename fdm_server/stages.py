@@ -15,9 +15,12 @@ from coupler_protocol.timing import Stopwatch
 from fdm_server import fields, record, restart
 from fdm_server.band import bin_length
 from fdm_server.blowup import EnergyWatch
+from fdm_server.conditions import begin_stage
 from fdm_server.coupling import Rim, open_windows, traction_difference
 from fdm_server.excavation import excavations
 from fdm_server.grid import build_grid
+from fdm_server.initial_stress import initial_state
+from fdm_server.ledger import Ledger
 from fdm_server.loads import dig, press
 from fdm_server.model import build_model, new_state
 from fdm_server.run import run_stage
@@ -36,7 +39,7 @@ class ContinuumSide:
         self.watch = Stopwatch()
         self.grid = build_grid(scene)
         self.model = build_model(scene, self.grid)
-        self.state = new_state(self.model)
+        self.state = initial_state(scene, self.model) if origin is None else new_state(self.model)
         self.rims = [
             Rim(self.grid, window, hub.conversations[rank]) for rank, window in enumerate(scene.window, start=1)
         ]
@@ -139,6 +142,11 @@ class ContinuumSide:
         self.compute(stage)
         self.finish(stage)
 
+    def load(self, stage):
+        """Boundaries hold, move or load sides of the grid."""
+        self.compute(stage)
+        self.finish(stage)
+
     def surcharge(self, stage):
         """Pressure grows upon the ground surface."""
         stage.load = press(self.model, self.state, stage.stage.surcharge, [rim.nodes for rim in self.rims])
@@ -150,8 +158,10 @@ class ContinuumSide:
         stage.set_clock()
         if large_strain(self.scene, stage.stage):
             begin_large_strain(self.model, self.state)
+        self.model, stage.sides = begin_stage(self.scene, stage.index, self.model, self.state, stage.gravity)
         stage.set_loads()
         stage.energy = EnergyWatch(self.model, self.state, stage.gravity)
+        stage.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
         run_stage(self, stage)
 
     # -- what a stage leaves -----------------------------------------------------------------------------------------
@@ -159,8 +169,10 @@ class ContinuumSide:
     def record(self, stage, order):
         """Histories and frames, as `order` says."""
         if self.steps % self.scene.record.history == 0:
-            time = {} if self.state.dt is None else {"time": self.time}
-            self.recorder.history(self.steps, **record.history(self.model, self.state, stage.ratio, order.gravity_factor), **time)
+            values = record.history(self.model, self.state, stage.ratio, order.gravity_factor)
+            values |= record.reactions(self.model, self.state, stage.leg.gravity * order.gravity_factor, stage.sides.holders)
+            values |= {} if self.state.dt is None else {"time": self.time}
+            self.recorder.history(self.steps, **values)
         if int(order.flags) & messages.RECORD:
             self.frame(stage.stage.name, order.gravity_factor)
         if self.plugin is not None:
@@ -226,4 +238,5 @@ KINDS = {
     "overload": ContinuumSide.overload,
     "excavate": ContinuumSide.excavate,
     "surcharge": ContinuumSide.surcharge,
+    "load": ContinuumSide.load,
 }

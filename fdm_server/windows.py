@@ -12,7 +12,7 @@ def window_zones(grid, window):
     wanted = (c1 - c0 + 1) * (r1 - r0 + 1)
     if mask.sum() != wanted or np.any(grid.triangular & mask):
         raise ValueError(
-            f"window {window.name!r} reaches beyond the ground surface or the sides: only "
+            f"window {window.name!r} reaches beyond the ground surface or the sides, or a line cuts its cells: only "
             f"{np.sum(mask & ~grid.triangular)} of its {wanted} cells are whole zones; move it inwards"
         )
     corners = grid.xy[grid.zones[mask]]
@@ -21,7 +21,7 @@ def window_zones(grid, window):
         x, y = corners[np.any(sloping, axis=1)][0].mean(axis=0)
         raise ValueError(
             f"window {window.name!r} holds zones that are no rectangles, one at ({x:.4g}, {y:.4g}): move it away from the "
-            f"ground surface, where zones follow the profile"
+            f"ground surface and from tops of materials, which zones follow"
         )
     return mask
 

@@ -15,7 +15,8 @@ from pydantic_core import PydanticUndefined
 
 from coupler_protocol.scene import scene_class
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "scene.md"
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "scene.md"
 HEAD = """# Scenes
 
 Made by `scripts/scene_reference.py` from the declarations that also check scenes; edit those, not this page.
@@ -24,7 +25,45 @@ A scene is a TOML file. SI units, angles in degrees, tension positive in every s
 without the table there is no such code, memory or output. `--set KEY=VALUE` overrides a key, list items by number:
 `--set material.0.density=2000`.
 `colluvium check SCENE` names every mistake with its line, or says what the scene will compute.
+`colluvium run SCENE --out DIR` computes it; a scene without `[[window]]` and `[discs]` is one of the continuum alone.
+
+Stages follow each other and keep what they find: stresses, displacements, gravity, boundaries. There is no gravity before a stage
+sets `gravity`. A stage ends at the first of its `until` conditions, but at a ratio only after its ramps. Velocities are metres a
+step, for static stages advance by steps; in stages with `time = "real"` they are metres a second. Static stages need `[damping]`
+to come to rest. Stiffness is given by bulk and shear modulus: K = E / (3 (1 - 2 nu)), G = E / (2 (1 + nu)).
+
+What came out is in DIR: `run.json` has the stages with the reactions of all held sides at their ends; `colluvium.open_run` reads
+frames and histories (docs/output.md):
+
+```python
+from colluvium import open_run
+
+with open_run("DIR") as run:
+    steps, force = run.history("reaction_y:footing")   # [N] per metre, on the ground: negative where it is pressed down
+    xy, stress = run.zones(-1).xy, run.zones(-1).stress   # last frame: middles (Z, 2), xx yy zz xy (Z, 4)
+```
 """
+EXAMPLES = (
+    (
+        "A slope",
+        "layered_slope.toml",
+        "Zones follow the profile at any angle; columns and rows of zones are counted from the lower left corner, as if the net "
+        "went on above the ground. Below the third row under the surface zones are rectangles, where windows may lie.",
+    ),
+    (
+        "A footing",
+        "footing.toml",
+        "Displacement-controlled: part of a side moves, its reaction is the load. Slow enough is when half the velocity gives "
+        "the same load. Loading by `pressure` finds the capacity only as the load at which the stage does not come to rest.",
+    ),
+    (
+        "A hole",
+        "hole.toml",
+        "The ground begins in its stress, what is inside the hole holds the wall, and is taken away over some steps. Yielding "
+        "rock remembers how it was unloaded: take `over` long enough that twice as long gives the same wall displacement. For a "
+        "stress p in all directions use `xx = -p`, `yy = -p` in the four places, or `pressure = p` on inner and outer.",
+    ),
+)
 
 
 def tables(model, path, many=False):
@@ -62,20 +101,42 @@ def bounds_of(field):
     signs = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<", "min_length": "at least", "max_length": "at most"}
     limits = [(sign, getattr(m, key, None)) for m in field.metadata for key, sign in signs.items()]
     parts = [f"{sign} {value:g}" for sign, value in limits if value is not None]
-    kinds = (field.annotation, *typing.get_args(field.annotation))  # Literal["a", "b"], or that | None
-    choices = [c for kind in kinds for c in typing.get_args(kind) if isinstance(c, str)]
+    choices = list(choices_in(field.annotation))
     return ", ".join(parts + ([" \\| ".join(choices)] if choices else []))
+
+
+def choices_in(annotation):
+    """The words that an annotation allows, also inside unions."""
+    for part in typing.get_args(annotation):
+        if typing.get_origin(annotation) is typing.Literal and isinstance(part, str):
+            yield part
+        elif not (isinstance(part, type) and issubclass(part, BaseModel)):
+            yield from choices_in(part)
+
+
+def examples():
+    """Shipped scenes in full, with a word about each."""
+    lines = ["## Worked examples", ""]
+    for title, name, words in EXAMPLES:
+        text = (ROOT / "configs" / name).read_text(encoding="utf-8").rstrip()
+        lines += [f"### {title}: `configs/{name}`", "", words, "", "```toml", text, "```", ""]
+    return lines
 
 
 def page():
     """The whole page."""
     from coupler_protocol.declare import Effect
 
-    lines = [HEAD]
+    lines, described = [HEAD, *examples()], {}
     for path, model, many in tables(scene_class(), ""):
         mark = f"[[{path}]]" if many else f"[{path}]" if path else "Top level"
         effect = " (effect)" if issubclass(model, Effect) else ""
-        lines += [f"## `{mark}`{effect}", "", " ".join((model.__doc__ or "").split()), ""]
+        lines += [f"## `{mark}`{effect}", ""]
+        if model in described:
+            lines += [f"The same keys as `{described[model]}`.", ""]
+            continue
+        described[model] = mark
+        lines += [" ".join((model.__doc__ or "").split()), ""]
         lines += ["| key | unit | default | bounds | meaning |", "|---|---|---|---|---|"]
         for name, field in model.model_fields.items():
             unit = (field.json_schema_extra or {}).get("unit", "")

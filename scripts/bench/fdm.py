@@ -10,6 +10,7 @@ from statistics import median
 
 import numpy as np
 
+from bench import laws
 from bench.operations import operations
 from bench.rows import repeated, row, triad
 from bench.scalar_zone import step_of_zones
@@ -110,7 +111,7 @@ def run(fast, repeats):
         rows[-1]["note"] = counted(size, both, companion["triad_GB_per_s"])
     for size in (s for s in THREADED if s in sizes):
         rows += threads_rows(size, work, repeats, companion)
-    return rows + law_rows(work, repeats, companion)
+    return rows + law_rows(work, repeats, companion) + laws.rows(*SIZES[LAW_SIZE], work, repeats, companion)
 
 
 def counted(size, rates, bandwidth):

@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+from coupler_protocol.boundary_tables import Boundary
 from coupler_protocol.grid_tables import Grid
 from fdm_server.effects.damping import Damping
 from fdm_server.effects.elastic import Elastic
@@ -35,7 +36,7 @@ def slope(zone_size=1 / 3, profile=PROFILE, materials=None, **kept):
     return SimpleNamespace(
         grid=Grid(**(grid | kept)),
         material=[material()] if materials is None else materials,
-        boundary=[SimpleNamespace(on=side, fix=fix) for side, fix in held.items()],
+        boundary=[Boundary(on=side, fix=fix) for side, fix in held.items()],
         damping=Damping(local=0.8),
     )
 

@@ -1,11 +1,10 @@
 """Sides of the grid and the components of velocity held on them."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from grid_cases import slope
 
+from coupler_protocol.boundary_tables import Boundary
 from fdm_server.boundary import fixed_components, side_of
 from fdm_server.grid import build_grid
 
@@ -33,7 +32,7 @@ def test_fixed_components_add_up(paper):
     assert np.array_equal(fixed[:, 0], (x < 1e-9) | (x > 20 - 1e-9) | (y < 1e-9))
     assert np.array_equal(fixed[:, 1], y < 1e-9)
     again = fixed_components(
-        paper, [SimpleNamespace(on="bottom", fix="y"), SimpleNamespace(on="bottom", fix="x")]
+        paper, [Boundary(on="bottom", fix="y"), Boundary(on="bottom", fix="x")]
     )
     assert fixed_components(paper, []).sum() == 0
     assert np.array_equal(again[:, 0], again[:, 1])

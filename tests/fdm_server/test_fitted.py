@@ -4,6 +4,7 @@ from math import radians, tan
 
 import numpy as np
 import pytest
+import shapely
 from grid_cases import material, slope, window
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -89,13 +90,52 @@ def test_windows_are_rectangles_below_the_fitted_surface():
         window_zones(grid, window((20, 22), (high - 2, high)))
 
 
-def test_zones_follow_a_level_top_and_others_by_their_centre():
+def test_zones_follow_tops():
     layer, dipping = material("clay"), material("rock")
     layer.top, dipping.top = [(0.0, 3.3)], [(0.0, 1.0), (30.0, 2.0)]
     grid = fitted(0.5, face(34), [material(), layer, dipping])
     x, y = centroids(grid.xy, grid.zones).T
     assert np.array_equal(grid.material, np.where(y < 1 + x / 30, 2, np.where(y < 3.3, 1, 0)))
-    assert areas(grid.xy, grid.zones)[grid.material > 0].sum() == pytest.approx(3.3 * grid.xy[:, 0].max(), rel=1e-12)
+    area, length = areas(grid.xy, grid.zones), grid.xy[:, 0].max()
+    assert area[grid.material > 0].sum() == pytest.approx(3.3 * length, rel=1e-12)
+    assert area[grid.material == 2].sum() == pytest.approx(45.0 + 2.0 * (length - 30.0), rel=1e-12)
+
+
+LINES = {
+    "dipping": [(0.0, 2.0), (20.0, 3.0), (34.0, 6.0)],
+    "with the slope": [(0.0, 2.0), (10.0, 4.0), (20.0, 11.0), (34.0, 12.0)],
+    "out of the face": [(0.0, 12.0), (34.0, 2.0)],
+    "buried ridge": [(0.0, 1.0), (12.0, 9.0), (15.0, 2.0), (34.0, 3.0)],
+    "through the bottom": [(2.0, 4.0), (14.0, -3.0), (30.0, -1.0), (34.0, 3.0)],
+}
+
+
+@pytest.mark.parametrize("line", LINES)
+@pytest.mark.parametrize("angle", [20, 40, 75])
+def test_sloping_lines_are_followed_into_the_open(line, angle):
+    profile = face(angle, height=8.0, bench=2.3)
+    layer = material("rock")
+    layer.top = LINES[line]
+    grid = fitted(0.5, profile, [material(), layer])
+    length = profile[-1][0]
+    ground = shapely.Polygon([*profile, (length, 0.0), (0.0, 0.0)])
+    ends = (-1.0, layer.top[0][1]), (length + 50.0, layer.top[-1][1])
+    rock = shapely.Polygon([ends[0], *layer.top, ends[1], (length + 50.0, -9.0), (-1.0, -9.0)]).intersection(ground)
+    area = areas(grid.xy, grid.zones)
+    assert area.min() > 0
+    assert area.sum() == pytest.approx(ground.area, rel=1e-12)
+    assert area[grid.material == 1].sum() == pytest.approx(rock.area, abs=0.003 * ground.area)  # less exact at tips in the open
+    assert aspects(grid.xy, grid.zones).max() < 4.0
+
+
+def test_a_line_that_would_spoil_zones_is_left_to_their_centres():
+    layer, close = material("clay"), material("rock")
+    layer.top, close.top = [(0.0, 2.0), (34.0, 3.0)], [(0.0, 2.2), (34.0, 2.8)]  # they cross at a small angle
+    grid = fitted(0.5, face(34), [material(), layer, close])
+    assert aspects(grid.xy, grid.zones).max() < 4.0
+    x, y = centroids(grid.xy, grid.zones).T
+    assert np.array_equal(grid.material == 2, y < np.interp(x, (0, 34), (2.2, 2.8)))
+    assert areas(grid.xy, grid.zones).sum() == pytest.approx(area_below(face(34)), rel=1e-12)
 
 
 def test_graded_zones_grow_in_steps_of_the_ratio():

@@ -1,6 +1,7 @@
 """Guards: blow-up found by energy, doubts about a scene, rules between laws, stages and time."""
 
 import copy
+import json
 import subprocess
 import sys
 import tomllib
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from grid_cases import ELASTIC, TENSION, MohrCoulomb, material, slope
 
+from colluvium import open_run
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene_reader import build_scene
 from coupler_protocol.scene_rules import doubts
@@ -226,14 +228,10 @@ def test_kinds_of_damping_exclude_each_other(alone, damping):
 
 def test_a_stage_in_real_time_runs_to_its_second_and_says_so(alone, tmp_path):
     """Through the command: seconds in frames, histories and run.json; static steps count one each."""
-    import json
-
-    import h5py
-
     alone["stage"][0]["until"] = {"steps": 100}
     later = {"time": "real", "until": {"time": 0.05}, "damping": {"combined": 0.3}, "gravity_factor": 1.5}
     alone["stage"][1] = {"name": "overload"} | later
-    alone["record"] = {"every": 40, "history": 10}
+    alone["record"] = {"every": 40, "history": 10, "energy": True}
     path = tmp_path / "scene.json"
     path.write_text(json.dumps(alone), encoding="utf-8")
     command = [sys.executable, "-m", "colluvium.cli", "run", str(path), "--out", str(tmp_path / "out"), "--in-process", "--quiet"]
@@ -244,9 +242,22 @@ def test_a_stage_in_real_time_runs_to_its_second_and_says_so(alone, tmp_path):
     dt = stage["seconds_simulated"] / stage["steps"]
     assert stage["seconds_simulated"] == pytest.approx(0.05, abs=dt)
     assert dt == pytest.approx(0.5 * (2 / 3) / 2**1.5 / 509.2, rel=1e-4)
-    with h5py.File(tmp_path / "out" / "fdm.rank0.vtkhdf") as file:
-        names = []
-        file.visit(names.append)
-    assert any("time" in name for name in names)
+    with open_run(tmp_path / "out") as run:
+        steps, seconds = run.history("time")
+        assert seconds[0] == pytest.approx(100 + dt * (steps[0] - 100), rel=1e-12)
+        assert np.diff(seconds) == pytest.approx(10 * dt, rel=1e-9)
+        assert run.frames[-1].time == pytest.approx(100.0 + stage["seconds_simulated"], rel=1e-12)
+        steps, error = run.history("energy_error")
+        work = run.history("energy_gravity")[1]
+    assert steps[0] == 0
+    assert np.abs(error).max() < 1e-9 * np.abs(work).max()
+
+
+def test_the_ledger_is_for_small_strain_and_absent_unless_asked_for(alone):
+    alone["record"]["energy"] = True
+    build_scene(alone)
+    alone["grid"]["large_strain"] = True
+    ((key, _),) = broken(alone)
+    assert key == "record.energy"
 
 

@@ -18,6 +18,7 @@ from fdm_server.effects.damping import Damping
 from fdm_server.effects.rayleigh import RayleighTable
 from fdm_server.effects.softening import Softening
 from fdm_server.grid import build_grid
+from fdm_server.ledger import Ledger
 from fdm_server.hole import cut_window
 from fdm_server.model import build_model, new_state
 from fdm_server.motion import unbalanced_ratio, update_velocities
@@ -35,7 +36,17 @@ if kind == "rayleigh":
     model = clock.begin(model, state, Damping(rayleigh=RayleighTable(fraction=0.1, frequency=50.0)), 0.5)
 if strain == "large":
     begin_large_strain(model, state)
-for step in range(60):
+ledger = Ledger(model, state) if kind == "ledger" else None
+values = {}
+for step in range(40 if ledger else 60):
+    if ledger:
+        ledger.keep(state)
+        update_velocities(model, state, 9.81)
+        ledger.book_motion(model, state, 9.81)
+        values = {f"energy_{name}": value for name, value in ledger.values(model, state).items()}
+        advance(model, state)
+        ledger.book_strain(model, state)
+        continue
     if step == 40:
         mask = window_zones(model.grid, window((5, 6), (1, 2)))
         model, state, reaction = cut_window(model, state, mask)
@@ -43,7 +54,8 @@ for step in range(60):
     update_velocities(model, state, 9.81)
     advance(model, state)
 print(unbalanced_ratio(model, state, 9.81), np.count_nonzero(state.plastic))
-np.savez(sys.argv[1], **{name: getattr(state, name) for name in state.__slots__ if getattr(state, name) is not None})
+arrays = {n: v for n in state.__slots__ if isinstance(v := getattr(state, n), np.ndarray | int | float)}
+np.savez(sys.argv[1], **arrays, **values)
 """
 
 
@@ -56,16 +68,20 @@ def run(tmp_path, disable, case):
     return float(ratio), int(yielded), np.load(out)
 
 
-@pytest.mark.parametrize("case", ["local small", "local large", "softening small", "softening large", "rayleigh small"])
+CASES = ["local small", "local large", "softening small", "softening large", "rayleigh small", "ledger small"]
+
+
+@pytest.mark.parametrize("case", CASES)
 def test_compiled_equals_interpreted(tmp_path, case):
     ratio, yielded, plain = run(tmp_path, "1", case)
     compiled_ratio, compiled_yielded, compiled = run(tmp_path, "0", case)
     assert ("mass" in plain.files) == ("large" in case)
-    assert ("plastic_shear" in plain.files) == ("softening" in case)
     assert ("dt" in plain.files) == ("rayleigh" in case)
+    assert ("plastic_shear" in plain.files) == ("softening" in case)
+    assert ("energy_gravity" in plain.files) == ("ledger" in case)
     assert yielded > (0 if "rayleigh" in case else 10)
     assert yielded == compiled_yielded
     np.testing.assert_allclose(compiled_ratio, ratio, rtol=1e-12)
     for name in plain.files:
-        scale = np.abs(plain[name]).max()
+        scale = np.abs(plain["energy_gravity" if name == "energy_error" else name]).max()
         assert (np.abs(compiled[name] - plain[name]) <= 1e-12 * scale).all(), name

@@ -19,6 +19,7 @@ PROFILE = ((0, 2), (2, 2), (3.1, 4.3), (4.4, 4.3), (7.3, 5), (9, 5))
 SCENES = {
     "net": slope(0.5, soil()),
     "fitted": slope(0.5, soil(), profile=PROFILE, fit="profile"),
+    "layered": slope(0.5, soil(), soil(top=[(0, 1), (4, 2), (9, 3)]), profile=PROFILE, fit="profile"),
     "graded": slope(0.3, soil(), profile=PROFILE, fit="profile", graded={"x": (2.0, 5.0), "y": (3.0, 5.0), "ratio": 1.15}),
     "ring": ring(1.0, 5.0, 16, soil()),
     "quarter": ring(1.0, 5.0, 8, soil(), part="quarter", growth=1.2),

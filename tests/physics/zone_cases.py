@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from coupler_protocol.boundary_tables import Boundary
 from coupler_protocol.grid_tables import Grid
 from fdm_server.advance import advance
 from fdm_server.effects.damping import Damping
@@ -15,13 +16,13 @@ DENSITY = 2700.0
 GRAVITY = 9.81
 
 
-def soil(elastic=PAPER, mohr_coulomb=None, tension=None, softening=None, density=DENSITY, region=None, name="soil"):
+def soil(elastic=PAPER, mohr_coulomb=None, tension=None, softening=None, density=DENSITY, region=None, name="soil", top=None):
     """A material of a scene."""
     return SimpleNamespace(
         name=name,
         density=density,
         region=region,
-        top=None,
+        top=top,
         elastic=elastic,
         mohr_coulomb=mohr_coulomb,
         tension=tension,
@@ -31,7 +32,7 @@ def soil(elastic=PAPER, mohr_coulomb=None, tension=None, softening=None, density
 
 def sides(**held):
     """Boundaries of a scene: sides(left="x", bottom="xy")."""
-    return [SimpleNamespace(on=side, fix=fix) for side, fix in held.items()]
+    return [Boundary(on=side, fix=fix) for side, fix in held.items()]
 
 
 def box(length, height, zone_size, *materials, boundary=(), damping=0.8):
