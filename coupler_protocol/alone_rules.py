@@ -24,6 +24,8 @@ def tables_of_the_grid(scene):
     for name in ("material", "boundary"):
         if getattr(scene, name):
             yield (name,), "there is no grid", f"add a [grid] table or remove [[{name}]]"
+    if scene.initial_stress is not None:
+        yield ("initial_stress",), "there is no grid", "discs begin as they are packed: remove the table"
     if scene.damping is not None:
         yield ("damping",), "there is no grid to damp", "discs have theirs in [discs.damping]"
 
@@ -48,6 +50,8 @@ def stages_of_discs_alone(scene):
                 yield (*at, key), "this needs a grid", "remove the key"
         if stage.damping is not None and stage.damping.local is None:
             yield (*at, "damping"), "discs know local damping only", "damping = { local = 0.7 }"
+        if stage.boundary:
+            yield (*at, "boundary"), "there is no grid", "discs are held by [[discs.wall]]"
         if stage.discard:
             yield (*at, "discard"), "only stages of the grid alone can be discarded", "remove the key"
 
