@@ -25,3 +25,10 @@ class Effect(Table):
 def quantity(default: Any = ..., *, unit: str = "-", meaning: str, **bounds: Any) -> Any:
     """Declare one key: its unit, what it means and its bounds (pydantic's ge, gt, le, lt, min_length, ...)."""
     return Field(default, description=meaning, json_schema_extra={"unit": unit}, **bounds)
+
+
+def increasing(value):
+    """A pair whose first number is not larger than the second; for AfterValidator."""
+    if value[0] > value[1]:
+        raise ValueError("the first number must not be larger than the second")
+    return value

@@ -13,6 +13,7 @@ def _both_ways(value):
 
 Positive = Annotated[float, Field(gt=0)]
 Point = tuple[float, float]
+Span = tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]  # first and last zone
 
 NEEDED = {
     "slope": ("length", "height", "zone_size", "profile"),

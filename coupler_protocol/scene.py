@@ -11,16 +11,16 @@ from importlib.metadata import entry_points
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, create_model, model_validator
+from pydantic import AfterValidator, Field, create_model, model_validator
 
 from coupler_protocol.boundary_tables import Boundary, InitialStress
 from coupler_protocol.declare import Table, quantity
 from coupler_protocol.fos_table import FactorOfSafety
-from coupler_protocol.grid_tables import Grid, Point
+from coupler_protocol.grid_tables import Grid, Point, Span
+from coupler_protocol.stage_tables import Stage
+from coupler_protocol.stone_tables import Stones
 
 FORMAT = 1
-GRID_ONLY = ("equilibrium", "locate")
-STAGE_KINDS = (*GRID_ONLY, "fill", "couple", "overload", "excavate", "surcharge", "load", "discs")
 
 
 @cache
@@ -37,13 +37,6 @@ def _effect_fields(place):
         name: (cls | None, Field(default=None, description=(cls.__doc__ or "").strip().splitlines()[0]))
         for name, cls in inside.items()
     }
-
-
-def _constant(value):
-    return {"to": value} if isinstance(value, int | float) and not isinstance(value, bool) else value
-
-
-Span = tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]
 
 
 class Window(Table):
@@ -68,50 +61,10 @@ class Wall(Table):
     velocity: Point = quantity((0.0, 0.0), unit="m/s", meaning="its velocity, in static stages in m a step")
 
 
-class StoneSize(Table):
-    """Lognormal sizes of stones: diameters of circles of equal area."""
-
-    mean: float = quantity(unit="m", meaning="mean of the distribution before sizes beyond min and max are left out", gt=0)
-    sigma: float = quantity(meaning="standard deviation of ln(size)", gt=0, le=2)
-    min: float = quantity(unit="m", meaning="smallest size", gt=0)
-    max: float = quantity(unit="m", meaning="largest size", gt=0)
-
-    @model_validator(mode="after")
-    def _in_order(self):
-        if not self.min < self.mean < self.max:
-            raise ValueError("min, mean and max must be in increasing order")
-        return self
-
-
-def _increasing(value):
-    if value[0] > value[1]:
-        raise ValueError("the first number must not be larger than the second")
-    return value
-
-
 def _rightwards(line):
     if any(b[0] <= a[0] for a, b in pairwise(line)):
         raise ValueError("points must follow each other from left to right")
     return line
-
-
-Corners = Annotated[int, Field(ge=4, le=64)]
-Flatness = Annotated[float, Field(ge=1, le=5)]
-
-
-class Stones(Table):
-    """Stones among the discs of every window: random polygons, convex and concave."""
-
-    content: float = quantity(meaning="area of the stones over area of the window", gt=0, le=0.75)
-    body: Literal["clump", "cluster"] = quantity("clump", meaning="rigid, or discs bonded to each other that can break")
-    size: StoneSize = Field(description="lognormal sizes")
-    vertices: Annotated[tuple[Corners, Corners], AfterValidator(_increasing)] = quantity(
-        (6, 12), meaning="least and largest number of corners"
-    )
-    flatness: Annotated[tuple[Flatness, Flatness], AfterValidator(_increasing)] = quantity(
-        (1.0, 1.8), meaning="least and largest ratio of long to short axis"
-    )
-    gap: float = quantity(0.0, unit="m", meaning="least distance between stones, and to the window's edge", ge=0)
 
 
 class Coupling(Table):
@@ -134,82 +87,6 @@ class Record(Table):
     every: int = quantity(200, unit="steps", meaning="steps between frames", ge=1)
     history: int = quantity(10, unit="steps", meaning="steps between points of the histories", ge=1)
     energy: bool = quantity(False, meaning="histories of the grid's energies and works since each stage began (small strain)")
-
-
-class Ramp(Table):
-    """A value that changes linearly over some steps."""
-
-    to: float = quantity(meaning="value at the end", ge=0)
-    over: int = quantity(0, unit="steps", meaning="steps it takes to get there", ge=0)
-
-
-class Until(Table):
-    """When a stage ends: at whichever comes first."""
-
-    ratio: float | None = quantity(None, meaning="unbalanced force ratio on every code, sustained", gt=0, lt=1)
-    steps: int | None = quantity(None, unit="steps", meaning="steps of the stage", ge=1)
-    time: float | None = quantity(None, unit="s", meaning="seconds of the stage, where it computes in real time", gt=0)
-    displacement: float | None = quantity(None, unit="m", meaning="largest displacement of a gridpoint", gt=0)
-    band: Literal["enters", "through", "complete"] | None = quantity(
-        None, meaning="first frame in which the band enters a window, is through it, or connects toe and crest (docs/theory.md)"
-    )
-
-
-class Excavation(Table):
-    """Zones that are dug away, by columns and rows or by a polygon around their centres."""
-
-    columns: Annotated[Span, AfterValidator(_increasing)] | None = quantity(None, meaning="first and last zone in x, from 0")
-    rows: Annotated[Span, AfterValidator(_increasing)] | None = quantity(None, meaning="first and last zone in y, from 0")
-    polygon: list[Point] | None = quantity(None, unit="m", meaning="outline of what is dug away", min_length=3)
-    over: int = quantity(1, unit="steps", meaning="steps over which the ground is relieved of what the zones carried", ge=1)
-
-    @model_validator(mode="after")
-    def _one_way(self):
-        if (self.columns is None) != (self.rows is None) or (self.columns is None) == (self.polygon is None):
-            raise ValueError("give columns and rows, or a polygon")
-        return self
-
-
-class Surcharge(Table):
-    """Pressure upon the ground surface, added to what is there; its direction stays."""
-
-    x: Annotated[Point, AfterValidator(_increasing)] = quantity(unit="m", meaning="where it begins and ends")
-    pressure: float = quantity(unit="Pa", meaning="pressure, normal to the surface", gt=0)
-    over: int = quantity(1, unit="steps", meaning="steps over which it grows", ge=1)
-
-
-class Stage(Table):
-    """One step of the procedure."""
-
-    name: str = quantity(meaning="name of the stage; also its kind where no kind is given", min_length=1)
-    kind: Literal[STAGE_KINDS] = quantity(
-        meaning="equilibrium: the grid alone comes to rest, then displacements count from zero; locate: the grid alone, to be "
-        "discarded or not; load: sides are held, moved or loaded anew; overload: gravity changes; excavate, surcharge: below; "
-        "fill: discs for the windows; couple: discs take over from the windows' zones; discs: without a grid, the discs alone"
-    )
-    gravity: float | None = quantity(None, unit="m/s2", meaning="gravity, downwards; stays for later stages", ge=0)
-    gravity_factor: Annotated[Ramp, BeforeValidator(_constant)] | None = quantity(
-        None, meaning="gravity is multiplied by this, a number or { to, over }; stays for later stages"
-    )
-    until: Until | None = quantity(None, meaning="when the stage ends")
-    handover: int | None = quantity(
-        None, unit="steps", meaning="kind couple: steps over which discs take over from zones (500)", ge=1
-    )
-    insitu: bool | None = quantity(None, meaning="kind fill: bring the discs to the zones' stress (true)")
-    excavate: Excavation | None = quantity(None, meaning="kind excavate: what is dug away")
-    surcharge: Surcharge | None = quantity(None, meaning="kind surcharge: what is put upon the ground")
-    boundary: list[Boundary] = Field(default_factory=list, description="what holds, moves or loads sides from this stage on")
-    large_strain: Literal[True] | None = quantity(None, meaning="zones follow their gridpoints from this stage on")
-    time: Literal["static", "real"] = quantity("static", meaning="scaled masses on the way to rest, or real masses and seconds")
-    step_factor: float | None = quantity(None, meaning="time = real: share of the stable step that is taken (0.5)", gt=0, le=1)
-    discard: bool = quantity(False, meaning="forget the outcome: the next stage starts where this one did")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _kind_from_name(cls, data):
-        if isinstance(data, dict) and "kind" not in data and "name" in data:
-            return {**data, "kind": data["name"]}
-        return data
 
 
 @cache

@@ -1,7 +1,7 @@
 """What must hold between the stages of a scene: one rule a function, as in scene_rules.py."""
 
-from coupler_protocol.scene import GRID_ONLY
 from coupler_protocol.schedule import acting, beginning, large_strain
+from coupler_protocol.stage_tables import GRID_ONLY
 
 BAND_MAY_END = ("locate", "overload", "excavate", "surcharge")  # strains count from the end of the equilibrium
 
