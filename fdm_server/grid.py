@@ -60,6 +60,11 @@ def centroids(xy, zones):
     return (xy[zones] * weight[:, :, None]).sum(axis=1) / weight.sum(axis=1)[:, None]
 
 
+def _levels(materials):
+    """Heights [m] of the materials' level tops."""
+    return [m.top[0][1] for m in materials if m.top is not None and len({y for _, y in m.top}) == 1]
+
+
 def _materials(materials, centre):
     """Index of each zone's material: the last one whose region or ground holds the zone's centre."""
     index = np.full(len(centre), -1, dtype=np.int64)

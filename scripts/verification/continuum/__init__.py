@@ -1,0 +1,42 @@
+"""The continuum against closed forms and published values."""
+
+from verification.continuum import (
+    beam,
+    biaxial,
+    column,
+    cylinder,
+    energy,
+    footing,
+    kirsch,
+    oedometer,
+    patch,
+    rankine,
+    salencon,
+    slopes,
+    softening,
+    spin,
+    strip_load,
+    waves,
+)
+
+TITLE = "Continuum"
+HEAD = """Plane strain, tension positive. Where nothing else is said the scene goes through the product's own stages, as
+`colluvium run` would compute it."""
+CASES = [
+    oedometer,
+    biaxial,
+    patch,
+    column,
+    beam,
+    strip_load,
+    rankine,
+    footing,
+    kirsch,
+    salencon,
+    cylinder,
+    softening,
+    slopes,
+    spin,
+    waves,
+    energy,
+]

@@ -1,0 +1,78 @@
+"""Factors of safety of slopes by strength reduction, and the height of a vertical cut.
+
+As `colluvium fos` finds them, middle of the last bracket: configs/dawson_slope.toml (45 degrees, H = 10 m, gamma = 20 kN/m3,
+phi = psi = 20, c = 12.38 kPa; the log spiral of limit analysis gives 1), configs/griffiths_lane.toml (2:1, phi = 20, psi = 0,
+c/(gamma H) = .05; limit analysis with psi = phi 1.368, Bishop 1.380) and configs/paper_slope.toml (8 m, 45 degrees, psi = 0,
+tension .1 kPa; another implementation of the same method found 2.49). A mesh is a few per cent too strong where flow is
+associated; the value at no zone size is extrapolated from several.
+
+Vertical cut: H = 4 m in clay, Tresca, c chosen so that gamma H/c = 3.779, between the bounds 3.772 and 3.786 of limit analysis;
+its factor of safety is 1. The mesh adds about half a zone to what the toe can bear, so the error is of first order.
+"""
+
+import tempfile
+from pathlib import Path
+
+from colluvium import Scene
+from coupler_protocol.progress import Progress
+from fdm_server.fos.study import Study
+from verification import product
+from verification.rows import row
+
+NAME = "slopes"
+CONFIGS = Path(__file__).resolve().parents[3] / "configs"
+DAWSON = "Dawson, Roth & Drescher (1999), Geotechnique 49(6)"
+GRIFFITHS = "Griffiths & Lane (1999), Geotechnique 49(3); Bishop & Morgenstern (1960)"
+PAPER = "trial implementation of the same method, same grid"
+CUT = "Pastor, Thai & Francescato (2000): 3.772 < gamma H/c < 3.786"
+HEIGHT, COHESION, NUMBER = 4.0, 20e3, 3.779
+
+
+def factors(scene):
+    """Content of fos.json: meshes and, for several, the extrapolation."""
+    with tempfile.TemporaryDirectory() as folder:
+        return Study(scene, folder, Progress(0, "none"), _NeverStops()).run()
+
+
+class _NeverStops:
+    def check(self):
+        """Nobody asks."""
+
+
+def read(name, **fos):
+    """A shipped scene with some keys of its table [fos] changed."""
+    return Scene.read(CONFIGS / f"{name}.toml", [f"fos.{key}={value}" for key, value in fos.items()])
+
+
+def cut(parts):
+    """The vertical cut in ground of 3H x 2H on meshes with so many zones to its height."""
+    gravity = NUMBER * COHESION / (2000.0 * HEIGHT)
+    profile = [[0.0, HEIGHT], [HEIGHT, HEIGHT], [HEIGHT, 2 * HEIGHT], [3 * HEIGHT, 2 * HEIGHT]]
+    grid = {"kind": "slope", "length": 3 * HEIGHT, "height": 2 * HEIGHT, "zone_size": HEIGHT / parts[0], "profile": profile}
+    law = {"friction": 0.0, "cohesion": COHESION}
+    return Scene(
+        **product.tables(
+            grid,
+            product.material(100e6, 30e6, mohr_coulomb=law),
+            [{"name": "equilibrium", "gravity": gravity, "until": {"ratio": 1e-5, "steps": 40_000}}],
+            {"left": "x", "right": "x", "bottom": "xy"},
+            fos={"bracket": [0.95, 1.1], "resolution": 0.004, "zone_sizes": [HEIGHT / n for n in parts]},
+        )
+    )
+
+
+def rows(fast):
+    """Four meshes of the first slope, one of the next two, three of the cut (fast: coarser ones)."""
+    sizes = [10 / 8, 10 / 12, 10 / 16] if fast else [10 / 8, 10 / 12, 10 / 16, 10 / 24]
+    found = factors(read("dawson_slope", zone_sizes=sizes))
+    for mesh, parts in zip(found["meshes"], (8, 12, 16, 24), strict=False):
+        yield row(f"45 degrees, zones of H/{parts}", mesh["value"], 1.0, [-0.01, 0.06 if parts == 8 else 0.04], DAWSON)
+    extra = found["extrapolation"]
+    yield row("45 degrees, no zone size", extra["value"], 1.0, 0.01, DAWSON, extra["order"])
+    lane = read("griffiths_lane", zone_sizes=[1.0])
+    yield row("2:1, zones of H/10", factors(lane)["meshes"][-1]["value"], 1.37, 0.03 / 1.37, GRIFFITHS)
+    paper = read("paper_slope", bracket=[2.4, 2.6], resolution=0.01)
+    yield row("slope of the paper", factors(paper)["meshes"][-1]["value"], 2.49, 0.03 / 2.49, PAPER)
+    found = factors(cut((4, 8, 16) if fast else (8, 16, 32)))
+    yield row("vertical cut, finest mesh", found["meshes"][-1]["value"], 1.0, [-0.01, 0.06], CUT)
+    yield row("vertical cut, no zone size", found["extrapolation"]["value"], 1.0, 0.02, CUT, found["extrapolation"]["order"])

@@ -1,0 +1,37 @@
+"""scripts/accuracy_cost.py: rows, picture and section of a workload."""
+
+import json
+
+import accuracy_cost
+import numpy as np
+import pytest
+from accuracy.common import order, timed
+
+
+def test_order_is_the_slope_of_the_logarithms():
+    sizes = np.array([0.4, 0.2, 0.1])
+    assert order(sizes, 3.0 * sizes**1.7) == pytest.approx(1.7)
+    assert order(sizes, [0.0, 0.0, 1.0]) is None
+
+
+def test_seconds_are_a_median_and_the_result_is_kept():
+    calls = []
+    seconds, spread, result = timed(lambda: calls.append(1) or len(calls), repeats=3)
+    assert (len(calls), result) == (3, 3)
+    assert seconds > 0.0
+    assert spread >= 0.0
+
+
+def test_w1_reports_both_holes(tmp_path):
+    pytest.importorskip("matplotlib")
+    page, rows = tmp_path / "accuracy.md", tmp_path / "rows.json"
+    accuracy_cost.main(["W1", "--fast", "--page", str(page), "--json", str(rows)])
+    found = json.loads(rows.read_text())
+    assert {row["case"] for row in found} == {"Kirsch", "Salencon"}
+    assert {"case", "method", "error", "seconds", "spread", "repeats", "order", "reference"} <= found[0].keys()
+    best = [row for row in found if row["method"] == "ratio 1e-07"]
+    assert all(row["order"] > 1.2 for row in best)
+    without = [row for row in found if row["method"].startswith("without")]
+    assert all(plain["error"] > mixed["error"] for plain, mixed in zip(without, best, strict=True))
+    assert (tmp_path / "pictures" / "accuracy_w1.png").stat().st_size > 10_000
+    assert "## W1: " in page.read_text()

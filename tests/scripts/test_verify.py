@@ -1,0 +1,68 @@
+"""scripts/verify.py: rows as promised, failures that count, and a page of which only the own section changes."""
+
+import json
+from types import SimpleNamespace
+
+import pages
+import pytest
+import verify
+from verification import runner
+from verification.rows import KEYS, row
+
+
+def case(name, *rows_of):
+    """A case that yields these rows."""
+    return SimpleNamespace(NAME=name, __doc__="Title.\n\nText.", rows=lambda fast: iter(rows_of))
+
+
+def test_rows_have_exactly_the_keys_of_the_contract(tmp_path):
+    files = ["--json", str(tmp_path / "rows.json"), "--page", str(tmp_path / "page.md")]
+    assert verify.main(["continuum", "--fast", "--case", "patch", *files]) == 0
+    rows = json.loads((tmp_path / "rows.json").read_text())
+    assert len(rows) == 6
+    assert all(tuple(found) == KEYS for found in rows)
+    assert all(found["case"] == "patch" and found["passed"] and abs(found["error"]) <= found["tolerance"] for found in rows)
+    assert not (tmp_path / "page.md").exists()  # some cases are no section
+
+
+def test_an_unknown_case_is_an_error_of_the_command_line(capsys):
+    assert verify.main(["continuum", "--case", "patches"]) == 2
+    assert "there are oedometer, patch" in capsys.readouterr().err
+
+
+def test_a_row_outside_its_tolerance_fails():
+    assert row("x", 1.02, 1.0, 0.03, "s")["passed"]
+    assert not row("x", 1.04, 1.0, 0.03, "s")["passed"]
+    assert row("x", 1.02, 1.0, [0.0, 0.03], "s")["passed"]
+    assert not row("x", 0.99, 1.0, [0.0, 0.03], "s")["passed"]
+    assert not row("x", float("nan"), 1.0, 0.03, "s")["passed"]
+    assert row("x", 1e-11, 0.0, 1e-10, "s")["error"] == 1e-11  # absolute where the reference is 0
+
+
+def test_a_case_that_breaks_off_fails_and_others_go_on():
+    def broken(fast):
+        yield row("before", 1.0, 1.0, 0.1, "s")
+        raise ArithmeticError("inverted")
+
+    cases = [SimpleNamespace(NAME="a", rows=broken), case("b", row("q", 1.0, 1.0, 0.1, "s"))]
+    rows = runner.run(cases, fast=True)
+    assert [(found["case"], found["passed"]) for found in rows] == [("a", True), ("a", False), ("b", True)]
+    assert "inverted" in rows[1]["source"]
+    assert all(tuple(found) == KEYS for found in rows)
+
+
+@pytest.mark.parametrize(("value", "code"), [(1.0, 0), (2.0, 1)])
+def test_exit_code_and_page(tmp_path, monkeypatch, value, code):
+    package = SimpleNamespace(TITLE="Continuum", HEAD="Head.", CASES=[case("one", row("q", value, 1.0, 0.1, "closed form"))])
+    monkeypatch.setattr(runner, "section", lambda name: package)
+    page = tmp_path / "page.md"
+    pages.write_section(page, "discrete", "kept", "# Head")
+    pages.write_section(page, "continuum", "old")
+    pages.write_section(page, "hard", "kept as well")
+    assert verify.main(["continuum", "--page", str(page)]) == code
+    text = page.read_text()
+    assert "old" not in text
+    assert f"{1 - code} of 1 rows passed" in text
+    assert "<!-- begin discrete -->\nkept\n<!-- end discrete -->" in text
+    assert "<!-- begin hard -->\nkept as well\n<!-- end hard -->" in text
+    assert text.index("discrete") < text.index("continuum") < text.index("hard")
