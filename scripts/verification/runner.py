@@ -40,6 +40,8 @@ def _completed(row, case, begin):
 def _percent(value):
     if value is None:
         return "-"
+    if value == 0.0:
+        return "0"
     return f"{value:+.1e}" if abs(value) < 1e-3 else f"{100 * value:+.2f} %"
 
 

@@ -27,7 +27,7 @@ def test_rows_have_exactly_the_keys_of_the_contract(tmp_path):
 
 def test_an_unknown_case_is_an_error_of_the_command_line(capsys):
     assert verify.main(["continuum", "--case", "patches"]) == 2
-    assert "there are oedometer, patch" in capsys.readouterr().err
+    assert "there are oedometer, " in capsys.readouterr().err
 
 
 def test_a_row_outside_its_tolerance_fails():
@@ -66,3 +66,14 @@ def test_exit_code_and_page(tmp_path, monkeypatch, value, code):
     assert "<!-- begin discrete -->\nkept\n<!-- end discrete -->" in text
     assert "<!-- begin hard -->\nkept as well\n<!-- end hard -->" in text
     assert text.index("discrete") < text.index("continuum") < text.index("hard")
+
+
+def test_every_case_has_a_name_a_title_and_its_place_on_the_page():
+    package = runner.section("continuum")
+    names = [found.NAME for found in package.CASES]
+    assert len(set(names)) == len(names)
+    page = verify.PAGE.read_text()
+    for found in package.CASES:
+        title = found.__doc__.partition("\n")[0].rstrip(".")
+        assert f"### {found.NAME}: {title}" in page, "run: python scripts/verify.py continuum"
+        assert f"| {found.NAME} |" in page

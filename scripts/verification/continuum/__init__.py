@@ -21,7 +21,8 @@ from verification.continuum import (
 
 TITLE = "Continuum"
 HEAD = """Plane strain, tension positive. Where nothing else is said the scene goes through the product's own stages, as
-`colluvium run` would compute it."""
+`colluvium run` would compute it. Steps are taken by hand, with the same kernels, where no scene can say what is wanted: single
+zones and shaken meshes (oedometer, patch, spin), holes in an infinite plate, and meshes without mixed discretisation."""
 CASES = [
     oedometer,
     biaxial,

@@ -23,7 +23,7 @@ NAME = "slopes"
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 DAWSON = "Dawson, Roth & Drescher (1999), Geotechnique 49(6)"
 GRIFFITHS = "Griffiths & Lane (1999), Geotechnique 49(3); Bishop & Morgenstern (1960)"
-PAPER = "trial implementation of the same method, same grid"
+PAPER = "another implementation of the same method on the same grid"
 CUT = "Pastor, Thai & Francescato (2000): 3.772 < gamma H/c < 3.786"
 HEIGHT, COHESION, NUMBER = 4.0, 20e3, 3.779
 
