@@ -97,7 +97,7 @@ class Study:
                 recorder.frame(info, **record.frame(trial.model, trial.state))
                 row["trials"].append(trial.row(ground.span) | {"frame": len(row["trials"])})
                 log.info("%s: %s after %d steps", name, info.stage, trial.steps)
-                self.progress(name, f"factor {factor:.5g} {trial.verdict}", trial.steps, now=True)
+                self.progress(name, f"done: factor {factor:.5g} {trial.verdict}", trial.steps, now=True)
                 self._write(begin)
                 return trial.verdict
 

@@ -25,7 +25,7 @@ READ = """Halving the zones halves the error, because a slip line is as wide as 
 columns along the face (`fit = "face"`) are worth smaller zones, and extrapolating from coarse meshes (stars) is worth more than
 any fine one. A narrower bracket costs a trial or two for each halving, more so near the factor itself where verdicts take long,
 and pays until it is a few times narrower than the error of the mesh. A small budget leaves trials without a verdict and so a
-wider bracket, but moves nothing; where its curve is level, more budget buys nothing."""
+wider bracket, with the factor still inside; where its curve is level, more budget buys nothing."""
 COLUMNS = {
     "case": "case",
     "method": "method",
