@@ -55,7 +55,7 @@ def resume(run_dir, in_process=True, report="none"):
         inprocess.run(scene, out, report=report, origin=origin)
     else:
         quiet = ["--quiet"] if report == "none" else []
-        launch.checked(launch.run_files(out / "scene.json", out, len(scene.window), [f"--from={origin}", *quiet]))
+        launch.checked(launch.run_files(out / "scene.json", out, launch.windows_of(scene), [f"--from={origin}", *quiet]))
     return open_run(out)
 
 

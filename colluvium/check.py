@@ -27,6 +27,7 @@ def _tables(scene, place):
     elif parent == "grain":
         discs = scene.discs
         holders = [("discs.soil", discs and discs.soil), ("discs.stone", discs and discs.stone), ("ring", scene.ring)]
+        holders += [(f"discs.pair {' and '.join(p.between)}", p) for p in (discs.pair if discs else [])]
     else:
         holders = [(parent, getattr(scene, parent, None))]
     return [name for name, holder in holders if holder is not None and getattr(holder, key, None) is not None]
@@ -34,6 +35,8 @@ def _tables(scene, place):
 
 def sizes(scene):
     """Counts that follow from the scene alone."""
+    if scene.grid is None:
+        return {"windows": [], "stones": scene.stones.model_dump(mode="json") if scene.stones else None}
     from fdm_server.grid import build_grid
     from fdm_server.windows import window_zones
 
@@ -75,9 +78,13 @@ def print_answer(found, console):
     from colluvium.locate import in_words
 
     console.print(f"{found['title'] or 'scene'}: no problems found")
-    console.print(
-        f"grid of {found['zones']} zones in {found['columns']} columns and {found['rows']} rows, {found['gridpoints']} gridpoints"
-    )
+    if "zones" in found:
+        console.print(
+            f"grid of {found['zones']} zones in {found['columns']} columns and {found['rows']} rows, "
+            f"{found['gridpoints']} gridpoints"
+        )
+    else:
+        console.print("no grid: discs alone")
     for w in found["windows"]:
         console.print(
             f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['segments']} segments, about {w['discs']} discs"

@@ -121,8 +121,8 @@ def _compute(options, scene, path, out, passed):
             signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill stops the run as Ctrl-C does
             more = {"threads": options.threads, "from": options.origin, "plugin": options.plugin}
             passed = [*passed, *(f"--{name}={value}" for name, value in more.items() if value)]
-            code = launch.run_files(path, out, len(scene.window), passed, show)
-    if code == exits.DONE:
+            code = launch.run_files(path, out, launch.windows_of(scene), passed, show)
+    if code == exits.DONE and scene.grid:
         _add_band(scene, out)
     _conclude(out, options.json)
     return code

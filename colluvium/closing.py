@@ -16,9 +16,9 @@ def rows(info):
                 str(stage["steps"] or ""),
                 stage["ended_by"],
                 f"{stage['gravity_factor']:.2f} g" if stage["steps"] else "",
-                f"{stage['ratio_continuum']:.1e}" if stage["steps"] else "",
+                f"{stage['ratio_continuum']:.1e}" if stage["steps"] and "ratio_continuum" in stage else "",
                 f"{max(stage['ratio_discrete']):.1e}" if coupled else "",
-                f"{100 * max(stage['traction_difference']):.1f} %" if coupled else "",
+                f"{100 * max(stage['traction_difference']):.1f} %" if coupled and "traction_difference" in stage else "",
                 str(sum(stage["bonds_broken"])) if coupled else "",
             ]
         )

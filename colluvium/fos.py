@@ -85,8 +85,8 @@ def as_lines(found):
     lines = [f"{found['title'] or 'scene'}: {found['quantity']}"]
     lines += [f"ignored: {what}" for what in found["ignored"]]
     lines += [f"rule for {name}: {rule}" for name, rule in found["rules"].items()]
-    ratio, steps = found["criterion"]["ratio"], found["criterion"]["steps"]
-    lines.append(f"a trial rests at ratio {ratio:g} without motion, fails in steady flow, within {steps} steps (docs/theory.md)")
+    ratio, budget = found["criterion"]["ratio"], max(m["budget"] for m in found["meshes"])
+    lines.append(f"trials rest at ratio {ratio:g} without motion, fail in steady flow, within {budget:,} steps (docs/theory.md)")
     lines.append(f"{'zone [m]':>9} {'zones':>7} {'trials':>6} {'rests at':>9} {'fails at':>9} {'factor':>8} {'seconds':>8}")
     for m in found["meshes"]:
         lines.append(

@@ -79,19 +79,35 @@ class Process:
 def run_files(scene_path, out, n_windows, options=(), picture=None):
     """Run the scene at `scene_path` in processes; `options` go to every server. Returns the exit code.
 
+    n_windows: of the grid, each a discrete process; None: discs alone.
+
     picture(row) is called with each report of progress. Messages of failed processes go to standard error.
     """
     rows = queue.Queue()
     shared = [str(scene_path), "--out", str(out), "--force", *options]
+    if n_windows is None:
+        processes = [Process("dem-server", ["dem_server", *shared], rows)]
+    else:
+        processes = _both_sides(n_windows, shared, out, rows)
+    interrupted = _watch(processes, rows, picture)
+    code = _conclude(processes, interrupted)
+    _complete_run_json(Path(out), code, processes)
+    return code
+
+
+def _both_sides(n_windows, shared, out, rows):
+    """One process for the grid and one for every window."""
     processes = [Process("fdm-server", ["fdm_server", *shared, "--bind", "tcp://127.0.0.1:0"], rows)]
     endpoint = str(Path(out) / "endpoint")
     for rank in range(1, n_windows + 1):
         arguments = ["dem_server", *shared, "--connect", endpoint, "--rank", str(rank)]
         processes.append(Process(f"dem-server {rank}", arguments, rows))
-    interrupted = _watch(processes, rows, picture)
-    code = _conclude(processes, interrupted)
-    _complete_run_json(Path(out), code, processes)
-    return code
+    return processes
+
+
+def windows_of(scene):
+    """Number of the scene's windows; None without a grid: discs alone need one process."""
+    return len(scene.window) if scene.grid else None
 
 
 def run_alone(name, arguments, picture=None):
@@ -159,7 +175,7 @@ def run_scene(scene, out, report="none"):
     """Run a scene that exists as an object; raises RunEnded if it fails."""
     path = out / "scene.toml"
     path.write_text(as_toml(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")
-    checked(run_files(path, out, len(scene.window), ["--quiet"] if report == "none" else []))
+    checked(run_files(path, out, windows_of(scene), ["--quiet"] if report == "none" else []))
 
 
 def checked(code):

@@ -18,7 +18,13 @@ class FactorOfSafety(Table):
     bracket: tuple[Positive, Positive] = quantity((1.0, 1.5), meaning="factors tried first; widened where both rest or fail")
     resolution: float = quantity(0.005, meaning="width of the last bracket over its middle", gt=0, lt=0.5)
     ratio: float = quantity(1e-5, meaning="unbalanced force ratio below which a trial can be at rest", gt=0, le=1e-3)
-    steps: int = quantity(60000, unit="steps", meaning="budget of a trial; one without a verdict by then is undecided", ge=1000)
+    steps: int | None = quantity(
+        None,
+        unit="steps",
+        meaning="budget of a trial; one without a verdict by then is undecided (none: 60,000, or eight times as many as the "
+        "elastic grid needs to come to rest, whichever is more)",
+        ge=1000,
+    )
     dilation: Literal["kept", "reduced"] = quantity(
         "kept", meaning="psi stays until the reduced phi reaches it, or tan(psi) is divided by the factor too"
     )

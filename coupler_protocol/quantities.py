@@ -42,6 +42,11 @@ FIELDS = {
     "normal_force": Quantity("N", "normal contact force per unit thickness, compression positive"),
     "shear_force": Quantity("N", "shear contact force per unit thickness on the second disc, along (-n_y, n_x)"),
     "bond_state": Quantity("-", "0 never bonded, 1 bonded, 2 broken in tension, 3 broken in shear"),
+    "rolling_moment": Quantity("N m", "moment of rolling resistance on the second disc, counter-clockwise positive"),
+    "parallel_bond_state": Quantity("-", "parallel bond: 0 never bonded, 1 bonded, 2 broken in tension, 3 broken in shear"),
+    "parallel_bond_normal_force": Quantity("N", "force of the parallel bond, compression positive, part of normal_force"),
+    "parallel_bond_shear_force": Quantity("N", "shear force of the parallel bond on the second disc, part of shear_force"),
+    "parallel_bond_moment": Quantity("N m", "bending moment of the parallel bond on the second disc"),
 }
 
 FRAME = {
@@ -68,6 +73,10 @@ HISTORIES = {
     "energy_external": Quantity("J", "work of applied forces and driven gridpoints since the stage began"),
     "energy_gravity": Quantity("J", "work of weights since the stage began"),
     "energy_error": Quantity("J", "what the ledger of energies does not explain"),
+    "elastic_energy": Quantity("J", "energy stored in the contacts of discs per unit thickness"),
+    "weight_energy": Quantity("J", "energy of the discs' weight above y = 0 per unit thickness"),
+    "wall_force_x": Quantity("N", "sum of the discs' forces on the walls, x"),
+    "wall_force_y": Quantity("N", "sum of the discs' forces on the walls, y"),
     "interface_force_x": Quantity("N", "sum of the discs' forces on the rim, x"),
     "interface_force_y": Quantity("N", "sum of the discs' forces on the rim, y"),
     "max_displacement": Quantity("m", "largest displacement"),

@@ -82,6 +82,13 @@ def coupled(scene, index):
     return any(stage.kind == "couple" for stage in scene.stage[: index + 1])
 
 
+def processes(scene, index):
+    """Names of the processes that save the end of the stage with this number."""
+    if scene.grid is None:
+        return ["dem.rank1"]
+    return ["fdm.rank0", *(f"dem.rank{rank}" for rank in range(1, len(scene.window) + 1) if filled(scene, index))]
+
+
 def load(scene, origin, name):
     """The checkpoint of the process `name` at `origin`, made sure to belong to `scene`: only later stages may differ.
 
@@ -103,8 +110,8 @@ def load(scene, origin, name):
 
 def check(scene, origin):
     """Make sure that all processes of `scene` can go on from `origin`; raises as `load` does."""
-    ranks = range(1, len(scene.window) + 1) if filled(scene, index_of(scene, origin)) else ()
-    found = {name: load(scene, origin, name).about["session"] for name in ("fdm.rank0", *(f"dem.rank{r}" for r in ranks))}
+    names = processes(scene, index_of(scene, origin))
+    found = {name: load(scene, origin, name).about["session"] for name in names}
     if len(set(found.values())) > 1:
         raise exits.EnvironmentFailed(f"{origin}: the checkpoints are of different runs: {', '.join(found)}")
 
@@ -125,8 +132,7 @@ def last_saved(scene, folder):
     """Origin of the last stage end that all processes of a run directory have saved; raises EnvironmentFailed without one."""
     for index in reversed(range(len(scene.stage))):
         origin = Origin(Path(folder), scene.stage[index].name)
-        ranks = range(1, len(scene.window) + 1) if filled(scene, index) else ()
-        sessions = {_session(origin.path(name)) for name in ("fdm.rank0", *(f"dem.rank{rank}" for rank in ranks))}
+        sessions = {_session(origin.path(name)) for name in processes(scene, index)}
         if len(sessions) == 1 and None not in sessions:
             return origin
     raise exits.EnvironmentFailed(f"{folder} holds no end of a stage that all processes have saved: run the scene again")

@@ -71,3 +71,13 @@ def stage_rows(results, continuum, discrete):
         seconds["recording_discrete"] = max((t["recording"] for t in same), default=0.0)
         rows.append(result | {"seconds": {key: round(value, 4) for key, value in seconds.items()}})
     return rows
+
+
+def stage_rows_alone(results, times):
+    """The same rows for discs without a grid; times: of the same stages, and of one more that did not reach its end."""
+    rows = []
+    for result, spent in zip(results, times, strict=False):
+        seconds = dict.fromkeys(("continuum", "waiting", "recording", "waiting_discrete"), 0.0)
+        seconds |= {"discrete": spent["computing"], "recording_discrete": spent["recording"]}
+        rows.append(result | {"seconds": {key: round(value, 4) for key, value in seconds.items()}})
+    return rows

@@ -20,7 +20,7 @@ from coupler_protocol.grid_tables import Grid, Point
 
 FORMAT = 1
 GRID_ONLY = ("equilibrium", "locate")
-STAGE_KINDS = (*GRID_ONLY, "fill", "couple", "overload", "excavate", "surcharge", "load")
+STAGE_KINDS = (*GRID_ONLY, "fill", "couple", "overload", "excavate", "surcharge", "load", "discs")
 
 
 @cache
@@ -47,17 +47,25 @@ Span = tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]
 
 
 class Window(Table):
-    """A rectangle of zones that becomes a hole and is computed by one discrete process."""
+    """Zones that become a hole and are computed by one discrete process; without a grid, the polygon that discs fill."""
 
     name: str = quantity(meaning="name of the window", min_length=1)
-    columns: Span = quantity(meaning="first and last zone in x, from 0")
-    rows: Span = quantity(meaning="first and last zone in y, from 0")
+    columns: Span | None = quantity(None, meaning="first and last zone in x, from 0")
+    rows: Span | None = quantity(None, meaning="first and last zone in y, from 0")
+    polygon: list[Point] | None = quantity(None, unit="m", meaning="without a grid: outline of what discs fill", min_length=3)
 
     @model_validator(mode="after")
     def _in_order(self):
-        if self.columns[0] > self.columns[1] or self.rows[0] > self.rows[1]:
+        if any(span is not None and span[0] > span[1] for span in (self.columns, self.rows)):
             raise ValueError("columns and rows are [first, last] with first <= last")
         return self
+
+
+class Wall(Table):
+    """A segment that holds discs back, in scenes without a grid; its contacts are of the material ring."""
+
+    ends: tuple[Point, Point] = quantity(unit="m", meaning="where it begins and ends")
+    velocity: Point = quantity((0.0, 0.0), unit="m/s", meaning="its velocity, in static stages in m a step")
 
 
 class StoneSize(Table):
@@ -177,7 +185,7 @@ class Stage(Table):
     kind: Literal[STAGE_KINDS] = quantity(
         meaning="equilibrium: the grid alone comes to rest, then displacements count from zero; locate: the grid alone, to be "
         "discarded or not; load: sides are held, moved or loaded anew; overload: gravity changes; excavate, surcharge: below; "
-        "fill: discs for the windows; couple: discs take over from the windows' zones"
+        "fill: discs for the windows; couple: discs take over from the windows' zones; discs: without a grid, the discs alone"
     )
     gravity: float | None = quantity(None, unit="m/s2", meaning="gravity, downwards; stays for later stages", ge=0)
     gravity_factor: Annotated[Ramp, BeforeValidator(_constant)] | None = quantity(
@@ -235,6 +243,16 @@ def scene_class():
         **grain,
     )
     ring = create_model("Ring", __base__=Table, __doc__="Properties of contacts with control discs.", **grain)
+    pair = create_model(
+        "Pair",
+        __base__=Table,
+        __doc__="Contacts between two materials of discs; a table here goes before what both materials combine to.",
+        between=(
+            tuple[Literal["soil", "stone", "ring"], Literal["soil", "stone", "ring"]],
+            quantity(meaning="the two materials"),
+        ),
+        **grain,
+    )
     discs = create_model(
         "Discs",
         __base__=Table,
@@ -246,8 +264,15 @@ def scene_class():
         confinement=(float, quantity(100e3, unit="Pa", meaning="mean pressure of the fresh packing", gt=0)),
         density_matching=(bool, quantity(True, meaning="discs weigh what the zones they replace weighed")),
         stiffness=(Literal["disc", "contact"], quantity("disc", meaning="springs belong to discs (in series) or to contacts")),
+        time_step=(
+            float,
+            quantity(0.1, meaning="time = real without a grid: share of the stable step, unless the stage says", gt=0, le=1),
+        ),
+        file=(str | None, quantity(None, meaning="without a grid: CSV file of the discs (x, y, radius, vx, vy, spin)")),
+        wall=(list[Wall], Field(default_factory=list, description="without a grid: segments that hold the discs")),
         soil=(discs_material, quantity(meaning="material of the discs")),
         stone=(discs_material | None, quantity(None, meaning="material of the discs in stones")),
+        pair=(list[pair], Field(default_factory=list, description="contacts between two materials that have their own values")),
         **_effect_fields("discs"),
     )
     damping = declared_effects()["damping"] | None
@@ -274,7 +299,7 @@ class SceneBase(Table):
     format: Literal[1] = quantity(meaning="version of the scene format")
     title: str = quantity("", meaning="shown in pictures and logs")
     seed: int = quantity(meaning="every random choice derives from it, by name", ge=0, lt=2**63)
-    grid: Grid = Field(description="the continuum's mesh")
+    grid: Grid | None = Field(default=None, description="the continuum's mesh; no table: discs alone")
     boundary: list[Boundary] = Field(default_factory=list, description="what holds, moves or loads sides of the grid")
     initial_stress: InitialStress | None = Field(default=None, description="stress before the first stage; no table: none")
     window: list[Window] = Field(default_factory=list, description="windows of discs, rank 1 onwards")

@@ -5,12 +5,14 @@ Rules that only a server knows come through the entry-point group `colluvium.rul
 
 from importlib.metadata import entry_points
 
+from coupler_protocol.alone_rules import ALONE_RULES, only_without_a_grid
 from coupler_protocol.stage_rules import STAGE_RULES
 
 
 def broken_rules(scene):
     """All broken rules of a scene whose single tables are right."""
-    broken = [found for rule in RULES for found in rule(scene)]
+    rules = COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES)
+    broken = [found for rule in rules for found in rule(scene)]
     if broken:
         return broken
     return [found for point in entry_points(group="colluvium.rules") for found in point.load()(scene)]
@@ -46,6 +48,18 @@ def names_are_unique(scene):
             if item.name in seen:
                 yield (table, i, "name"), f"{item.name!r} stands twice", "give each its own name"
             seen.add(item.name)
+
+
+def windows_of_whole_zones(scene):
+    """A window says which zones it takes, and they lie inside."""
+    complete = True
+    for i, w in enumerate(scene.window):
+        for key in ("columns", "rows"):
+            if getattr(w, key) is None:
+                complete = False
+                yield ("window", i, key), "missing", f"{key} = [first, last] zone, from 0"
+    if complete:
+        yield from windows_lie_inside(scene)
 
 
 def windows_lie_inside(scene):
@@ -85,6 +99,8 @@ def windows_need_discs(scene):
 def discs_fit_into_windows(scene):
     """A window is at least eight discs across."""
     for i, w in enumerate(scene.window if scene.discs and scene.grid.zone_size else []):
+        if w.columns is None or w.rows is None:
+            continue
         across = (w.columns[1] - w.columns[0] + 1) * scene.grid.zone_size[0]
         up = (w.rows[1] - w.rows[0] + 1) * scene.grid.zone_size[1]
         if 16.0 * scene.discs.radius > min(across, up):
@@ -103,19 +119,35 @@ def stones_need_their_material(scene):
         return
     if grain.spring is None:
         yield ("discs", "stone"), "the stones have no stiffness", "add spring = { normal = .., shear = .. }"
-    if scene.stones.body == "cluster" and grain.bond is None:
+    if scene.stones.body == "cluster" and grain.bond is None and grain.parallel_bond is None:
         yield ("discs", "stone"), "nothing holds a cluster together", "add bond = { tension = .., shear = .. }"
     if scene.stones.size.min < 2.0 * scene.discs.radius:
         smallest = f"at least {2.0 * scene.discs.radius:g} m, the size of a disc"
         yield ("stones", "size", "min"), f"stones of {scene.stones.size.min:g} m are smaller than a disc", smallest
 
 
-RULES = (
+def pairs_name_what_there_is(scene):
+    """Each pair of materials stands once, both are there, and they meet."""
+    seen = set()
+    for i, pair in enumerate(scene.discs.pair if scene.discs else []):
+        at, names = ("discs", "pair", i), " and ".join(pair.between)
+        if frozenset(pair.between) in seen:
+            yield (*at, "between"), f"{names} stand twice", "give each pair of materials one table"
+        seen.add(frozenset(pair.between))
+        if "stone" in pair.between and scene.discs.stone is None:
+            yield (*at, "between"), "there is no material stone", "add a [discs.stone] table or remove the pair"
+        if set(pair.between) == {"ring"}:
+            yield (*at, "between"), "control discs have no contacts with each other", "remove the pair"
+        if not pair.model_fields_set - {"between"}:
+            yield at, f"says nothing about {names}", "add a table, for example friction = { coefficient = .. }"
+
+
+COMMON_RULES = (names_are_unique, stones_need_their_material, pairs_name_what_there_is)
+GRID_RULES = (
     grid_needs_material,
-    names_are_unique,
-    windows_lie_inside,
+    windows_of_whole_zones,
     windows_need_discs,
     discs_fit_into_windows,
-    stones_need_their_material,
+    only_without_a_grid,
     *STAGE_RULES,
 )

@@ -44,6 +44,8 @@ def plan(scene):
 
 def large_strain(scene, stage):
     """Whether a stage computes in large strain. Equilibrium finds the stress in the shape that the scene draws: never there."""
+    if scene.grid is None:
+        return False
     return stage.kind not in ("equilibrium", "fill") and (scene.grid.large_strain or stage.large_strain is True)
 
 

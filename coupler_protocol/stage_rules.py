@@ -110,7 +110,7 @@ def weight_needs_gravity(scene):
 
 def is_level(scene):
     """Whether the ground is level: it has no toe, no crest and no band between them."""
-    return scene.grid.profile is None or len({y for _, y in scene.grid.profile}) == 1
+    return scene.grid is None or scene.grid.profile is None or len({y for _, y in scene.grid.profile}) == 1
 
 
 def bands_end_stages_that_may_have_one(scene):

@@ -10,8 +10,8 @@ from coupler_protocol.progress import Progress
 
 def parser():
     """Options of the command line."""
-    p = program.server_parser("dem-server", "Discrete side: computes one window of discs for a continuum process.")
-    p.add_argument("--connect", required=True, metavar="ENDPOINT", help="tcp://HOST:PORT, or the file it is written to")
+    p = program.server_parser("dem-server", "Discrete side: one window of discs for a continuum process, or discs alone.")
+    p.add_argument("--connect", metavar="ENDPOINT", help="tcp://HOST:PORT, or the file it is written to; none without a grid")
     p.add_argument("--rank", type=program.positive, default=1, metavar="N", help="which window of the scene, from 1 (default 1)")
     return p
 
@@ -35,9 +35,16 @@ def serve(options, stop):
     scene = read_scene(options.scene, options.set)
     own = [f"dem.rank{options.rank}.{ending}" for ending in ("vtkhdf", "log")]
     plugin = program.plugin(options)
+    own += [] if scene.grid else ["run.json", "scene.json"]
     out = program.prepare_folder(options.out, own, options.force, options.origin)
     program.log_to(out / own[1])
     progress = Progress(options.rank, "none" if options.quiet else options.progress)
+    if scene.grid is None:
+        from dem_server import alone
+
+        return alone.compute(scene, out, progress, stop, options.origin, plugin)
+    if options.connect is None:
+        raise exits.EnvironmentFailed("the scene has a grid: say with --connect where its process listens")
     transport = link.RankTransport(link.endpoint_from(options.connect, scene.link.give_up))
     try:
         reason = compute(scene, options.rank, transport, out, progress, stop, options.origin, plugin)

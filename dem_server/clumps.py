@@ -4,9 +4,9 @@
     V <- V + F'/m,  X <- X + V,   W <- W + M'/I,  a <- a + W                     (2)
     x = X + R(a) o                                                               (3)
 
-F', M': with weight and damping, as for a disc; o: offset of a disc in the clump's own frame, so that (3) leaves
-nothing to drift. A disc's velocity is its displacement in the step, exactly V + 2 sin(W/2) k x R(a - W/2) o.
-Contacts between discs of one clump do not exist. Static masses (dt = 1), over all listed pairs of the clump:
+(here for dt = 1) F', M': with weight and damping, as for a disc; o: offset of a disc in the clump's own frame, so that (3)
+leaves nothing to drift. A disc's velocity is its displacement in the step, exactly V + 2 sin(W/2) k x R(a - W/2) o.
+Contacts between discs of one clump do not exist. Static masses, over all listed pairs of the clump (timestep.py):
 
     m = lambda / sf^2,   I = max(sum kn an^2 + ks at^2, lambda A2) / sf^2        (4)
 
@@ -69,9 +69,9 @@ def resultant(c, clumps, disc, load, weight, gravity):
 
 
 @jit
-def move_clumps(clumps, disc, load, weight, angle, damping, gravity, fastest):
-    """Eqs (1) to (3) for all clumps; returns how many had to be slowed down to `fastest` [m/step]."""
-    motion, capped = clumps.motion, 0
+def move_clumps(clumps, disc, load, weight, angle, damping, gravity, fastest, cap, kick, dt):
+    """Eqs (1) to (3) for all clumps; returns how many were faster than `fastest` and, with `cap`, slowed down."""
+    motion, fast = clumps.motion, 0
     for c in range(len(motion)):
         if clumps.start[c] == clumps.start[c + 1]:
             continue
@@ -80,31 +80,33 @@ def move_clumps(clumps, disc, load, weight, angle, damping, gravity, fastest):
         if damping is not None:
             alpha = damping.local
             fx, fy, m = damped(fx, u, alpha), damped(fy, v, alpha), damped(m, w, alpha)
-        u += fx / motion[c, 6]
-        v += fy / motion[c, 6]
-        w += m / motion[c, 7]
+        u += fx / motion[c, 6] * kick
+        v += fy / motion[c, 6] * kick
+        w += m / motion[c, 7] * kick
         speed = (u * u + v * v) ** 0.5 + abs(w) * clumps.reach[c]
         if speed > fastest:
-            scale = fastest / speed
-            u, v, w = u * scale, v * scale, w * scale
-            capped += 1
-        motion[c, 0] += u
-        motion[c, 1] += v
+            fast += 1
+            if cap:
+                scale = fastest / speed
+                u, v, w = u * scale, v * scale, w * scale
+        motion[c, 0] += u * dt
+        motion[c, 1] += v * dt
         motion[c, 2], motion[c, 3], motion[c, 4] = u, v, w
-        motion[c, 5] += w
-        place_members(c, clumps, disc, angle)
-    return capped
+        motion[c, 5] += w * dt
+        place_members(c, clumps, disc, angle, dt)
+    return fast
 
 
 @jit
-def place_members(c, clumps, disc, angle):
+def place_members(c, clumps, disc, angle, dt):
     """Eq (3): discs of clump c and their velocities."""
     x, y, u, v, w, now = (
         clumps.motion[c, 0], clumps.motion[c, 1], clumps.motion[c, 2], clumps.motion[c, 3],
         clumps.motion[c, 4], clumps.motion[c, 5],
     )  # fmt: skip
-    ca, sa, chord = np.cos(now), np.sin(now), 2.0 * np.sin(0.5 * w)
-    cm, sm = chord * np.cos(now - 0.5 * w), chord * np.sin(now - 0.5 * w)
+    turn = w * dt
+    ca, sa, chord = np.cos(now), np.sin(now), 2.0 * np.sin(0.5 * turn) / dt
+    cm, sm = chord * np.cos(now - 0.5 * turn), chord * np.sin(now - 0.5 * turn)
     for q in range(clumps.start[c], clumps.start[c + 1]):
         i, ox, oy = clumps.member[q], clumps.offset[q, 0], clumps.offset[q, 1]
         disc[i, 0] = x + ca * ox - sa * oy
@@ -112,33 +114,4 @@ def place_members(c, clumps, disc, angle):
         disc[i, 2] = u - sm * ox - cm * oy
         disc[i, 3] = v + cm * ox - sm * oy
         disc[i, 4] = w
-        angle[i] += w
-
-
-@jit
-def clump_masses(clumps, disc, used, partner, kind, spring, sf):
-    """Eq (4) from the listed pairs; a clump without any gets the mass for one spring."""
-    stiff = np.zeros((len(clumps.motion), 4))  # sums xx, yy, xy and of the rotation
-    for i in range(len(used)):
-        for s in range(used[i]):
-            j = partner[i, s]
-            dx, dy = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
-            d = (dx * dx + dy * dy) ** 0.5
-            nx, ny = dx / d, dy / d
-            arm = 0.5 * (d + disc[i, 5] - disc[j, 5])
-            px, py = disc[i, 0] + arm * nx, disc[i, 1] + arm * ny
-            kn, ks = spring.normal[kind[i, s]], spring.shear[kind[i, s]]
-            for a in (i, np.int64(j)):
-                c = clumps.body[a]
-                if c >= 0:
-                    lx, ly = px - clumps.motion[c, 0], py - clumps.motion[c, 1]
-                    stiff[c, 0] += kn * nx * nx + ks * ny * ny
-                    stiff[c, 1] += kn * ny * ny + ks * nx * nx
-                    stiff[c, 2] += (kn - ks) * nx * ny
-                    stiff[c, 3] += kn * (lx * ny - ly * nx) ** 2 + ks * (lx * nx + ly * ny) ** 2
-    floor = spring.normal.max()
-    for c in range(len(stiff)):
-        xx, yy, xy = stiff[c, 0], stiff[c, 1], stiff[c, 2]
-        largest = max(0.5 * (xx + yy) + (0.25 * (xx - yy) ** 2 + xy * xy) ** 0.5, floor)
-        clumps.motion[c, 6] = largest / sf**2
-        clumps.motion[c, 7] = max(stiff[c, 3], largest * clumps.gyration[c]) / sf**2
+        angle[i] += turn

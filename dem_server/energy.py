@@ -1,10 +1,13 @@
 """Energies of the discs, for histories and for the continuum's monitor.
 
 Kinetic: sum m v^2 / 2 + I w^2 / 2 with the masses of the motion (scaled ones in static mode). Stored in contact springs:
-sum Fn^2 / 2 kn + Fs^2 / 2 ks.
+sum Fn^2 / 2 kn + Fs^2 / 2 ks, in rolling springs Mr^2 / 2 kr, in parallel bonds Fn^2 / 2 kn'A + Fs^2 / 2 ks'A + M^2 / 2 kn'J.
 """
 
 from coupler_protocol.jit import jit
+from dem_server import walls
+from dem_server.effects.bond import BONDED
+from dem_server.stiffness import bending_stiffness, bond_radius, effective_radius, rolling_stiffness
 
 
 @jit
@@ -24,15 +27,31 @@ def kinetic_kernel(disc, clumps, first):
 
 
 @jit
-def stored_kernel(used, kind, normal, shear, spring):
+def stored_kernel(disc, used, partner, kind, normal, shear, rolled, parallel, spring, parallel_bond):
     """Elastic energy [J] of all contacts; a pair apart carries no force."""
     total = 0.0
     for i in range(used.shape[0]):
         for s in range(used[i]):
-            total += normal[i, s] ** 2 / spring.normal[kind[i, s]]
+            k = kind[i, s]
+            total += normal[i, s] ** 2 / spring.normal[k]
             if shear is not None:
-                total += shear[i, s] ** 2 / spring.shear[kind[i, s]]
+                total += over(shear[i, s] ** 2, spring.shear[k])
+            if rolled is not None:
+                rb = effective_radius(disc[i, 5], disc[partner[i, s], 5])
+                total += over(rolled[i, s] ** 2, rolling_stiffness(spring.shear[k], rb))
+            if parallel is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                if parallel.state[i, s] == BONDED:
+                    R = bond_radius(parallel_bond.radius[k], disc[i, 5], disc[partner[i, s], 5])
+                    total += parallel.normal[i, s] ** 2 / (2.0 * R * parallel_bond.normal[k])
+                    total += over(parallel.shear[i, s] ** 2, 2.0 * R * parallel_bond.shear[k])
+                    total += parallel.moment[i, s] ** 2 / bending_stiffness(parallel_bond.normal[k], R)
     return 0.5 * total
+
+
+@jit
+def over(square, stiffness):
+    """Square of a force over the stiffness of its spring; no spring, no energy."""
+    return square / stiffness if stiffness > 0.0 else 0.0
 
 
 def kinetic(model, state):
@@ -42,4 +61,14 @@ def kinetic(model, state):
 
 def stored(model, state):
     """Elastic energy of all contacts [J]."""
-    return stored_kernel(state.used, state.kind, state.normal, state.shear, model.law.spring)
+    law = model.law
+    total = stored_kernel(
+        state.disc, state.used, state.partner, state.kind, state.normal, state.shear, state.rolled, state.parallel,
+        law.spring, law.parallel_bond,
+    )  # fmt: skip
+    return total if state.walls is None else total + walls.stored(model, state)
+
+
+def potential(state, gravity):
+    """Energy of the discs' weight above y = 0 under `gravity` [m/s2] (J)."""
+    return gravity * float(state.weight @ state.x[:, 1])

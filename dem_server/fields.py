@@ -12,7 +12,8 @@ from dem_server.ring import inner_share
 class Contacts(NamedTuple):
     """Listed pairs that exist as contacts. Branch and normal point from disc a to disc b.
 
-    disc_a, disc_b (m,); normal_force (compression positive), shear_force (m,) [N]; bond_state (m,); gap
+    disc_a, disc_b (m,); normal_force (compression positive), shear_force (m,) of springs and parallel bonds [N];
+    bond_state (m,) of contact bonds; gap
     (m,): g - gr [m]; branch (m, 2): x_b - x_a [m]; span (m, 2): the same between the centroids of the bodies
     they belong to; kind (m,); slot (m,): flat index of the slot.
     """
@@ -49,6 +50,8 @@ def contacts(state):
     """Contacts of the state: pairs with g - gr < 0 or bonded."""
     pairs = listed_pairs(state)
     there = (pairs.gap < 0.0) | (pairs.bond_state == BONDED)
+    if state.parallel is not None:
+        there |= state.parallel.state.ravel()[pairs.slot] == BONDED
     return Contacts(*(array[there] for array in pairs))
 
 
@@ -68,7 +71,10 @@ def listed_pairs(state):
     if state.clumps is not None:
         centre = body_centres(state)
         span = centre[b] - centre[a]
-    return Contacts(a, b, taken(state.normal), taken(state.shear), bond, gap, branch, span, taken(state.kind), slot)
+    normal, shear = taken(state.normal), taken(state.shear)
+    if state.parallel is not None:
+        normal, shear = normal + taken(state.parallel.normal), shear + taken(state.parallel.shear)
+    return Contacts(a, b, normal, shear, bond, gap, branch, span, taken(state.kind), slot)
 
 
 def body_centres(state):

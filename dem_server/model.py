@@ -12,7 +12,9 @@ import numpy as np
 
 from dem_server.clumps import Clumps
 from dem_server.effects import RING, SOIL, Law, law_from
+from dem_server.effects.parallel_bond import ParallelBonds
 from dem_server.ring import inner_share
+from dem_server.walls import Walls
 
 X, Y, VX, VY, SPIN, RADIUS, MASS, INERTIA = range(8)  # columns of State.disc
 FX, FY, MOMENT = range(3)  # columns of State.load (a fourth keeps rows aligned)
@@ -25,7 +27,8 @@ class Model:
     """What stays as it was built.
 
     ring: number R of control discs; material (n,) number of each disc's material; density (n,) [kg/m3];
-    smallest_radius [m]: sets skin and velocity cap.
+    smallest_radius [m]: sets skin and velocity cap; real_time: None in static mode, in real time the fraction
+    of the stable time step that is taken.
     """
 
     law: Law
@@ -33,6 +36,7 @@ class Model:
     material: np.ndarray
     density: np.ndarray
     smallest_radius: float
+    real_time: float | None = None
 
     @property
     def count(self):
@@ -48,13 +52,15 @@ class Model:
 @dataclass
 class State:
     """What changes. Static mode: a step takes dt = 1, so velocities are displacements [m], spins turns [rad].
+    In real time dt (of the last step) and next_dt are in seconds, and masses and inertia are the real ones.
 
     disc (n, 8): x, y, vx, vy, spin, radius, mass, inertia in one record of 64 bytes a disc; load (n, 4):
     contact forces [N] and moment [N m]; weight (n,) mass that gravity acts on [kg/m], for control discs the
     share inside the ring; origin (n, 2) where displacements count from; angle (n,) [rad]. Slots (n, S):
-    partner, kind of pair, normal (compression positive) and shear force [N], reference gap [m], bond state.
+    partner, kind of pair, normal (compression positive) and shear force [N], reference gap [m], bond state,
+    rolling moment [N m], root of the pair's mass for dashpots, parallel bonds.
     counters: list builds, bonds broken in tension, in shear, capped velocities. stone (n,): number of the
-    stone each disc belongs to, -1 for soil; clumps: the stones as rigid bodies.
+    stone each disc belongs to, -1 for soil; clumps: the stones as rigid bodies; walls.
     """
 
     disc: np.ndarray
@@ -73,13 +79,19 @@ class State:
     counters: np.ndarray
     stone: np.ndarray | None = None
     clumps: Clumps | None = None
+    rolled: np.ndarray | None = None
+    root_mass: np.ndarray | None = None
+    parallel: ParallelBonds | None = None
+    walls: Walls | None = None
+    dt: float = 1.0
+    next_dt: float = 1.0
 
     x = property(lambda self: self.disc[:, X : Y + 1], doc="positions (n, 2) [m], a view")
-    v = property(lambda self: self.disc[:, VX : VY + 1], doc="velocities (n, 2) [m/step], a view")
-    spin = property(lambda self: self.disc[:, SPIN], doc="spins (n,) [rad/step], a view")
+    v = property(lambda self: self.disc[:, VX : VY + 1], doc="velocities (n, 2) [m/step or m/s], a view")
+    spin = property(lambda self: self.disc[:, SPIN], doc="spins (n,) [rad/step or rad/s], a view")
     radius = property(lambda self: self.disc[:, RADIUS], doc="radii (n,) [m], a view")
-    mass = property(lambda self: self.disc[:, MASS], doc="masses of the static mode (n,), a view")
-    inertia = property(lambda self: self.disc[:, INERTIA], doc="inertia of the static mode (n,), a view")
+    mass = property(lambda self: self.disc[:, MASS], doc="masses of the motion (n,), a view")
+    inertia = property(lambda self: self.disc[:, INERTIA], doc="inertia of the motion (n,), a view")
     force = property(lambda self: self.load[:, : FY + 1], doc="contact forces (n, 2) [N], a view")
     moment = property(lambda self: self.load[:, MOMENT], doc="contact moments (n,) [N m], a view")
     displacement = property(lambda self: self.x - self.origin, doc="displacements since `origin` (n, 2) [m]")
@@ -127,4 +139,12 @@ def new_state(model, xy, radius, reference_gap=True):
         reference_gap=np.zeros((n, SLOTS)) if reference_gap else None,
         bond_state=np.zeros((n, SLOTS), dtype=np.int8) if law.bond is not None else None,
         counters=np.zeros(4, dtype=np.int64),
+        rolled=np.zeros((n, SLOTS)) if law.rolling is not None else None,
+        root_mass=np.zeros((n, SLOTS)) if law.dashpot is not None else None,
+        parallel=no_parallel_bonds(n, SLOTS) if law.parallel_bond is not None else None,
     )
+
+
+def no_parallel_bonds(n, slots):
+    """Empty history of parallel bonds."""
+    return ParallelBonds(np.zeros((n, slots), dtype=np.int8), *np.zeros((4, n, slots)))

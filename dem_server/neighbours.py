@@ -9,10 +9,12 @@ import numpy as np
 
 from coupler_protocol.jit import jit
 from dem_server.effects.bond import BONDED
+from dem_server.effects.parallel_bond import ParallelBonds
 from dem_server.model import BUILDS
-from dem_server.timestep import set_static_masses
+from dem_server.timestep import set_masses
 
 SKIN = 0.3  # of the smallest radius
+HISTORY = ("bond_state", "reference_gap", "normal", "shear", "rolled")  # fields of State kept from list to list
 CELLS_PER_DISC = 4  # at most: a disc far away must not make the cell grid grow without bound
 
 
@@ -22,29 +24,41 @@ def skin(model):
 
 
 def rebuild(model, state):
-    """Build the list anew, widen the slots if they do not suffice, and recompute the static masses."""
+    """Build the list anew, widen the slots if they do not suffice, and recompute masses and the time step."""
     if not np.isfinite(state.disc).all():
         lost = int(np.flatnonzero(~np.isfinite(state.disc).all(axis=1))[0])
         raise ArithmeticError(f"disc {lost}: position or velocity is no longer a number")
     slots = state.partner.shape[1]
-    old = state.used, state.partner, state.normal, state.shear, state.reference_gap, state.bond_state
+    used, partner, old, bonds = state.used, state.partner, history(state), state.parallel
     while True:
-        state.used = np.zeros_like(old[0])
-        state.partner, state.kind, state.normal, state.shear, state.reference_gap, state.bond_state = (
-            None if a is None else np.zeros((model.count, slots), dtype=a.dtype)
-            for a in (old[1], state.kind, *old[2:])
-        )
-        if list_pairs(
-            state.disc, state.listed_at, state.clumps, model.ring, skin(model), state.used, state.partner
-        ) and carry_over(
-            *old, state.clumps,
-            state.used, state.partner, state.normal, state.shear, state.reference_gap, state.bond_state,
-        ):  # fmt: skip
+        state.used, state.partner = np.zeros_like(used), np.zeros((model.count, slots), dtype=partner.dtype)
+        new, new_bonds = like(old, slots), None if bonds is None else ParallelBonds(*like(bonds, slots))
+        if (
+            list_pairs(state.disc, state.listed_at, state.clumps, model.ring, skin(model), state.used, state.partner)
+            and carry_over(used, partner, *old, state.clumps, state.used, state.partner, *new)
+            and (bonds is None or carry_over(used, partner, *bonds, state.clumps, state.used, state.partner, *new_bonds))
+        ):
             break
         slots += 2
+    for name, array in zip(HISTORY, new, strict=True):
+        setattr(state, name, array)
+    state.parallel = new_bonds
+    state.kind = np.zeros_like(state.partner)
     number_kinds(state.used, state.partner, state.kind, model.material, model.materials)
-    set_static_masses(model, state)
+    if state.root_mass is not None:
+        state.root_mass = np.zeros((model.count, slots))
+    set_masses(model, state)
     state.counters[BUILDS] += 1
+
+
+def history(state):
+    """What the slots remember, in the order of HISTORY, which is that of ParallelBonds too."""
+    return [getattr(state, name) for name in HISTORY]
+
+
+def like(arrays, slots):
+    """Zeros in the place of each array, `slots` wide."""
+    return [None if a is None else np.zeros((len(a), slots), dtype=a.dtype) for a in arrays]
 
 
 @jit
@@ -143,10 +157,13 @@ def find_pair(i, j, used, partner):
 
 @jit
 def carry_over(
-    old_used, old_partner, old_normal, old_shear, old_gap, old_bond, clumps,
-    used, partner, normal, shear, gap, bond,
+    old_used, old_partner, old_bond, old_gap, old_normal, old_shear, old_moment, clumps,
+    used, partner, bond, gap, normal, shear, moment,
 ):  # fmt: skip
-    """Copy what the old slots knew, list bonded pairs that are missing; False if slots are short."""
+    """Copy what the old slots knew, list bonded pairs that are missing; False if slots are short.
+
+    Moments act on the second disc of a pair: where the pair changes hands they change sign.
+    """
     for a in range(len(old_used)):
         for o in range(old_used[a]):
             b = np.int64(old_partner[a, o])
@@ -168,6 +185,8 @@ def carry_over(
                 gap[i, s] = old_gap[a, o]
             if bond is not None:
                 bond[i, s] = old_bond[a, o]
+            if moment is not None:
+                moment[i, s] = old_moment[a, o] if i == a else -old_moment[a, o]
     return True
 
 

@@ -30,6 +30,7 @@ from dem_server import inward
 from dem_server.contacts import contact_forces
 from dem_server.effects import RING, SOIL, Law
 from dem_server.effects.damping import DampingTable
+from dem_server.effects.pairs import Pair
 from dem_server.effects.spring import SpringTable, spring_table
 from dem_server.fields import contacts
 from dem_server.model import RADIUS, Model, new_state
@@ -112,8 +113,8 @@ def in_strips(xy, width):
 
 def smooth_discs(ring_xy, ring_radius, xy, radius, discs):
     """Model and State without friction and bonds, all springs as between two discs of soil."""
-    spring = spring_table([(discs.soil, discs.soil)] * 4, discs.stiffness)
-    law = Law(SpringTable(spring.normal, 0.0 * spring.shear), None, None, DampingTable(0.7))
+    spring = spring_table([Pair(discs.soil, discs.soil)] * 4, discs.stiffness)
+    law = Law(SpringTable(spring.normal, 0.0 * spring.shear), damping=DampingTable(0.7))
     material = np.repeat(np.array([RING, SOIL], dtype=np.int32), (len(ring_xy), len(xy)))
     density = np.full(len(material), discs.soil.density)
     smallest = float(min(ring_radius.min(), discs.radius * (1.0 - discs.spread)))

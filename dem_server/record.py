@@ -33,5 +33,17 @@ def frame(model, state):
         lines["shear_force"] = pairs.shear_force
     if state.bond_state is not None:
         lines["bond_state"] = pairs.bond_state
+    for name, taken in history_fields(state).items():
+        lines[name] = taken.ravel()[pairs.slot]
     ends = np.stack([pairs.disc_a, pairs.disc_b], axis=1)
     return {"points": state.x, "cells": ends, "point_fields": points, "cell_fields": lines}
+
+
+def history_fields(state):
+    """What rolling resistance and parallel bonds keep in the slots, by the name of the field."""
+    fields = {} if state.rolled is None else {"rolling_moment": state.rolled}
+    if state.parallel is not None:
+        bonds = state.parallel
+        fields |= {"parallel_bond_state": bonds.state, "parallel_bond_normal_force": bonds.normal}
+        fields |= {"parallel_bond_shear_force": bonds.shear, "parallel_bond_moment": bonds.moment}
+    return fields

@@ -17,7 +17,7 @@ from coupler_protocol.runfile import peak_memory
 from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
 from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
-from dem_server import balance, energy, insitu, mesostructure, packing, record, restart, run, stones
+from dem_server import balance, bonding, energy, insitu, mesostructure, packing, record, restart, run, stones
 from dem_server.contacts import contact_forces
 from dem_server.model import build_model
 from dem_server.rim import Rim
@@ -127,6 +127,8 @@ class DiscreteSide:
             insitu.forget_breakage(self.state)
         if self.model.law.bond is not None:
             insitu.add_bonds(self.model, self.state)
+        if self.model.law.parallel_bond is not None:
+            bonding.add_parallel_bonds(self.model, self.state)
         self.rim.contacts_changed()
         contact_forces(self.model, self.state)
         self.state.origin[:] = self.state.x

@@ -17,6 +17,7 @@ import numpy as np
 import shapely
 
 from coupler_protocol.interface import polygon_area
+from dem_server.bonding import add_parallel_bonds
 from dem_server.clumps import make_clumps
 from dem_server.contacts import contact_forces
 from dem_server.effects import STONE
@@ -46,7 +47,7 @@ def make(model, state, outlines, body):
         centroid, gyration = np.array([s.centroid for s in shapes]), np.array([s.gyration for s in shapes])
         state.clumps = make_clumps(state.stone, state.x, centroid, gyration)
     else:
-        fasten(state)
+        fasten(model, state)
     rebuild(model, state)
     contact_forces(model, state)
     return model
@@ -62,13 +63,22 @@ def harden(model, state):
     return replace(model, material=material)
 
 
-def fasten(state):
+def fasten(model, state):
     """Bond all near pairs of discs of one stone; pairs that were apart carry no force."""
     pairs = listed_pairs(state)
-    own = (state.stone[pairs.disc_a] >= 0) & (state.stone[pairs.disc_a] == state.stone[pairs.disc_b])
-    apart = own & (pairs.gap >= 0.0) & (pairs.bond_state != BONDED)
-    state.reference_gap.ravel()[pairs.slot[apart]] += pairs.gap[apart]
-    state.bond_state.ravel()[pairs.slot[own]] = BONDED
+    own = of_one_stone(state, pairs)
+    if state.bond_state is not None:
+        own &= model.law.bond.shear[STONE * model.materials + STONE] > 0.0
+        apart = own & (pairs.gap >= 0.0) & (pairs.bond_state != BONDED)
+        state.reference_gap.ravel()[pairs.slot[apart]] += pairs.gap[apart]
+        state.bond_state.ravel()[pairs.slot[own]] = BONDED
+    if state.parallel is not None:
+        add_parallel_bonds(model, state, lambda pairs: of_one_stone(state, pairs))
+
+
+def of_one_stone(state, pairs):
+    """Which pairs (m,) are of discs of one stone."""
+    return (state.stone[pairs.disc_a] >= 0) & (state.stone[pairs.disc_a] == state.stone[pairs.disc_b])
 
 
 def report(model, state, found):

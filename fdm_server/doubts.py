@@ -14,7 +14,9 @@ ASPECT = 5.0  # longest over shortest side of a zone, above: slow and inexact
 
 
 def doubts(scene):
-    """All doubts about the continuum's side: (path, what, remedy)."""
+    """All doubts about the continuum's side: (path, what, remedy); none without a grid."""
+    if scene.grid is None:
+        return []
     grid = build_grid(scene)
     return [*_stiffness(scene), *_overlaps(scene), *_shapes(grid), *_supports(scene, grid), *_restless(scene)]
 

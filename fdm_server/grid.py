@@ -39,7 +39,7 @@ def build_grid(scene):
     elif g.regular:
         mesh = net_mesh(g)
     elif g.fit == "face":
-        mesh = along_face_mesh(g, _levels(scene.material))
+        mesh = along_face_mesh(g, [m.top[0][1] for m in scene.material if m.top is not None and len({y for _, y in m.top}) == 1])
     else:
         mesh = fitted_mesh(g, [m.top for m in scene.material if m.top is not None])
     xy, zones, column, row = mesh

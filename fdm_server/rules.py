@@ -21,6 +21,8 @@ class _Hole(NamedTuple):
 
 def grid_can_be_built(scene):
     """Profile, zone size, regions and boundaries fit together; windows are whole zones, and digs leave no islands."""
+    if scene.grid is None:
+        return
     try:
         grid = build_grid(scene)
     except ValueError as error:

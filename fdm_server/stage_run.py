@@ -1,11 +1,11 @@
 """One stage while it runs: gravity, handover, and when it ends."""
 
 from coupler_protocol import messages
+from coupler_protocol.ending import Ending
 from coupler_protocol.schedule import beginning, leg_of
 from fdm_server import clock
 from fdm_server.band import BandWatch
 from fdm_server.conditions import NOTHING
-from fdm_server.ending import Ending
 from fdm_server.motion import farthest, unbalanced_ratio
 from fdm_server.reactions import reactions
 from fdm_server.safety import check_motion

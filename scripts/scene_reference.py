@@ -63,6 +63,12 @@ EXAMPLES = (
         "rock remembers how it was unloaded: take `over` long enough that twice as long gives the same wall displacement. For a "
         "stress p in all directions use `xx = -p`, `yy = -p` in the four places, or `pressure = p` on inner and outer.",
     ),
+    (
+        "A slide in softening soil",
+        "softening_slide.toml",
+        "Softening, a stage in real time with its own damping, and the ledger of energies. What softens fails in bands one "
+        "zone wide: compare zone sizes. Give `strain` twice as large for zones half as large to keep the energy a band takes.",
+    ),
 )
 
 

@@ -129,7 +129,7 @@ def draw_meshes(found: dict[str, Any]) -> Any:
 def _fitting(xy: np.ndarray) -> tuple[float, float]:
     """Size of a figure [in] for a drawing of equal scales around gridpoints (N, 2)."""
     width, height = np.ptp(xy, axis=0)
-    return 8.0, 1.2 + 6.6 * height / width
+    return 8.0, 1.7 + 6.6 * height / width
 
 
 def _spread_out(xy: np.ndarray) -> np.ndarray:

@@ -222,7 +222,8 @@ def _readable(quantity: Quantity, low: float, high: float) -> dict[str, Any]:
 
 
 def _large_strain(scene: dict[str, Any]) -> bool:
-    return bool(scene.get("grid", {}).get("large_strain")) or any(stage.get("large_strain") for stage in scene.get("stage", ()))
+    always = bool((scene.get("grid") or {}).get("large_strain"))
+    return always or any(stage.get("large_strain") for stage in scene.get("stage", ()))
 
 
 def _strong(force: np.ndarray) -> float:

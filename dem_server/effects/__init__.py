@@ -1,33 +1,41 @@
 """The discs' law: which effects act at a contact and on a disc, in acting order, with their parameters.
 
-A material of the discs is a *grain*: an object with `density`, `spring`, `friction`, `bond` (the last two
-may be None), such as the scene's `discs.soil`. Discs carry the number of their material, contacts the
-number of their *kind of pair* `kind = a * materials + b`, and every effect keeps one array over kinds. None
-stands for an effect that is absent: numba compiles it away, and its arrays are never made.
+A material of the discs is a *grain*: an object with `density`, `spring` and a table for each effect it has (`friction`,
+`bond`, `rolling`, `dashpot`, `parallel_bond`; missing or None: it has not), such as the scene's `discs.soil`. Discs carry
+the number of their material, contacts the number of their *kind of pair* `kind = a * materials + b`, and every effect
+keeps one array over kinds. None stands for an effect that is absent: numba compiles it away, and its arrays are never made.
 """
 
 from typing import NamedTuple
 
 from dem_server.effects.bond import BondTable, bond_table
 from dem_server.effects.damping import DampingTable
+from dem_server.effects.dashpot import DashpotTable, dashpot_table
 from dem_server.effects.friction import FrictionTable, friction_table
+from dem_server.effects.pairs import Pair
+from dem_server.effects.parallel_bond import ParallelBondTable, parallel_bond_table
+from dem_server.effects.rolling import RollingTable, rolling_table
 from dem_server.effects.spring import SpringTable, spring_table
 
 RING, SOIL, STONE = 0, 1, 2  # numbers of the materials
+NAMES = ("ring", "soil", "stone")  # their names in `discs.pair`
 
 
 class Law(NamedTuple):
     """Effects in acting order; None: absent."""
 
     spring: SpringTable
-    friction: FrictionTable | None
-    bond: BondTable | None
-    damping: DampingTable | None
+    friction: FrictionTable | None = None
+    bond: BondTable | None = None
+    rolling: RollingTable | None = None
+    dashpot: DashpotTable | None = None
+    parallel_bond: ParallelBondTable | None = None
+    damping: DampingTable | None = None
 
     @property
     def has_shear(self):
         """Whether any contact can carry a shear force."""
-        return self.friction is not None or self.bond is not None
+        return any(effect is not None for effect in (self.friction, self.bond, self.dashpot, self.parallel_bond))
 
 
 def grains_of(discs, ring=None):
@@ -35,18 +43,30 @@ def grains_of(discs, ring=None):
     return [ring, discs.soil] if discs.stone is None else [ring, discs.soil, discs.stone]
 
 
-def pairs_of(grains):
-    """The two grains of every kind of pair, in the order of `kind`; None takes after its partner."""
+def pairs_of(grains, tables=()):
+    """The Pair of every kind of pair, in the order of `kind`; None takes after its partner.
+
+    tables: the scene's `discs.pair`; each goes before the combination of the two materials it names.
+    """
+    own = {frozenset(table.between): table for table in tables}
     some = next(g for g in grains if g is not None)
-    return [(a or b or some, b or a or some) for a in grains for b in grains]
+    return [
+        Pair(a or b or some, b or a or some, own.get(frozenset((NAMES[i], NAMES[j]))))
+        for i, a in enumerate(grains)
+        for j, b in enumerate(grains)
+    ]
 
 
 def law_from(discs, ring=None):
     """Law of the scene's `discs` table (and its `ring` table, if there is one)."""
-    pairs = pairs_of(grains_of(discs, ring))
+    pairs = pairs_of(grains_of(discs, ring), getattr(discs, "pair", ()))
+    spring = spring_table(pairs, discs.stiffness)
     return Law(
-        spring=spring_table(pairs, discs.stiffness),
+        spring=spring,
         friction=friction_table(pairs),
         bond=bond_table(pairs),
+        rolling=rolling_table(pairs),
+        dashpot=dashpot_table(pairs, spring),
+        parallel_bond=parallel_bond_table(pairs),
         damping=DampingTable(discs.damping.local) if discs.damping is not None else None,
     )

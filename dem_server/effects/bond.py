@@ -14,6 +14,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from coupler_protocol.declare import Effect, quantity
+from dem_server.effects.pairs import by_kind
 
 NONE, BONDED, BROKEN_TENSION, BROKEN_SHEAR = 0, 1, 2, 3  # values of `bond_state`
 
@@ -35,15 +36,18 @@ class BondTable(NamedTuple):
 
 def bond_table(pairs):
     """Table of the kinds of pairs; a disc without a bond table is not bonded to anything. None if none is."""
-    glued = [a.bond is not None and b.bond is not None for a, b in pairs]
-    if not any(glued):
+    found = by_kind(pairs, "bond", weaker)
+    if found is None:
         return None
     return BondTable(
-        tension=np.array([min(a.bond.tension, b.bond.tension) if g else 0.0
-                          for (a, b), g in zip(pairs, glued, strict=True)]),
-        shear=np.array([min(a.bond.shear, b.bond.shear) if g else 0.0
-                        for (a, b), g in zip(pairs, glued, strict=True)]),
+        tension=np.array([table.tension if table else 0.0 for table in found]),
+        shear=np.array([table.shear if table else 0.0 for table in found]),
     )
+
+
+def weaker(a, b):
+    """The smaller strengths of two tables."""
+    return Bond(tension=min(a.tension, b.tension), shear=min(a.shear, b.shear))
 
 
 def bond_after(normal, shear, tensile_strength, shear_strength):

@@ -11,6 +11,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from coupler_protocol.declare import Effect, quantity
+from dem_server.effects.pairs import by_kind
 
 
 class Friction(Effect):
@@ -28,11 +29,10 @@ class FrictionTable(NamedTuple):
 
 def friction_table(pairs):
     """Table of the kinds of pairs; a disc without a friction table is smooth. None if all are."""
-    if all(a.friction is None or b.friction is None for a, b in pairs):
+    found = by_kind(pairs, "friction", lambda a, b: min(a, b, key=lambda table: table.coefficient))
+    if found is None:
         return None
-    return FrictionTable(
-        np.array([min(g.friction.coefficient if g.friction else 0.0 for g in pair) for pair in pairs])
-    )
+    return FrictionTable(np.array([table.coefficient if table else 0.0 for table in found]))
 
 
 def slip_limit(coefficient, normal):

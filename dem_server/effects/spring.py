@@ -40,18 +40,21 @@ def in_series(ka, kb):
 
 
 def spring_table(pairs, stiffness):
-    """Table of the kinds of pairs; `stiffness` says what the scene's values belong to, "disc" or "contact".
+    """Table of the kinds of pairs; `stiffness` says what the grains' values belong to, "disc" or "contact".
 
     Values that belong to the contact come out unchanged between discs of one material: the harmonic mean. A
-    grain without springs takes those of its partner.
+    grain without springs takes those of its partner. Values of a pair's own table are the contact's.
     """
     factor = {"disc": 1.0, "contact": 2.0}[stiffness]
-    some = next(grain.spring for pair in pairs for grain in pair if grain.spring is not None)
-    pairs = [(a.spring or b.spring or some, b.spring or a.spring or some) for a, b in pairs]
-    return SpringTable(
-        normal=np.array([factor * in_series(a.normal, b.normal) for a, b in pairs]),
-        shear=np.array([factor * in_series(a.shear, b.shear) for a, b in pairs]),
-    )
+    grains = (grain for pair in pairs for grain in (pair.a, pair.b))
+    some = next(grain.spring for grain in grains if grain.spring is not None)
+    normal, shear = [], []
+    for pair in pairs:
+        a, b, own = pair.tables("spring")
+        a, b = a or b or some, b or a or some
+        normal.append(own.normal if own else factor * in_series(a.normal, b.normal))
+        shear.append(own.shear if own else factor * in_series(a.shear, b.shear))
+    return SpringTable(np.array(normal), np.array(shear))
 
 
 def normal_force(kn, gap):

@@ -1,7 +1,7 @@
-"""The ground that all trials of one mesh start from: the grid under its weight and surcharges, in elastic equilibrium.
+"""The ground that all trials of one mesh start from: the grid under its weight and loads, in elastic equilibrium.
 
 An elastic equilibrium is one, whatever the way to it, and no trial's outcome depends on the trials before. Windows are
-ignored (the grid alone is computed, in small strain); zones that a scene's excavations take away are gone, its surcharges act.
+ignored (the grid alone is computed, in small strain); zones that a scene's excavations take away are gone.
 """
 
 import copy
@@ -12,15 +12,15 @@ import numpy as np
 
 from coupler_protocol.problems import unfit
 from coupler_protocol.scene import declared_effects
-from coupler_protocol.schedule import plan
 from fdm_server.advance import advance
 from fdm_server.boundary import fixed_components
 from fdm_server.effects import law_from
 from fdm_server.excavation import excavations
+from fdm_server.fos.loading import apply_loads, boundaries, gravity_of, loads
 from fdm_server.fos.reduction import reduced
 from fdm_server.fos.verdict import SPANS_OF_SETTLING
 from fdm_server.grid import build_grid
-from fdm_server.loads import press
+from fdm_server.initial_stress import initial_state
 from fdm_server.model import Model, State, model_of, new_state
 from fdm_server.motion import unbalanced_ratio, update_velocities
 from fdm_server.ring import ANGLES
@@ -29,6 +29,7 @@ from fdm_server.safety import check_motion
 LOOK = 25  # steps between looks at the unbalanced ratio
 SHORTEST = 100  # steps of a span
 SETTLED = 0.1  # of the ratio at which trials rest
+BUDGET, SETTLINGS = 60_000, 8  # steps of a trial, and how many times the steps of settling, where the scene says nothing
 
 
 class Ground(NamedTuple):
@@ -40,6 +41,7 @@ class Ground(NamedTuple):
     settlement: float  # [m] root mean square displacement since zero stress
     steps: int  # from zero stress to the ratio at which trials rest
     span: int  # steps of a span of a trial
+    budget: int  # steps of a trial at most
 
 
 def zone_size(scene):
@@ -63,20 +65,25 @@ def settle(scene, stop=lambda: None, say=lambda steps, ratio: None):
 
     Raises SceneError where the grid cannot be built, nothing can fail or nothing weighs; Unstable where numbers grow.
     """
-    gravity = max((leg.gravity * leg.start for leg in plan(scene)), default=0.0)
-    if gravity == 0.0 and (scene.fos.by == "gravity" or all(stage.surcharge is None for stage in scene.stage)):
+    gravity = gravity_of(scene)
+    if gravity == 0.0 and (scene.fos.by == "gravity" or not any(loads(scene))):
         raise unfit("stage", "nothing loads the ground", "add gravity = 9.81 to the first stage")
     if all(m.mohr_coulomb is None for m in scene.material):
         raise unfit("material", "no material can fail: none has a strength", "add mohr_coulomb = { .. } to a material")
     model = _model(scene, _elastic(scene.material))
     state = new_state(model)
-    _press(scene, model, state)
+    apply_loads(scene, model, state)
     steps = _settle(model, state, gravity, scene.fos.ratio, stop, say)
     settlement = spread(model, state.displacement)
+    if scene.initial_stress is not None:
+        state = initial_state(scene, model)
+        apply_loads(scene, model, state)
+        _settle(model, state, gravity, scene.fos.ratio, stop, say)
     state.velocity[:] = 0.0
     state.displacement[:] = 0.0
     span = max(SHORTEST, LOOK * round(steps / SPANS_OF_SETTLING / LOOK))
-    return Ground(model, state, gravity, settlement, steps, span)
+    budget = scene.fos.steps or max(BUDGET, SETTLINGS * steps)
+    return Ground(model, state, gravity, settlement, steps, span, budget)
 
 
 def begin_trial(scene, ground, factor):
@@ -118,7 +125,7 @@ def damping_of(scene):
 
 def _model(scene, materials):
     grid = build_grid(scene)
-    fixed = fixed_components(grid, scene.boundary)
+    fixed = fixed_components(grid, boundaries(scene))
     dug = np.zeros(len(grid.zones), dtype=np.bool_)
     for mask in excavations(scene, grid, fixed, ()).values():
         dug |= mask
@@ -141,11 +148,3 @@ def _elastic(materials):
     places = (place.partition(".") for place in declared_effects())
     limits = {key: None for table, _, key in places if table == "material" and key != "elastic"}
     return [m.model_copy(update=limits) for m in materials]
-
-
-def _press(scene, model, state):
-    """Apply all surcharges in full."""
-    for stage in scene.stage:
-        if stage.surcharge is not None:
-            ramp = press(model, state, stage.surcharge)
-            state.applied[ramp.nodes] = ramp.end

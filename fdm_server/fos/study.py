@@ -12,6 +12,7 @@ from fdm_server import record
 from fdm_server.fos import bracket as bracketing
 from fdm_server.fos.extrapolation import extrapolate
 from fdm_server.fos.ground import damping_of, settle, with_zone_size, zone_size
+from fdm_server.fos.loading import driven
 from fdm_server.fos.reduction import rules
 from fdm_server.fos.trial import run_trial
 from fdm_server.fos.verdict import criterion
@@ -77,6 +78,7 @@ class Study:
             "settlement": ground.settlement,
             "settling_steps": ground.steps,
             "span": ground.span,
+            "budget": ground.budget,
             "trials": [],
         }
         self.meshes.append(row)
@@ -133,4 +135,5 @@ def ignored(scene):
         found.append("large strain: trials compute in the shape drawn")
     if any(s.time == "real" for s in scene.stage):
         found.append("real time: trials are static")
+    found += [f"velocity of {name!r}: the side is held" for name in driven(scene)]
     return found

@@ -65,7 +65,7 @@ def run_trial(scene, ground, factor, stop=lambda: None, say=lambda steps, ratio:
             steps += ground.span
             stop()
         state.displacement[:] = 0.0
-    while found is None and steps + ground.span <= scene.fos.steps:
+    while found is None and steps + ground.span <= ground.budget:
         start = state.displacement.copy()
         ratios = _steps(model, state, gravity, ground.span, accelerate)
         steps += ground.span

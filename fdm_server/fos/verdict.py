@@ -70,7 +70,6 @@ def criterion(table):
     """The numbers a verdict depends on, for the record; table: [fos] of the scene."""
     return {
         "ratio": table.ratio,
-        "steps": table.steps,
         "still": STILL,
         "least_spans": LEAST,
         "steady": STEADY,

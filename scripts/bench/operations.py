@@ -8,6 +8,7 @@ import ast
 import inspect
 import textwrap
 from collections import Counter
+from itertools import takewhile
 
 KINDS = {ast.Add: "flops", ast.Sub: "flops", ast.Mult: "flops", ast.Div: "divisions"}
 
@@ -50,8 +51,16 @@ def _one(node, names, per, absent):
         if node.func.id == "sqrt":
             found["roots"] += 1
         elif inspect.isfunction(called):
-            found += operations(called, per, inspect.signature(called).parameters)
+            found += operations(called, per, _present(called, node.args, absent))
     return found + _count(ast.iter_child_nodes(node), names, per, absent)
+
+
+def _present(called, given, absent):
+    """Names of the arguments of a called function but those for which the caller gives what is absent itself."""
+    plain = takewhile(lambda argument: not isinstance(argument, ast.Starred), given)
+    pairs = zip(inspect.signature(called).parameters, plain, strict=False)
+    missing = {name for name, argument in pairs if isinstance(argument, ast.Name) and argument.id in absent}
+    return set(inspect.signature(called).parameters) - missing
 
 
 def _of_absent(test, absent):

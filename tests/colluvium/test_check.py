@@ -1,7 +1,9 @@
 """What `colluvium check` says about the continuum's grid and sides."""
 
-from colluvium import check
-from coupler_protocol.scene_reader import read_scene
+import tomllib
+
+from colluvium import check, launch
+from coupler_protocol.scene_reader import build_scene, read_scene
 
 
 def test_counts_and_sides_of_a_scene_without_windows(configs):
@@ -11,3 +13,10 @@ def test_counts_and_sides_of_a_scene_without_windows(configs):
     assert before["sides"] == ["fix on left", "fix on bottom", "stress on outer", "stress on inner"]
     assert opened["sides"] == ["stress on inner"]
     assert before["gravity"] == 0.0
+
+
+def test_scenes_with_boundaries_survive_as_toml(configs):
+    for name in ("hole", "footing", "layered_slope"):
+        scene = read_scene(configs / f"{name}.toml")
+        text = launch.as_toml(scene.model_dump(mode="json", exclude_none=True))
+        assert build_scene(tomllib.loads(text)) == scene

@@ -148,7 +148,7 @@ def test_a_key_with_nothing_alike_is_answered_with_what_is_known(good):
     ("path", "value"),
     [
         (("material", 0, "rolling"), {"coefficient": 0.1}),
-        (("discs", "soil", "rolling"), {"coefficient": 0.1}),
+        (("discs", "soil", "suction"), {"coefficient": 0.1}),
         (("discs", "viscous"), {"normal": 0.1}),
         (("ring",), {"glue": {}}),
     ],

@@ -75,7 +75,7 @@ def test_a_copied_state_goes_on_with_the_same_bits():
     go_on(copy)
     assert state.builds > builds
     for name, value in vars(state).items():
-        assert value is None or value.tobytes() == getattr(copy, name).tobytes(), name
+        assert value is None or np.asarray(value).tobytes() == np.asarray(getattr(copy, name)).tobytes(), name
 
 
 @pytest.mark.parametrize("damped_motion", [False, True])

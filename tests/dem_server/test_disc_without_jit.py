@@ -41,12 +41,54 @@ np.save(sys.argv[3], state.clumps.motion)
 """
 
 
-def run(tmp_path, disable, content):
+ALL_LAWS = """
+import sys
+import numpy as np
+from disc_cases import loose_discs
+from dem_server import balance, cycle, energy
+from dem_server.bonding import add_parallel_bonds
+from dem_server.effects.dashpot import Dashpot
+from dem_server.effects.parallel_bond import ParallelBond
+from dem_server.effects.rolling import Rolling
+from dem_server.walls import make_walls
+
+xy = np.stack(np.meshgrid(np.arange(4.0), np.arange(3.0)), axis=-1).reshape(-1, 2) * 0.0595
+cement = ParallelBond(normal_stiffness=1e9, shear_stiffness=5e8, tension=1.2e5, shear=2e5, radius=0.8)
+model, state = loose_discs(xy, np.full(12, 0.03), True, rolling=Rolling(coefficient=0.2),
+                           dashpot=Dashpot(normal=0.2, shear=0.1), parallel_bond=cement)
+add_parallel_bonds(model, state)
+rng = np.random.default_rng(3)
+static, fast = model, []
+for fraction in (None, 0.3):
+    if fraction:
+        state.walls = make_walls([[-1.0, -0.029, 1.0, -0.0295]], [[0.0, 0.1]], model)
+    model = cycle.in_static_mode(static, state) if fraction is None else cycle.in_real_time(static, state, fraction)
+    state.v[:] = rng.normal(0.0, 1e-5 if fraction is None else 0.3, (12, 2))
+    state.spin[:] = rng.normal(0.0, 1e-4 if fraction is None else 5.0, 12)
+    fast.append(cycle.advance(model, state, 9.81, 60))
+print(balance.unbalanced_ratio(model, state, 9.81), state.counters.tolist())
+np.save(sys.argv[1], np.column_stack([state.disc, state.load, state.shear, state.rolled, state.root_mass, *state.parallel]))
+walls = [*state.walls.force[0], *state.walls.normal.sum(0), *state.walls.rolled.sum(0)]
+np.save(sys.argv[3], [*fast, *walls, energy.kinetic(model, state), energy.stored(model, state)])
+"""
+
+
+def run(tmp_path, disable, content, script=SCRIPT):
     out, bodies = tmp_path / f"state{disable}.npy", tmp_path / f"bodies{disable}.npy"
-    environment = {"NUMBA_DISABLE_JIT": disable, "PYTHONPATH": str(Path(__file__).parent)}
-    command = [sys.executable, "-c", SCRIPT, out, content, bodies]
+    here = Path(__file__).parent
+    environment = {"NUMBA_DISABLE_JIT": disable, "PYTHONPATH": os.pathsep.join([str(here), str(here.parent / "physics")])}
+    command = [sys.executable, "-c", script, out, content, bodies]
     done = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True)
     return done.stdout.split(), np.load(out), np.load(bodies)
+
+
+def test_compiled_equals_interpreted_with_every_law(tmp_path):
+    (ratio, *counts), plain, sums = run(tmp_path, "1", "", ALL_LAWS)
+    (compiled_ratio, *compiled_counts), compiled, compiled_sums = run(tmp_path, "0", "", ALL_LAWS)
+    assert counts == compiled_counts
+    assert any(int(word.strip("[],")) > 0 for word in counts[1:3])  # some bonds broke on the way
+    np.testing.assert_allclose([float(compiled_ratio), *compiled_sums], [float(ratio), *sums], rtol=1e-9)
+    assert (np.abs(compiled - plain) <= 1e-9 * np.abs(plain).max(axis=0)).all()
 
 
 @pytest.mark.parametrize("content", ["0.3", "0.5"], ids=["largest first", "grown"])

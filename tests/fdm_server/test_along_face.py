@@ -5,9 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from coupler_protocol.scene_reader import read_scene
 from fdm_server.along_face import along_face_mesh
 from fdm_server.edges import boundary_edges
-from fdm_server.grid import areas
+from fdm_server.grid import areas, build_grid
 
 PROFILES = {
     "slope": [(0, 5), (10, 5), (20, 15), (35, 15)],
@@ -52,8 +53,18 @@ def test_every_zone_has_four_corners_and_level_sides(name):
     assert np.all(np.lexsort((column, row)) == np.arange(len(zones)))
 
 
-def test_rows_follow_the_tops_of_materials():
+def test_rows_follow_the_level_tops_of_materials():
     assert 7.3 in mesh(PROFILES["slope"], levels=[7.3])[0][:, 1]
+
+
+def test_the_scene_asks_for_it(configs):
+    """fit = "face" in a scene, with a material whose level top becomes a line of the net."""
+    scene = read_scene(configs / "dawson_slope.toml")
+    rock = scene.material[0].model_copy(update={"name": "rock", "top": [(0.0, 2.1)]})
+    grid = build_grid(scene.model_copy(update={"material": [*scene.material, rock]}))
+    assert not grid.triangular.any()
+    assert np.any(np.isclose(grid.xy[:, 1], 2.1))
+    assert areas(grid.xy, grid.zones)[grid.material == 1].sum() == pytest.approx(2.1 * 35.0)
 
 
 @pytest.mark.parametrize(("profile", "words"), [

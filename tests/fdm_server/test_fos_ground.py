@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from coupler_protocol.boundary_tables import Boundary
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene_reader import read_scene
 from fdm_server.fos.ground import begin_trial, damping_of, settle, with_zone_size
@@ -44,6 +45,30 @@ def test_surcharges_act_from_the_start(ground, configs):
 
     load = {"name": "load", "kind": "surcharge", "surcharge": Surcharge(x=(22.0, 30.0), pressure=50e3), "gravity": None}
     assert weight(ground(stage=load)[1]) - weight(ground()[1]) == pytest.approx(8 * 50e3, rel=2e-3)
+
+
+def test_loads_of_boundaries_act_from_the_start(ground):
+    """A pressure at the crest, given for a later stage: the same force on the bottom as a surcharge."""
+    load = {"name": "load", "kind": "load", "gravity": None, "boundary": [Boundary(on="top", x=(22.0, 30.0), pressure=50e3)]}
+    assert weight(ground(stage=load)[1]) - weight(ground()[1]) == pytest.approx(8 * 50e3, rel=2e-3)
+
+
+def test_driven_sides_hold(ground):
+    drive = {"name": "push", "kind": "load", "gravity": None, "boundary": [Boundary(on="left", velocity={"x": 1e-5})]}
+    scene, found = ground(stage=drive)
+    assert found.model.fixed[found.model.grid.xy[:, 0] == 0.0, 0].all()
+    assert ignored(scene) == ["velocity of 'left': the side is held"]
+
+
+def test_initial_stress_is_what_the_start_goes_out_from(ground):
+    """Locked-in horizontal stress between the sides stays; the weight on the bottom is the same."""
+    _, plain = ground()
+    _, found = ground("initial_stress.xx=-200e3", "initial_stress.zz=-200e3")
+    side = found.model.grid.xy[:, 0] == 0.0
+    more = found.state.force[side, 0].sum() - plain.state.force[side, 0].sum()
+    assert more == pytest.approx(-5.0 * 200e3, rel=0.2)  # and a part of what the slope above the toe was under
+    assert weight(found) == pytest.approx(weight(plain), rel=1e-3)
+    assert (found.steps, found.span, found.settlement) == (plain.steps, plain.span, plain.settlement)
 
 
 def test_excavations_are_dug(ground):

@@ -5,8 +5,11 @@ import pytest
 from grid_cases import material, slope
 
 from coupler_protocol import team
+from fdm_server import clock
 from fdm_server.advance import advance
 from fdm_server.blocks import LANES
+from fdm_server.effects.damping import Damping
+from fdm_server.effects.softening import Softening
 from fdm_server.grid import build_grid
 from fdm_server.model import build_model, new_state
 from fdm_server.motion import update_velocities
@@ -57,6 +60,28 @@ def test_two_and_three_threads_give_the_bits_of_one(box, large_strain):
         other = moved(box, threads, large_strain)
         for name in ("velocity", "displacement", "force", "stress", "plastic", "corner_force"):
             assert np.array_equal(getattr(one, name), getattr(other, name)), name
+
+
+@pytest.mark.parametrize("damping", [{"combined": 0.5}, {"rayleigh": {"fraction": 0.1, "frequency": 10.0}}])
+def test_softening_and_all_kinds_of_damping_have_the_bits_of_one_thread(box, damping):
+    found = []
+    for threads in (1, 2):
+        team.set_size(threads)
+        box[0].material[0].softening = Softening(strain=[1e-5, 1e-3], cohesion=[2e4, 0.0], friction=[25.0, 20.0])
+        model = build_model(*box)
+        state = new_state(model)
+        model = clock.begin(model, state, Damping(**damping), 0.5 if "rayleigh" in damping else None)
+        motion = np.random.default_rng(3).uniform(-1, 1, state.velocity.shape)
+        state.velocity[:] = np.where(model.fixed, 0.0, 1e-3 * motion / clock.seconds(state))
+        for _ in range(STEPS):
+            update_velocities(model, state, 9.81)
+            advance(model, state)
+        found.append(state)
+    box[0].material[0].softening = None
+    one, two = found
+    assert one.plastic_shear.max() > 1e-5
+    for name in ("velocity", "displacement", "force", "stress", "plastic_shear"):
+        assert np.array_equal(getattr(one, name), getattr(two, name)), name
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])

@@ -68,7 +68,7 @@ def run(tmp_path, disable, case):
     return float(ratio), int(yielded), np.load(out)
 
 
-CASES = ["local small", "local large", "softening small", "softening large", "rayleigh small", "ledger small"]
+CASES = ["local small", "local large", "softening small", "softening large", "rayleigh small", "rayleigh large", "ledger small"]
 
 
 @pytest.mark.parametrize("case", CASES)

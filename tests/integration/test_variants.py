@@ -117,3 +117,24 @@ def test_locate_can_be_discarded(compute):
     run = compute(change, "located")
     np.testing.assert_array_equal(run.zones(-1).stress, kept.zones(-1).stress)
     assert run.zones(run.last_frame("locate")).stress[:, 1].min() < 1.5 * kept.zones(-1).stress[:, 1].min()
+
+
+def test_discs_with_every_law_couple_and_say_what_they_keep(compute):
+    laws = {
+        "rolling": {"coefficient": 0.1},
+        "dashpot": {"normal": 0.1, "shear": 0.1},
+        "parallel_bond": {"normal_stiffness": 1e9, "shear_stiffness": 4e8, "tension": 1e6, "shear": 1e6, "radius": 0.8},
+    }
+
+    def change(data):
+        data["discs"]["soil"] |= laws
+        data["discs"]["pair"] = [{"between": ["soil", "ring"], "rolling": {"coefficient": 0.0}}]
+
+    run = compute(change)
+    assert run.info["stages"][-1]["ended_by"].startswith("ratio")
+    discs, contacts = run.discs(-1), run.contacts(-1)
+    assert (contacts.parallel_bond_state == 1).mean() > 0.9
+    assert np.abs(contacts.parallel_bond_moment).max() > 0.0
+    at_ring = (discs.control[contacts.ends] == 1).any(axis=1)
+    assert not contacts.rolling_moment[at_ring].any()
+    assert np.abs(contacts.rolling_moment[~at_ring]).max() > 0.0

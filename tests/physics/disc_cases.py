@@ -21,6 +21,9 @@ def soil_discs(**changes):
         "spring": Spring(normal=5.0e7, shear=2.0e7),
         "friction": Friction(coefficient=MU),
         "bond": Bond(tension=1.5e3, shear=3.5e3),
+        "rolling": None,
+        "dashpot": None,
+        "parallel_bond": None,
     }
     table = {"stiffness": "disc", "damping": Damping(local=0.7), "stone": None}
     for key, value in changes.items():
@@ -35,6 +38,15 @@ def loose_discs(xy, radius, bonded=False, **changes):
     contact_forces(model, state)
     if bonded:
         state.bond_state[np.arange(state.partner.shape[1]) < state.used[:, None]] = BONDED
+    return model, state
+
+
+def with_held(held_xy, held_radius, xy, radius, **changes):
+    """Model and State of free discs at `xy` (m, 2) and of held ones, which come first; contacts found."""
+    packing = SimpleNamespace(xy=np.asarray(xy, dtype=float), radius=np.asarray(radius, dtype=float))
+    held = np.asarray(held_xy, dtype=float), np.asarray(held_radius, dtype=float)
+    model, state = build_model(*held, packing, soil_discs(**changes), insitu=False)
+    contact_forces(model, state)
     return model, state
 
 

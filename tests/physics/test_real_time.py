@@ -87,10 +87,10 @@ def test_pulses_run_at_their_speed(axis, c, large):
     assert phase[0] / (k[1] * steps * state.dt) == pytest.approx(c, rel=1e-3)
 
 
-def tip_motion(zones, periods, damping=UNDAMPED, factor=0.5):
+def tip_motion(zones, periods, damping=UNDAMPED, factor=0.5, large=False):
     """Times and displacements of the free end of a bar of 10 m, drawn out in its first mode and let go."""
     h = 10.0 / zones
-    model, state = row(zones, h, 0, held=[0.0], damping=damping, factor=factor)
+    model, state = row(zones, h, 0, held=[0.0], damping=damping, factor=factor, large=large)
     displace(model, state, 1e-5 * np.sin(0.05 * pi * model.grid.xy[:, 0]))
     tip = np.argmax(model.grid.xy[:, 0])
     motion = [state.displacement[tip, 0]]
@@ -142,12 +142,13 @@ def test_local_damping_takes_the_same_share_of_every_half_period(kind):
     np.testing.assert_allclose(peaks[1:6] / peaks[:5], sqrt((1 - alpha) / (1 + alpha)), rtol=5e-3)
 
 
+@pytest.mark.parametrize("large", [False, True])
 @pytest.mark.parametrize("part", ["mass", "stiffness", "both"])
-def test_rayleigh_damping_has_its_fraction_at_its_frequency(part):
+def test_rayleigh_damping_has_its_fraction_at_its_frequency(part, large):
     """Logarithmic decrement 2 pi xi/sqrt(1 - xi^2); one zone: w^2 = 2 M/(rho h^2)."""
     xi, w = 0.05, sqrt(2 * M / DENSITY) / 10.0
     table = RayleighTable(fraction=xi, frequency=w / (2 * pi), part=part)
-    t, u = tip_motion(1, 5, Damping(rayleigh=table), factor=0.02)
+    t, u = tip_motion(1, 5, Damping(rayleigh=table), factor=0.02, large=large)
     peaks = amplitudes(t, u)
     decrement = 2 * log(peaks[0] / peaks[6]) / 6
     assert decrement == pytest.approx(2 * pi * xi / sqrt(1 - xi**2), rel=1e-2)
@@ -173,6 +174,32 @@ def test_stiffness_damping_shortens_the_step_and_it_stays_stable():
     for _ in range(2000):
         step(model, state)
     assert np.abs(state.velocity).max() < first
+
+
+@pytest.mark.parametrize("angle", [0.0, 27.0, 45.0])
+def test_a_zone_breathes_at_its_frequency_in_any_direction(angle):
+    """A free square zone of side h, a quarter of rho h^2 at each corner, corners displaced by a (+-1, +-1): it stores
+    (K + G/3)(4 a/h)^2 h^2/2, rho h^2 a'^2 moves, so w^2 = 8 (K + G/3)/(rho h^2); leap-frog: sin(w' dt/2) = w dt/2."""
+    a = np.radians(angle)
+    R = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+    scene = box(2.0, 2.0, 2.0, soil())
+    grid = build_grid(scene)
+    model = build_model(scene, grid._replace(xy=(grid.xy - 1.0) @ R.T))
+    state = new_state(model)
+    model = clock.begin(model, state, UNDAMPED, 0.5)
+    state.velocity[:] = 1e-6 * model.grid.xy / state.dt
+    advance(model, state)
+    state.velocity[:] = 0.0
+    start, motion = state.displacement.copy(), [1.0]
+    for _ in range(2000):
+        step(model, state)
+        motion.append(np.sum(state.displacement * start) / np.sum(start**2))
+    shape = state.displacement - motion[-1] * start
+    assert np.abs(shape).max() < 1e-9 * np.abs(start).max()
+    zero = crossings(np.arange(2001) * state.dt, np.array(motion))
+    w = sqrt(8 * (PAPER.bulk + PAPER.shear / 3) / DENSITY) / 2.0
+    law = 2 / state.dt * np.arcsin(w * state.dt / 2)
+    assert pi * (len(zero) - 1) / (zero[-1] - zero[0]) == pytest.approx(law, rel=1e-5)
 
 
 def test_free_fall_is_that_of_a_stone():

@@ -96,7 +96,7 @@ def turn(steps):
             now[:] = centre + (was - centre) @ M
         clumps.motion[:, 4], clumps.motion[:, 5], state.spin[10:] = 0.5 * np.pi / steps, angle, 0.5 * np.pi / steps
         for k in range(2):
-            place_members(k, clumps, state.disc, state.angle)
+            place_members(k, clumps, state.disc, state.angle, 1.0)
         contact_forces(model, state)
     pairs = listed_pairs(state)
     assert len(pairs.slot) == len(before) >= 4

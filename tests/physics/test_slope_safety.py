@@ -1,7 +1,10 @@
 """Factors of safety by strength reduction on coarse meshes: published slopes, and the trials close to the factor found."""
 
+from math import pi
+
 import pytest
 
+from coupler_protocol.boundary_tables import Boundary
 from coupler_protocol.scene_reader import read_scene
 from fdm_server.fos.bracket import search
 from fdm_server.fos.ground import settle, with_zone_size
@@ -51,7 +54,7 @@ def test_one_per_cent_off_is_told_apart(found, name, size):
     ground, bracket, scene = found(name, size)
     below, above = (run_trial(scene, ground, share * bracket.middle) for share in (0.99, 1.01))
     assert (below.verdict, above.verdict) == (RESTS, FAILS)
-    assert max(below.steps, above.steps) < 0.5 * scene.fos.steps
+    assert max(below.steps, above.steps) < 0.5 * ground.budget
 
 
 def test_stiffness_does_not_matter(found):
@@ -75,3 +78,22 @@ def test_gravity_of_frictionless_ground(found):
     _, strength, _ = found("dawson_slope", 10 / 8, *tresca)
     _, gravity, _ = found("dawson_slope", 10 / 8, *tresca, 'fos.by="gravity"')
     assert gravity.middle == pytest.approx(strength.middle, rel=0.004)
+
+
+def test_under_the_gravity_at_collapse_the_factor_of_safety_is_one(found):
+    """Two searches of different kinds agree where they must, with friction, without dilation, with a tension cut-off."""
+    _, gravity, _ = found("paper_slope", 2 / 3, 'fos.by="gravity"', "fos.bracket=[7.0,10.0]")
+    heavy = f"stage.0.gravity={9.81 * gravity.middle}"
+    _, strength, _ = found("paper_slope", 2 / 3, heavy, "fos.bracket=[0.9,1.1]")
+    assert strength.middle == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_flexible_strip_on_clay_without_weight(configs):
+    """A pressure of (2 + pi) c/1.2 on Tresca clay, no gravity: factor of safety 1.2 (Prandtl 1921), more on a mesh."""
+    scene = with_zone_size(read_scene(configs / "footing.toml"), 0.25)
+    pressure = (2.0 + pi) * scene.material[0].mohr_coulomb.cohesion / 1.2
+    stage = scene.stage[0].model_copy(update={"boundary": [Boundary(on="top", x=(0.0, 1.0), pressure=pressure)]})
+    scene = scene.model_copy(update={"stage": [stage]})
+    ground = settle(scene)
+    bracket = search(lambda f: run_trial(scene, ground, f).verdict, (1.0, 1.5), 0.005)
+    assert 1.19 < bracket.middle < 1.25

@@ -41,7 +41,6 @@ def test_narrower_brackets_are_narrower_and_dearer(rows):
     found = curve(rows[0], "Dawson", "bracket")
     assert [r["error"] for r in found] == sorted((r["error"] for r in found), reverse=True)
     assert [r["trials"] for r in found] == sorted(r["trials"] for r in found)
-    assert all(r["error"] <= 0.5 * r["parameter"] or r["trials"] > 8 for r in found)
 
 
 def test_the_section_says_how_to_read_it(rows):

@@ -69,3 +69,13 @@ def _outer(a, effect):
             a[i + t] = _inner(a[i], 2.0)
         if effect is not None:
             a[i] = sqrt(a[i] + effect)  # noqa: F821
+
+
+def test_what_is_absent_in_a_caller_is_absent_in_what_it_calls(bench):
+    from bench.operations import operations
+
+    from fdm_server.stress import limit
+
+    laws = ("mohr_coulomb", "tension")
+    assert operations(limit, present=laws)["roots"] == 8
+    assert operations(limit, present=(*laws, "softens"))["roots"] == 12  # those of plastic shear strain

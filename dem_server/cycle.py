@@ -1,0 +1,111 @@
+"""Many steps of the discs at one crossing into compiled code, and the guard of the real-time mode.
+
+Nothing is capped in real time. Where a body would move by more than a tenth of the smallest radius in a step, the step is
+halved; a step below a thousandth of what stability asks for ends the run: the discs fly apart.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from coupler_protocol.jit import jit
+from dem_server import contacts, motion, walls
+from dem_server.contacts import contact_forces, force_pass
+from dem_server.model import SPIN, VX
+from dem_server.motion import move
+from dem_server.neighbours import rebuild
+from dem_server.timestep import stable_step
+from dem_server.walls import move_walls, wall_pass
+
+SHORTEST = 1e-3  # of the stable step: no shorter one is tried
+
+
+def in_real_time(model, state, fraction):
+    """The model in real time, steps of `fraction` of the stable one; discs that moved in static mode come to rest first.
+
+    Velocities are then those of this moment, not of half a step before: the first kick takes half a step.
+    """
+    before, model = model.real_time, replace(model, real_time=fraction)
+    if before is None:
+        stop(state)
+        state.dt = 0.0
+    state.next_dt = np.inf
+    rebuild(model, state)
+    return model
+
+
+def in_static_mode(model, state):
+    """The model in static mode, steps of 1; discs that moved in real time come to rest first."""
+    before, model = model.real_time, replace(model, real_time=None)
+    if before is not None:
+        stop(state)
+        state.dt = state.next_dt = 1.0
+    rebuild(model, state)
+    return model
+
+
+def stop(state):
+    """Bring all discs and clumps to rest."""
+    state.disc[:, VX : SPIN + 1] = 0.0
+    if state.clumps is not None:
+        state.clumps.motion[:, VX : SPIN + 1] = 0.0
+
+
+def advance(model, state, gravity, steps):
+    """`steps` steps of motion and contact forces under `gravity` [m/s2]; returns the time they took [s].
+
+    Raises ArithmeticError where the step of the real-time mode would have to become too short.
+    """
+    time = 0.0
+    while steps > 0:
+        kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
+        state.dt = dt
+        done, fast, fresh = cycle(
+            steps, kick, *motion.arguments(model, state, gravity), *contacts.arguments(model, state)[2:],
+            *walls.arguments(model, state)[:3],
+        )  # fmt: skip
+        steps -= done
+        time += done * dt
+        if not fresh:
+            contact_forces(model, state)
+        if fast > 0 and model.real_time is not None:
+            shorten(model, state)
+    return time
+
+
+def shorten(model, state):
+    """Halve the next step of the real-time mode; raises ArithmeticError where it gets too short."""
+    state.next_dt *= 0.5
+    if state.next_dt < SHORTEST * stable_step(model, state):
+        quickest = float(np.hypot(*state.v[model.ring :].T).max())
+        raise ArithmeticError(f"a disc moves at {quickest:.3g} m/s: too fast for any sensible time step")
+
+
+@jit
+def cycle(
+    steps, kick, disc, load, weight, angle, counters, damping, clumps, first, gravity, fastest, cap,
+    listed_at, used, partner, kind, normal, shear, reference_gap, bond_state, rolled, root_mass, parallel,
+    same_counters, spring, friction, bond, rolling, dashpot, parallel_bond, skin, dt,
+    walls, material, materials,
+):  # fmt: skip
+    """Kernel of `advance`: steps done, bodies that were too fast in the last, whether its contact forces are known.
+
+    It ends early if the list is out of date or, without `cap`, a body is too fast.
+    """
+    fast, fresh, step = 0, True, 0
+    while step < steps and fresh and (fast == 0 or cap):
+        fast = move(
+            disc, load, weight, angle, counters, damping, clumps, first, gravity, fastest, cap, kick, dt
+        )
+        if walls is not None:
+            move_walls(walls, dt)
+        fresh = force_pass(
+            disc, load, listed_at, used, partner, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
+            parallel, same_counters, spring, friction, bond, rolling, dashpot, parallel_bond, skin, dt,
+        )  # fmt: skip
+        if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if fresh:
+                wall_pass(disc, load, dt, walls, material, materials, clumps, spring, friction, rolling, dashpot)
+        kick = dt
+        step += 1
+    return step, fast, fresh

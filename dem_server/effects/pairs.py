@@ -1,0 +1,31 @@
+"""Two materials that meet at a contact, and what the scene says about the two together.
+
+Every effect has a rule that combines the tables of two grains. A table of `discs.pair` for the two goes before
+that rule: its values are those of the contact itself.
+"""
+
+from typing import Any, NamedTuple
+
+
+class Pair(NamedTuple):
+    """Grains `a` and `b` of a contact, and `own`: their table of `discs.pair`, or None."""
+
+    a: Any
+    b: Any
+    own: Any = None
+
+    def tables(self, effect):
+        """Tables (of a, of b, of the pair) of the effect with this name; None where there is none."""
+        return tuple(getattr(owner, effect, None) for owner in self)
+
+
+def by_kind(pairs, effect, combine):
+    """What each kind of pair gets: the pair's own table, or `combine(a, b)` of both grains' tables, or None.
+
+    Returns None instead of a list if no kind of pair has anything.
+    """
+    found = []
+    for pair in pairs:
+        a, b, own = pair.tables(effect)
+        found.append(own if own is not None else combine(a, b) if a is not None and b is not None else None)
+    return found if any(table is not None for table in found) else None

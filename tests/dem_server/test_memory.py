@@ -1,0 +1,48 @@
+"""An effect that is off takes no memory, one that is on takes what its history needs."""
+
+import numpy as np
+import pytest
+from disc_cases import loose_discs
+
+from dem_server import neighbours
+from dem_server.effects.bond import Bond
+from dem_server.effects.dashpot import Dashpot
+from dem_server.effects.friction import Friction
+from dem_server.effects.parallel_bond import ParallelBond
+from dem_server.effects.rolling import Rolling
+
+COUNT, SLOTS = 20, 6
+SPRING_ALONE = {"friction": None, "bond": None}
+TABLES = {
+    "friction": Friction(coefficient=0.5),
+    "bond": Bond(tension=1.0, shear=1.0),
+    "rolling": Rolling(coefficient=0.1),
+    "dashpot": Dashpot(normal=0.1),
+    "parallel_bond": ParallelBond(normal_stiffness=1e9, shear_stiffness=1e9, tension=1.0, shear=1.0),
+}
+
+
+def in_slots(**tables):
+    """Bytes a slot after a rebuild of the list."""
+    model, state = loose_discs(np.outer(np.arange(COUNT), [0.06, 0.0]), np.full(COUNT, 0.03), **SPRING_ALONE | tables)
+    neighbours.rebuild(model, state)
+    slots = [a for a in vars(state).values() if isinstance(a, np.ndarray) and a.shape == (COUNT, SLOTS)]
+    slots += [] if state.parallel is None else list(state.parallel)
+    return sum(a.nbytes for a in slots) / (COUNT * SLOTS)
+
+
+BASE = 4 + 4 + 8 + 8  # partner, kind, normal force, reference gap
+
+
+@pytest.mark.parametrize(
+    ("effect", "history"),
+    [("friction", 8), ("bond", 8 + 1), ("rolling", 8), ("dashpot", 8 + 8), ("parallel_bond", 8 + 1 + 4 * 8)],
+)
+def test_bytes_of_each_effect(effect, history):
+    """All that can shear share one array of 8 bytes a slot."""
+    assert in_slots() == BASE
+    assert in_slots(**{effect: TABLES[effect]}) == BASE + history
+
+
+def test_bytes_of_all():
+    assert in_slots(**TABLES) == BASE + 8 + 1 + 8 + 8 + 33

@@ -1,0 +1,193 @@
+"""Scenes without a grid, from the scene to the files: laboratory cases with closed forms, piles, restart, refusals."""
+
+import json
+
+import numpy as np
+import pytest
+
+from colluvium import launch
+from colluvium.inprocess import run
+from colluvium.results import open_run
+from coupler_protocol.checkpoint import load
+from coupler_protocol.exits import PHYSICS, PhysicsFailed
+from coupler_protocol.plugin import Plugin
+from coupler_protocol.problems import SceneError
+from coupler_protocol.restart import Origin
+from coupler_protocol.scene_reader import build_scene
+
+G, R = 9.81, 0.03
+SOIL = {"density": 2000.0, "spring": {"normal": 5.0e7, "shear": 2.0e7}, "friction": {"coefficient": 0.55}}
+GROUND = {"ends": [[-2.0, 0.0], [4.0, 0.0]]}
+
+
+def scene_of(stages, window=True, stones=None, **discs):
+    """A scene of discs alone: a small block, or what `file` holds."""
+    data = {
+        "format": 1,
+        "seed": 3,
+        "record": {"every": 500, "history": 20},
+        "discs": {"radius": 0.05, "confinement": 5e3, "soil": SOIL} | discs,
+        "stage": [{"name": "fill"}, *stages],
+    }
+    if window:
+        data["window"] = [{"name": "block", "polygon": [[0.0, 0.0], [0.0, 0.9], [0.9, 0.9], [0.9, 0.0]]}]
+    return data | ({"stones": stones} if stones else {})
+
+
+def csv(path, rows, head="x,y,radius,vx,vy,spin"):
+    path.write_text("\n".join([head, *(",".join(map(repr, map(float, row))) for row in rows)]) + "\n", encoding="utf-8")
+    return str(path)
+
+
+def computed(data, out):
+    out.mkdir()
+    run(build_scene(data), out)
+    return open_run(out)
+
+
+def test_restitution_from_a_scene(tmp_path):
+    """No tension, beta = .1: e = .7441."""
+    file = csv(tmp_path / "two.csv", [[0.0, 0.0, R, 0.5, 0.0, 0.0], [2.0 * R, 0.0, R, -0.5, 0.0, 0.0]])
+    soil = SOIL | {"dashpot": {"normal": 0.1}}
+    stage = {"name": "hit", "kind": "discs", "time": "real", "until": {"time": 2e-3}, "step_factor": 1e-4}
+    with computed(scene_of([stage], window=False, file=file, soil=soil), tmp_path / "run") as found:
+        v = found.discs(-1).velocity
+        assert v[1, 0] - v[0, 0] == pytest.approx(0.7441, abs=1e-4)
+        assert found.info["stages"][1]["time"] == pytest.approx(2e-3, rel=1e-3)
+
+
+@pytest.mark.parametrize(("friction", "expected"), [(0.3, 3.27), (0.1, 4.0554)])
+def test_incline_from_a_scene(tmp_path, friction, expected):
+    """A wall of 30 degrees; the way between two frames of equal distance in steps."""
+    slope = np.radians(30.0)
+    normal, along = np.array([np.sin(slope), np.cos(slope)]), np.array([np.cos(slope), -np.sin(slope)])
+    press = 2000.0 * np.pi * R**2 * G * np.cos(slope) / 2.5e7
+    file = csv(tmp_path / "one.csv", [[*((R - press) * normal), R]], "x,y,radius")
+    wall = {"ends": [(-along).tolist(), (3.0 * along).tolist()]}
+    stage = {"name": "run", "kind": "discs", "time": "real", "gravity": G, "until": {"steps": 4000}}
+    data = scene_of([stage], window=False, file=file, wall=[wall], soil=SOIL | {"friction": {"coefficient": friction}})
+    data["record"]["every"] = 2000
+    with computed(data, tmp_path / "run") as found:
+        way = [np.hypot(*found.discs(frame).displacement[0]) for frame in (-2, -1)]
+        dt = found.info["stages"][1]["time_step"]
+    assert (way[1] - 2.0 * way[0]) / (2000 * dt) ** 2 == pytest.approx(expected, rel=1e-4)
+
+
+PILE = [
+    {"name": "settle", "kind": "discs", "gravity": G, "damping": {"local": 0.7}, "until": {"ratio": 1e-3, "steps": 60000}},
+    {"name": "shake", "kind": "discs", "time": "real", "until": {"time": 0.01}},
+    {"name": "rest", "kind": "discs", "damping": {"local": 0.7}, "until": {"steps": 200}},
+]
+WALLS = [GROUND, {"ends": [[0.0, 0.0], [0.0, 3.0]]}, {"ends": [[0.9, 0.0], [0.9, 3.0]]}]
+
+
+@pytest.fixture(scope="module")
+def pile(tmp_path_factory):
+    out = tmp_path_factory.mktemp("pile") / "run"
+    data = scene_of(PILE, wall=WALLS)
+    computed(data, out).close()
+    return data, out
+
+
+def test_a_pile_between_walls_comes_to_rest(pile):
+    _, out = pile
+    with open_run(out) as found:
+        assert found.info["exit_code"] == 0
+        settled = found.info["stages"][1]
+        assert settled["ended_by"].startswith("ratio")
+        last = max(i for i, frame in enumerate(found.frames) if frame.stage == "settle")
+        discs = found.discs(last)
+        weight = 2000.0 * np.pi * (discs.radius**2).sum() * G
+        steps, force = found.history("wall_force_y", 1)
+        assert -force[steps <= found.frames[last].step][-1] == pytest.approx(weight, rel=1e-2)
+        assert (discs.xy[:, 0] > 0.8 * discs.radius).all()
+        assert (discs.xy[:, 1] > 0.8 * discs.radius).all()
+        for name in ("kinetic_energy", "elastic_energy", "weight_energy", "time"):
+            assert np.isfinite(found.history(name, 1)[1]).all()
+
+
+def test_going_on_from_a_stage_gives_the_same_bits(pile, tmp_path):
+    data, out = pile
+    run(build_scene(data), tmp_path, origin=Origin(out, "settle"))
+    for stage in ("shake", "rest"):
+        one, other = (load(folder / f"dem.rank1.{stage}.h5")[0]["discs"] for folder in (out, tmp_path))
+        for name in ("disc", "load", "shear"):
+            assert one[name].tobytes() == other[name].tobytes()
+        assert one["walls"]["shear"].tobytes() == other["walls"]["shear"].tobytes()
+
+
+def test_a_process_of_its_own_gives_the_same_bits(pile, tmp_path):
+    data, out = pile
+    scene = build_scene(data)
+    path = tmp_path / "scene.toml"
+    path.write_text(launch.as_toml(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")
+    assert launch.run_files(path, tmp_path / "run", launch.windows_of(scene), ["--quiet"]) == 0
+    one, other = (load(folder / "dem.rank1.rest.h5")[0]["discs"]["disc"] for folder in (out, tmp_path / "run"))
+    assert one.tobytes() == other.tobytes()
+
+
+def test_a_plugin_is_called(tmp_path):
+    seen = []
+    plugin = Plugin("test", on_step=lambda m: seen.append(m.step), on_stage=lambda m: seen.append(m.stage), every=7)
+    data = scene_of([{"name": "go", "kind": "discs", "until": {"steps": 20}}])
+    run(build_scene(data), tmp_path, plugin=plugin)
+    assert seen == ["fill", 7, 14, "go"]
+
+
+def test_stones_and_bonds(tmp_path):
+    grain = SOIL | {"density": 2700.0, "spring": {"normal": 5e8, "shear": 5e8}}
+    size = {"mean": 0.3, "sigma": 0.2, "min": 0.2, "max": 0.4}
+    stage = {"name": "fall", "kind": "discs", "time": "real", "gravity": G, "until": {"time": 0.02}}
+    data = scene_of([stage], stones={"content": 0.3, "size": size}, stone=grain, wall=[GROUND])
+    with computed(data, tmp_path / "run") as found:
+        assert (found.discs(-1).stone >= 0).any()
+        assert len(found.stones()) > 0
+
+
+def test_discs_that_fly_apart_end_with_code_6(tmp_path):
+    """Overlap of half a radius under springs as stiff as these: no sensible step."""
+    file = csv(tmp_path / "two.csv", [[0.0, 0.0, R, 1e7, 0.0, 0.0], [1.0 * R, 0.0, R, -1e7, 0.0, 0.0]])
+    stage = {"name": "burst", "kind": "discs", "time": "real", "until": {"time": 1.0}}
+    with pytest.raises(PhysicsFailed, match="too fast"):
+        computed(scene_of([stage], window=False, file=file), tmp_path / "run")
+    info = json.loads((tmp_path / "run" / "run.json").read_text(encoding="utf-8"))
+    assert info["exit_code"] == PHYSICS
+    assert (tmp_path / "run" / "dem.rank1.stopped.h5").exists()
+
+
+STAGE = {"name": "go", "kind": "discs", "until": {"steps": 1}}
+MOVING = {"radius": 0.1, "soil": SOIL, "wall": [GROUND | {"velocity": [0.0, 0.1]}]}
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"window": []}, "discs alone fill one window"),
+        ({"window": [{"name": "w", "columns": [1, 2], "rows": [1, 2]}]}, "no columns and rows"),
+        ({"boundary": [{"on": "left", "fix": "x"}]}, "there is no grid"),
+        ({"stage": [STAGE]}, "begin with one stage"),
+        ({"stage": [{"name": "fill"}, {"name": "couple", "until": {"steps": 1}}]}, "needs a grid"),
+        ({"stage": [{"name": "fill"}, STAGE | {"until": {"time": 1.0}}]}, "no seconds"),
+        ({"stage": [{"name": "fill"}, {"name": "go", "kind": "discs"}]}, "never end"),
+        ({"stage": [{"name": "fill"}, STAGE | {"until": {"band": "complete"}}]}, "band"),
+        ({"discs": MOVING, "stage": [{"name": "fill"}, STAGE, STAGE | {"name": "b", "time": "real"}]}, "m a step"),
+        ({"discs": {"radius": 0.1, "soil": SOIL, "wall": [{"ends": [[0.0, 0.0], [0.0, 0.0]]}]}}, "same point"),
+    ],
+)
+def test_what_discs_alone_refuse(change, why):
+    with pytest.raises(SceneError, match=why):
+        build_scene(scene_of([STAGE]) | change)
+
+
+@pytest.mark.parametrize(
+    ("rows", "head", "why"),
+    [
+        ([[0.0, 0.0]], "x,y", "'radius' is missing"),
+        ([[0.0, 0.0, 1.0, 2.0]], "x,y,radius,mass", "'mass' is not known"),
+        ([[0.0, 0.0, -1.0]], "x,y,radius", "radius is not positive"),
+    ],
+)
+def test_files_that_cannot_be_read(tmp_path, rows, head, why):
+    file = csv(tmp_path / "discs.csv", rows, head)
+    with pytest.raises(SceneError, match=why):
+        computed(scene_of([STAGE], window=False, file=file), tmp_path / "run")

@@ -1,0 +1,70 @@
+"""A disc on a plane of 30 degrees rolls, slides or, with rolling resistance, stays."""
+
+import numpy as np
+import pytest
+from disc_cases import KN, with_held
+
+from dem_server.cycle import advance, in_real_time
+from dem_server.effects.damping import Damping
+from dem_server.effects.friction import Friction
+from dem_server.effects.rolling import Rolling
+
+G, R, PLANE = 9.81, 0.03, 1.0e4  # the plane is a disc so large that it is flat over the way of the small one
+SLOPE = np.radians(30.0)
+
+
+def on_plane(slope, friction, rolling=None, damping=None):
+    """Model and State of a disc at rest on the plane, pressed on by its weight."""
+    normal = np.array([np.sin(slope), np.cos(slope)])  # down to the right
+    press = 2000.0 * np.pi * R**2 * G * np.cos(slope) / KN
+    changes = {"bond": None, "damping": damping, "friction": Friction(coefficient=friction)}
+    changes["rolling"] = None if rolling is None else Rolling(coefficient=rolling)
+    return with_held([-PLANE * normal], [PLANE], [(R - press) * normal], [R], **changes)
+
+
+def acceleration(slope, friction, rolling=None):
+    """Acceleration down the plane, from the ways in 0.2 and 0.4 s; and turn over way."""
+    model, state = on_plane(slope, friction, rolling)
+    model = in_real_time(model, state, 0.2)
+    start, way = state.x[1].copy(), []
+    for _ in range(2):
+        time = advance(model, state, G, round(0.2 / state.next_dt))
+        way.append(np.hypot(*(state.x[1] - start)))
+    return (way[1] - 2.0 * way[0]) / time**2, -state.angle[1] * R / way[1]
+
+
+@pytest.mark.parametrize("friction", [0.195, 0.3, 1.0])
+def test_rolls_where_friction_suffices(friction):
+    found, turned = acceleration(SLOPE, friction)
+    assert found == pytest.approx(3.27, rel=1e-4)
+    assert turned == pytest.approx(1.0, rel=1e-3)
+
+
+def test_slides_where_it_does_not():
+    found, turned = acceleration(SLOPE, 0.1)
+    assert found == pytest.approx(4.0554, rel=1e-4)
+    assert turned == pytest.approx(2.0 * 0.1 * np.cos(SLOPE) * G / 4.0554, rel=3e-3)  # it sticks at first
+
+
+def test_friction_at_the_limit_of_rolling():
+    """tan(30) / 3 = .19245: below it the disc turns too little, above it rolls."""
+    assert acceleration(SLOPE, 0.190)[1] < 0.99
+    assert acceleration(SLOPE, 0.195)[1] > 0.999
+
+
+@pytest.mark.parametrize("rolling", [0.1, 0.3])
+def test_rolling_resistance_slows_down(rolling):
+    found, _ = acceleration(SLOPE, 1.0, rolling)
+    assert found == pytest.approx(2.0 / 3.0 * G * (np.sin(SLOPE) - rolling * np.cos(SLOPE)), rel=1e-3)
+
+
+@pytest.mark.parametrize("slope", [0.1, 0.3])
+def test_rolling_resistance_holds_up_to_its_slope(slope):
+    way = []
+    for factor in (1.03, 0.97):
+        model, state = on_plane(slope, 2.0, factor * np.tan(slope), Damping(local=0.7))
+        start = state.x[1].copy()
+        advance(model, state, G, 20000)
+        way.append(np.hypot(*(state.x[1] - start)))
+    assert way[0] < 1e-3 * R
+    assert way[1] > R
