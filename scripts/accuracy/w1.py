@@ -103,7 +103,7 @@ def draw(rows, path):
     """Error against wall time, one panel a hole."""
     import matplotlib.pyplot as plt
 
-    figure, panels = plt.subplots(1, len(CASES), figsize=(7.6, 3.4), layout="constrained")
+    figure, panels = plt.subplots(1, len(CASES), figsize=(7.6, 3.8), layout="constrained")
     for axes, case in zip(panels, CASES, strict=True):
         own = [row for row in rows if row["case"] == case]
         curves(axes, own)
@@ -112,6 +112,6 @@ def draw(rows, path):
                 line.set_linestyle("--" if line.get_label() == WITHOUT else ":")
                 line.set_color("#606060" if line.get_label() == WITHOUT else "C4")
         axes.set_title(f"{case} hole, stress error over the pressure")
-    panels[-1].legend(fontsize=7.0)
+    figure.legend(*panels[-1].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=7.5)
     figure.savefig(path)
     plt.close(figure)
