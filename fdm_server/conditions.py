@@ -5,7 +5,8 @@ s = min(1, (n + 1)/over)
 
     v = (1 - s) v_before + s v_after          f = (1 - s) f_before + s f_after
 
-v_before is `State.driven`, f_before `State.loads`: a later stage goes on from what was reached.
+v_before is `State.driven`, f_before `State.loads`: a later stage goes on from what was reached, and the first one from the
+scene's own boundaries where both speak of the same place.
 """
 
 from dataclasses import replace
@@ -93,8 +94,9 @@ def begin_stage(scene, index, model, state, gravity=0.0):
             keep_reaction(model, state, boundary, gravity)
     attached = np.diff(model.start) > 0
     model = replace(model, fixed=fixed_components(model.grid, boundaries) | ~attached[:, None])
-    drive = _drive(model, state, boundaries, [b for b in new if not b.loads])
-    push = _push(model, state, [b for b in new if b.loads])
+    earlier, own = new[: len(new) - len(scene.stage[index].boundary)], scene.stage[index].boundary
+    drive = _drive(model, state, boundaries, _motions(earlier), _motions(own))
+    push = _push(model, state, _loads(earlier), _loads(own))
     damped = tuple(dashpots(model, b) for b in boundaries if b.quiet)
     return model, Sides(drive, push, damped, holders(model.grid, boundaries))
 
@@ -110,17 +112,27 @@ def holders(grid, boundaries):
     return {label: tuple(by_axis) for label, by_axis in found.items()}
 
 
-def _drive(model, state, boundaries, new):
-    """The Drive of a stage in which the boundaries `new` begin."""
+def _motions(boundaries):
+    return [b for b in boundaries if not b.loads]
+
+
+def _loads(boundaries):
+    return [b for b in boundaries if b.loads]
+
+
+def _drive(model, state, boundaries, earlier, own):
+    """The Drive of a stage in which boundaries begin, `earlier` those of the scene, then its `own`."""
     if state.driven is None:
         if not any(b.velocity is not None for b in boundaries):
             return None
         state.driven = np.zeros_like(state.velocity)
     end, over = state.driven.copy(), np.ones(state.driven.shape, dtype=np.int64)
     sides = sides_of(model.grid)
-    for boundary in new:
+    for k, boundary in enumerate([*earlier, *own]):
         points = points_in(model.grid, sides, boundary)
         for axis, velocity in motion_of(boundary):
+            if k >= len(earlier):
+                state.driven[points, axis] = end[points, axis]  # what the scene's own boundaries had it do
             end[points, axis] = velocity or 0.0
             over[points, axis] = 1 if velocity is None else boundary.over
     state.driven[~model.fixed] = 0.0
@@ -130,14 +142,19 @@ def _drive(model, state, boundaries, new):
     return Drive(moving, state.driven.reshape(-1)[moving].copy(), end.reshape(-1)[moving], over.reshape(-1)[moving])
 
 
-def _push(model, state, new):
-    """The Push of a stage in which the loads `new` begin."""
-    if not new:
+def _push(model, state, earlier, own):
+    """The Push of a stage in which loads begin, `earlier` those of the scene, then its `own`."""
+    last = {b.place: b for b in [*earlier, *own]}
+    if not last:
         return None
-    last = {b.place: b for b in new}
     after = {place: load_forces(model, state, b) for place, b in last.items()}
     for place in last:
         state.loads.setdefault(place, np.zeros_like(state.applied))
+    for before in earlier:
+        if before is not last[before.place]:
+            force = load_forces(model, state, before)
+            state.applied += force - state.loads[before.place]
+            state.loads[before.place] = force
     touched = [np.any((after[place] != 0.0) | (state.loads[place] != 0.0), axis=1) for place in last]
     nodes = np.flatnonzero(np.any(touched, axis=0))
     loads = tuple(

@@ -107,6 +107,22 @@ def test_loads_grow_linearly():
         assert state.applied[:, 1].sum() == pytest.approx(-share * 5e3, rel=1e-12)
 
 
+def test_a_ramp_of_the_first_stage_starts_from_the_scenes_own_boundaries():
+    one = slope(1.0, soil(), profile=((0, 4), (4, 4)))
+    one.boundary = [Boundary(on="top", pressure=8e3), Boundary(on="left", velocity={"x": 4e-6})]
+    model = build_model(one, build_grid(one))
+    state = new_state(model)
+    new = [Boundary(on="top", pressure=0.0, over=4), Boundary(on="left", velocity={"x": 0.0}, over=4)]
+    one.stage = [SimpleNamespace(boundary=new, kind="load", discard=False)]
+    model, sides = begin_stage(one, 0, model, state)
+    left = np.flatnonzero(model.grid.xy[:, 0] == 0.0)
+    for done, share in enumerate([0.75, 0.5, 0.25, 0.0]):
+        sides.push.apply(state, done)
+        sides.drive.apply(state, done)
+        assert state.applied[:, 1].sum() == pytest.approx(-8e3 * 4.0 * share, abs=1e-6)
+        np.testing.assert_allclose(state.velocity[left, 0], 4e-6 * share, atol=1e-20)
+
+
 def test_velocities_ramp_stop_and_let_go(tmp_path):
     plate = {"on": "top", "name": "plate"}
     with compute(
