@@ -61,6 +61,11 @@ def curves(axes, rows, label="method"):
         own = [row for row in rows if row[label] == name]
         seconds, errors = [row["seconds"] for row in own], [100.0 * abs(row["error"]) for row in own]
         axes.loglog(seconds, errors, marker="o", markersize=3.5, linewidth=1.2, label=name)
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("wall time [s]")
     axes.set_ylabel("error [%]")
     axes.grid(True, which="major", color="#e4e4e4", linewidth=0.6)
