@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from verification.discrete import collision, incline
 
 from colluvium import launch
 from colluvium.inprocess import run
@@ -45,32 +46,16 @@ def computed(data, out):
     return open_run(out)
 
 
-def test_restitution_from_a_scene(tmp_path):
+def test_restitution_from_a_scene():
     """No tension, beta = .1: e = .7441."""
-    file = csv(tmp_path / "two.csv", [[0.0, 0.0, R, 0.5, 0.0, 0.0], [2.0 * R, 0.0, R, -0.5, 0.0, 0.0]])
-    soil = SOIL | {"dashpot": {"normal": 0.1}}
-    stage = {"name": "hit", "kind": "discs", "time": "real", "until": {"time": 2e-3}, "step_factor": 1e-4}
-    with computed(scene_of([stage], window=False, file=file, soil=soil), tmp_path / "run") as found:
-        v = found.discs(-1).velocity
-        assert v[1, 0] - v[0, 0] == pytest.approx(0.7441, abs=1e-4)
-        assert found.info["stages"][1]["time"] == pytest.approx(2e-3, rel=1e-3)
+    speed, seconds = collision.of_scene(0.1)
+    assert speed == pytest.approx(0.7441, abs=1e-4)
+    assert seconds == pytest.approx(2e-3, rel=1e-3)
 
 
 @pytest.mark.parametrize(("friction", "expected"), [(0.3, 3.27), (0.1, 4.0554)])
-def test_incline_from_a_scene(tmp_path, friction, expected):
-    """A wall of 30 degrees; the way between two frames of equal distance in steps."""
-    slope = np.radians(30.0)
-    normal, along = np.array([np.sin(slope), np.cos(slope)]), np.array([np.cos(slope), -np.sin(slope)])
-    press = 2000.0 * np.pi * R**2 * G * np.cos(slope) / 2.5e7
-    file = csv(tmp_path / "one.csv", [[*((R - press) * normal), R]], "x,y,radius")
-    wall = {"ends": [(-along).tolist(), (3.0 * along).tolist()]}
-    stage = {"name": "run", "kind": "discs", "time": "real", "gravity": G, "until": {"steps": 4000}}
-    data = scene_of([stage], window=False, file=file, wall=[wall], soil=SOIL | {"friction": {"coefficient": friction}})
-    data["record"]["every"] = 2000
-    with computed(data, tmp_path / "run") as found:
-        way = [np.hypot(*found.discs(frame).displacement[0]) for frame in (-2, -1)]
-        dt = found.info["stages"][1]["time_step"]
-    assert (way[1] - 2.0 * way[0]) / (2000 * dt) ** 2 == pytest.approx(expected, rel=1e-4)
+def test_incline_from_a_scene(friction, expected):
+    assert incline.of_scene(friction) == pytest.approx(expected, rel=1e-4)
 
 
 PILE = [

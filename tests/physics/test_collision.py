@@ -1,35 +1,14 @@
-"""Two discs collide: dashpots give the coefficient of restitution of the damped half-wave (Schwager & Poeschel 2007)."""
+"""Two discs collide: dashpots give the coefficient of restitution (scripts/verification/discrete/collision.py)."""
 
 import numpy as np
 import pytest
 from disc_cases import KN, KS, loose_discs
+from verification.discrete.collision import R, collided, restitution
 
 from dem_server.cycle import advance, in_real_time
 from dem_server.effects.bond import Bond
 from dem_server.effects.dashpot import Dashpot
 from dem_server.fields import contacts
-
-R, FRACTION = 0.03, 1e-4
-
-
-def restitution(beta, tension):
-    """Closed form for beta < 1."""
-    root = np.sqrt(1.0 - beta**2)
-    angle = np.pi if tension else np.pi - np.arctan2(2.0 * beta * root, 1.0 - 2.0 * beta**2)
-    return np.exp(-beta / root * angle)
-
-
-def collided(beta, tension, radius=(R, R), turned=0.0, fraction=FRACTION):
-    """Model and State of two discs after their collision at 1 m/s, and the unit vector between them."""
-    along = np.array([np.cos(turned), np.sin(turned)])
-    changes = {"bond": None, "friction": None, "damping": None}
-    dashpot = Dashpot(normal=beta, tension=tension)
-    model, state = loose_discs([[0.0, 0.0], sum(radius) * along], radius, dashpot=dashpot, **changes)
-    model = in_real_time(model, state, fraction)
-    state.v[:] = 0.5 * along, -0.5 * along
-    mass = state.mass.prod() / state.mass.sum()
-    advance(model, state, 0.0, round(3.5 / np.sqrt(KN / mass * (1.0 - beta**2)) / state.next_dt))
-    return model, state, along
 
 
 @pytest.mark.parametrize(

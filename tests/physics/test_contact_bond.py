@@ -3,24 +3,10 @@
 import numpy as np
 import pytest
 from disc_cases import KN, KS, MU, displace, loose_discs
+from verification.discrete.bonds import STEP, R, pulled
 
 from dem_server.effects.bond import BROKEN_SHEAR, BROKEN_TENSION
 from dem_server.fields import contacts, listed_pairs
-
-R, STEP = 0.03, 1.0e-7
-
-
-def pulled(direction, turned=0.0, **changes):
-    """Displacement at which the bond of two touching discs breaks when one is moved along `direction`."""
-    along = np.array([np.cos(turned), np.sin(turned)])
-    across = np.array([-along[1], along[0]])
-    model, state = loose_discs([[0.3, 0.7], [0.3, 0.7] + 2.0 * R * along], [R, R], bonded=True, **changes)
-    velocity = np.array([[0.0, 0.0], STEP * (along if direction == "normal" else across)])
-    steps = 0
-    while state.broken_tension + state.broken_shear == 0:
-        displace(model, state, velocity)
-        steps += 1
-    return steps * STEP, model, state
 
 
 @pytest.mark.parametrize("turned", [0.0, 0.3, 1.1, 2.5])

@@ -2,35 +2,10 @@
 
 import numpy as np
 import pytest
-from disc_cases import KN, with_held
+from verification.discrete.incline import SLOPE, G, R, acceleration, on_plane
 
-from dem_server.cycle import advance, in_real_time
+from dem_server.cycle import advance
 from dem_server.effects.damping import Damping
-from dem_server.effects.friction import Friction
-from dem_server.effects.rolling import Rolling
-
-G, R, PLANE = 9.81, 0.03, 1.0e4  # the plane is a disc so large that it is flat over the way of the small one
-SLOPE = np.radians(30.0)
-
-
-def on_plane(slope, friction, rolling=None, damping=None):
-    """Model and State of a disc at rest on the plane, pressed on by its weight."""
-    normal = np.array([np.sin(slope), np.cos(slope)])  # down to the right
-    press = 2000.0 * np.pi * R**2 * G * np.cos(slope) / KN
-    changes = {"bond": None, "damping": damping, "friction": Friction(coefficient=friction)}
-    changes["rolling"] = None if rolling is None else Rolling(coefficient=rolling)
-    return with_held([-PLANE * normal], [PLANE], [(R - press) * normal], [R], **changes)
-
-
-def acceleration(slope, friction, rolling=None):
-    """Acceleration down the plane, from the ways in 0.2 and 0.4 s; and turn over way."""
-    model, state = on_plane(slope, friction, rolling)
-    model = in_real_time(model, state, 0.2)
-    start, way = state.x[1].copy(), []
-    for _ in range(2):
-        time = advance(model, state, G, round(0.2 / state.next_dt))
-        way.append(np.hypot(*(state.x[1] - start)))
-    return (way[1] - 2.0 * way[0]) / time**2, -state.angle[1] * R / way[1]
 
 
 @pytest.mark.parametrize("friction", [0.195, 0.3, 1.0])

@@ -2,71 +2,21 @@
 
 import numpy as np
 import pytest
-from disc_cases import displace, loose_discs, with_held
+from disc_cases import displace, loose_discs
+from verification.discrete.beam import cantilever
+from verification.discrete.bonds import KN, KS, SHEAR, TENSION, R, cement, everywhere, moved
 
-from dem_server.balance import unbalanced_ratio
 from dem_server.bonding import add_parallel_bonds
-from dem_server.cycle import advance
 from dem_server.effects.bond import BROKEN_SHEAR, BROKEN_TENSION
-from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.fields import listed_pairs
 from dem_server.neighbours import carry_over, like
-
-FORCE = 0.01  # at the end of the beam [N]
-R, KN, KS = 0.03, 4.0e9, 1.5e9  # radius [m], stiffness of the bonds over area [Pa/m]
-TENSION, SHEAR = 2.0e5, 3.0e5
-
-
-def cement(**changes):
-    strengths = {"tension": TENSION, "shear": SHEAR, "radius": 1.0} | changes
-    return ParallelBond(normal_stiffness=KN, shear_stiffness=KS, **strengths)
-
-
-def everywhere(pairs):
-    return np.ones(len(pairs.slot), dtype=bool)
-
-
-def cantilever(discs, turned, radius):
-    """Way of the end of a row of discs, the first one held, under the force FORCE downwards; and their distance."""
-    along, gap = np.array([np.cos(turned), np.sin(turned)]), 0.1 * R  # apart: bonds alone act
-    xy = np.outer(np.arange(discs + 1) * (2.0 * R + gap), along)
-    glue = cement(tension=1e9, shear=1e9, radius=radius)
-    model, state = with_held(xy[:1], [R], xy[1:], np.full(discs, R), bond=None, friction=None, parallel_bond=glue)
-    assert add_parallel_bonds(model, state, everywhere) == discs
-    state.weight[:] = 0.0
-    state.weight[-1] = FORCE
-    for _ in range(200):
-        advance(model, state, 1.0, 1000)
-        if unbalanced_ratio(model, state, 1.0) < 1e-9:
-            break
-    return state.displacement[-1], 2.0 * R + gap
 
 
 @pytest.mark.parametrize("radius", [1.0, 0.5])
 @pytest.mark.parametrize("turned", [0.0, 0.6])
 def test_cantilever(turned, radius):
-    """P L^3 / 3 E J + P L / (ks' A / s) with E = kn' s; bending at N places instead of everywhere: 1 - 1 / 4 N^2."""
-    discs = 10
-    way, s = cantilever(discs, turned, radius)
-    length, area, second = discs * s, 2.0 * R * radius, 2.0 / 3.0 * (R * radius) ** 3
-    across, axial = FORCE * np.cos(turned), -FORCE * np.sin(turned)
-    bending = across * length**3 / (3.0 * KN * s * second) * (1.0 - 1.0 / (4.0 * discs**2))
-    expected = bending + across * discs / (KS * area), axial * discs / (KN * area)
-    found = -way @ [-np.sin(turned), np.cos(turned)], way @ [np.cos(turned), np.sin(turned)]
+    found, expected = cantilever(10, turned, radius)
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-4 * expected[0])
-
-
-def moved(velocity, spin, **changes):
-    """Steps until a bond of two discs in touch breaks, and the State."""
-    model, state = loose_discs(
-        [[0.1, 0.2], [0.1 + 2.0 * R, 0.2]], [R, R], bond=None, friction=None, parallel_bond=cement(**changes)
-    )
-    add_parallel_bonds(model, state, everywhere)
-    for step in range(1, 10000):
-        displace(model, state, np.array(velocity), np.array(spin))
-        if state.broken_tension + state.broken_shear:
-            return step, state
-    raise AssertionError("the bond holds")
 
 
 STEP = 1.0e-8

@@ -3,44 +3,9 @@
 import numpy as np
 import pytest
 from disc_cases import loose_discs
+from verification.discrete.gas import BOX, R, default_fraction, gas, mean_energy
 
-from coupler_protocol.scene import scene_class
-from dem_server import energy
 from dem_server.cycle import advance, in_real_time
-from dem_server.neighbours import rebuild
-from dem_server.walls import make_walls
-
-R, SIDE = 0.03, 6
-BOX = SIDE * 2.2 * R
-
-
-def default_fraction():
-    discs = scene_class().model_fields["discs"].annotation.__args__[0]
-    return discs.model_fields["time_step"].default
-
-
-def gas(speed, fraction):
-    """Discs of three sizes in a box, moving at random."""
-    rng = np.random.default_rng(4)
-    side = (np.arange(SIDE) + 0.5) * 2.2 * R
-    xy = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
-    model, state = loose_discs(xy, R * rng.choice([0.8, 0.9, 1.0], len(xy)), bond=None, friction=None, damping=None)
-    corners = np.array([[0.0, 0.0], [BOX, 0.0], [BOX, BOX], [0.0, BOX]])
-    state.walls = make_walls(np.hstack([corners, np.roll(corners, -1, axis=0)]), np.zeros((4, 2)), model)
-    rebuild(model, state)
-    model = in_real_time(model, state, fraction)
-    state.v[:] = rng.normal(0.0, speed, xy.shape)
-    return model, state
-
-
-def mean_energy(model, state, steps=400):
-    """Mean over steps of kinetic (of both half steps) and elastic energy."""
-    total = 0.0
-    for _ in range(steps):
-        before, stored = energy.kinetic(model, state), energy.stored(model, state)
-        advance(model, state, 0.0, 1)
-        total += 0.5 * (before + energy.kinetic(model, state)) + stored
-    return total / steps
 
 
 @pytest.mark.parametrize("speed", [0.3, 3.0])

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pages
 import pytest
 import verify
-from verification import runner
+from verification import SECTIONS, runner
 from verification.rows import KEYS, row
 
 
@@ -68,12 +68,22 @@ def test_exit_code_and_page(tmp_path, monkeypatch, value, code):
     assert text.index("discrete") < text.index("continuum") < text.index("hard")
 
 
-def test_every_case_has_a_name_a_title_and_its_place_on_the_page():
-    package = runner.section("continuum")
+def test_the_discrete_section_passes(tmp_path):
+    page, file = tmp_path / "page.md", tmp_path / "rows.json"
+    assert verify.main(["discrete", "--fast", "--page", str(page), "--json", str(file)]) == 0
+    rows = json.loads(file.read_text())
+    assert {found["case"] for found in rows} == {case.NAME for case in runner.section("discrete").CASES}
+    assert all(found["passed"] for found in rows)
+    assert "<!-- begin discrete -->" in page.read_text()
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_every_case_has_a_name_a_title_and_its_place_on_the_page(section):
+    package = runner.section(section)
     names = [found.NAME for found in package.CASES]
     assert len(set(names)) == len(names)
     page = verify.PAGE.read_text()
     for found in package.CASES:
         title = found.__doc__.partition("\n")[0].rstrip(".")
-        assert f"### {found.NAME}: {title}" in page, "run: python scripts/verify.py continuum"
+        assert f"### {found.NAME}: {title}" in page, f"run: python scripts/verify.py {section}"
         assert f"| {found.NAME} |" in page

@@ -1,0 +1,74 @@
+"""A disc on a plane of 30 degrees rolls or slides.
+
+    rolls where mu >= tan(theta) / 3 = .19245:  a = 2/3 g sin(theta),     otherwise  a = g (sin(theta) - mu cos(theta))
+
+With rolling resistance of coefficient mr, a = 2/3 g (sin(theta) - mr cos(theta)). R = .03 m. The plane is a disc of 10 km, in the
+scene a wall. The acceleration comes from two equal times: (way(2t) - 2 way(t)) / t^2.
+"""
+
+import numpy as np
+
+from dem_server.cycle import advance, in_real_time
+from dem_server.effects.friction import Friction
+from dem_server.effects.rolling import Rolling
+from verification.discrete import scenes
+from verification.discrete.discs import KN, with_held
+from verification.rows import row
+
+NAME = "incline"
+G, R, PLANE = 9.81, 0.03, 1.0e4  # the plane is a disc so large that it is flat over the way of the small one
+SLOPE = np.radians(30.0)
+
+
+def on_plane(slope, friction, rolling=None, damping=None):
+    """Model and State of a disc at rest on the plane, pressed on by its weight."""
+    normal = np.array([np.sin(slope), np.cos(slope)])  # down to the right
+    press = 2000.0 * np.pi * R**2 * G * np.cos(slope) / KN
+    changes = {"bond": None, "damping": damping, "friction": Friction(coefficient=friction)}
+    changes["rolling"] = None if rolling is None else Rolling(coefficient=rolling)
+    return with_held([-PLANE * normal], [PLANE], [(R - press) * normal], [R], **changes)
+
+
+def acceleration(slope, friction, rolling=None):
+    """Acceleration down the plane, from the ways in 0.2 and 0.4 s; and turn over way."""
+    model, state = on_plane(slope, friction, rolling)
+    model = in_real_time(model, state, 0.2)
+    start, way = state.x[1].copy(), []
+    for _ in range(2):
+        time = advance(model, state, G, round(0.2 / state.next_dt))
+        way.append(np.hypot(*(state.x[1] - start)))
+    return (way[1] - 2.0 * way[0]) / time**2, -state.angle[1] * R / way[1]
+
+
+def expected(slope, friction, rolling=0.0):
+    """Acceleration of the closed form."""
+    if friction >= np.tan(slope) / 3.0:
+        return 2.0 / 3.0 * G * (np.sin(slope) - rolling * np.cos(slope))
+    return G * (np.sin(slope) - friction * np.cos(slope))
+
+
+def of_scene(friction):
+    """Acceleration down a wall of 30 degrees, from two frames of equal distance in steps."""
+    normal, along = np.array([np.sin(SLOPE), np.cos(SLOPE)]), np.array([np.cos(SLOPE), -np.sin(SLOPE)])
+    press = 2000.0 * np.pi * R**2 * G * np.cos(SLOPE) / KN
+    discs = {"wall": [{"ends": [(-along).tolist(), (3.0 * along).tolist()]}]}
+    discs["soil"] = scenes.SOIL | {"friction": {"coefficient": friction}}
+    stage = {"name": "run", "kind": "discs", "time": "real", "gravity": G, "until": {"steps": 4000}}
+    with scenes.of_file([[*((R - press) * normal), R]], "x,y,radius", [stage], discs, every=2000) as run:
+        way = [np.hypot(*run.discs(frame).displacement[0]) for frame in (-2, -1)]
+        return (way[1] - 2.0 * way[0]) / (2000 * run.info["stages"][1]["time_step"]) ** 2
+
+
+def rows(fast):
+    """Both motions, by hand and as scenes, and rolling resistance."""
+    closed = "closed form"
+    for friction in (0.1, 0.3, 1.0):
+        found, turned = acceleration(SLOPE, friction)
+        yield row(f"acceleration, mu {friction:g} [m/s2]", found, expected(SLOPE, friction), 1e-4, closed)
+        if friction == 1.0:
+            yield row("turn times R over way, mu 1", turned, 1.0, 1e-3, closed)
+    found, _ = acceleration(SLOPE, 1.0, 0.1)
+    yield row("acceleration, rolling resistance 0.1 [m/s2]", found, expected(SLOPE, 1.0, 0.1), 1e-3, closed)
+    for friction in (0.1, 0.3):
+        found = of_scene(friction)
+        yield row(f"as a scene: acceleration, mu {friction:g} [m/s2]", found, expected(SLOPE, friction), 1e-4, closed)
