@@ -1,7 +1,7 @@
 """Stress averaged over the contacts is the stress on the walls.
 
 A scene: discs of a mean radius of .04 m fill a rectangle of 1 m by .8 m, smooth, and four walls .05 m inside its edges hold them
-under about 1 MPa until the unbalanced force ratio is 1e-8, with local damping. The force of the discs on a wall over the wall's
+under about .8 MPa until the unbalanced force ratio is 1e-8, with local damping. The force of the discs on a wall over the wall's
 length against the average over all contacts, those with walls included, of force times branch (Weber 1966):
 
     sigma = -(1/A) sum sym(F (x) l)

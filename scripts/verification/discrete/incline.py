@@ -1,9 +1,11 @@
 """A disc on a plane of 30 degrees rolls or slides.
 
+It starts at rest, pressed on by its weight (R = .03 m).
+
     rolls where mu >= tan(theta) / 3 = .19245:  a = 2/3 g sin(theta),     otherwise  a = g (sin(theta) - mu cos(theta))
 
-With rolling resistance of coefficient mr, a = 2/3 g (sin(theta) - mr cos(theta)). R = .03 m. The plane is a disc of 10 km, in the
-scene a wall. The acceleration comes from two equal times: (way(2t) - 2 way(t)) / t^2.
+With rolling resistance of coefficient mr, a = 2/3 g (sin(theta) - mr cos(theta)). The plane is a disc of 10 km radius, in
+the scene a wall. The acceleration comes from two equal times: (way(2t) - 2 way(t)) / t^2.
 """
 
 import numpy as np
@@ -47,6 +49,15 @@ def expected(slope, friction, rolling=0.0):
     return G * (np.sin(slope) - friction * np.cos(slope))
 
 
+def least_friction():
+    """Least friction with which the disc turns by at least .999 of its way over R, to 1e-5; the start sways and slips a little."""
+    low, high = 0.1, 1.0
+    while high - low > 1e-5:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if acceleration(SLOPE, middle)[1] > 0.999 else (middle, high)
+    return high
+
+
 def of_scene(friction):
     """Acceleration down a wall of 30 degrees, from two frames of equal distance in steps."""
     normal, along = np.array([np.sin(SLOPE), np.cos(SLOPE)]), np.array([np.cos(SLOPE), -np.sin(SLOPE)])
@@ -67,6 +78,7 @@ def rows(fast):
         yield row(f"acceleration, mu {friction:g} [m/s2]", found, expected(SLOPE, friction), 1e-4, closed)
         if friction == 1.0:
             yield row("turn times R over way, mu 1", turned, 1.0, 1e-3, closed)
+    yield row("least friction with which it rolls", least_friction(), np.tan(SLOPE) / 3.0, 5e-3, closed)
     found, _ = acceleration(SLOPE, 1.0, 0.1)
     yield row("acceleration, rolling resistance 0.1 [m/s2]", found, expected(SLOPE, 1.0, 0.1), 1e-3, closed)
     for friction in (0.1, 0.3):
