@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from verification.discrete import collision, incline
+from verification.discrete.scenes import SOIL, disc_file
 
 from colluvium import launch
 from colluvium.inprocess import run
@@ -17,7 +18,6 @@ from coupler_protocol.restart import Origin
 from coupler_protocol.scene_reader import build_scene
 
 G, R = 9.81, 0.03
-SOIL = {"density": 2000.0, "spring": {"normal": 5.0e7, "shear": 2.0e7}, "friction": {"coefficient": 0.55}}
 GROUND = {"ends": [[-2.0, 0.0], [4.0, 0.0]]}
 
 
@@ -33,11 +33,6 @@ def scene_of(stages, window=True, stones=None, **discs):
     if window:
         data["window"] = [{"name": "block", "polygon": [[0.0, 0.0], [0.0, 0.9], [0.9, 0.9], [0.9, 0.0]]}]
     return data | ({"stones": stones} if stones else {})
-
-
-def csv(path, rows, head="x,y,radius,vx,vy,spin"):
-    path.write_text("\n".join([head, *(",".join(map(repr, map(float, row))) for row in rows)]) + "\n", encoding="utf-8")
-    return str(path)
 
 
 def computed(data, out):
@@ -131,7 +126,7 @@ def test_stones_and_bonds(tmp_path):
 
 def test_discs_that_fly_apart_end_with_code_6(tmp_path):
     """Overlap of half a radius under springs as stiff as these: no sensible step."""
-    file = csv(tmp_path / "two.csv", [[0.0, 0.0, R, 1e7, 0.0, 0.0], [1.0 * R, 0.0, R, -1e7, 0.0, 0.0]])
+    file = disc_file(tmp_path, [[0.0, 0.0, R, 1e7, 0.0, 0.0], [1.0 * R, 0.0, R, -1e7, 0.0, 0.0]])
     stage = {"name": "burst", "kind": "discs", "time": "real", "until": {"time": 1.0}}
     with pytest.raises(PhysicsFailed, match="too fast"):
         computed(scene_of([stage], window=False, file=file), tmp_path / "run")
@@ -173,6 +168,6 @@ def test_what_discs_alone_refuse(change, why):
     ],
 )
 def test_files_that_cannot_be_read(tmp_path, rows, head, why):
-    file = csv(tmp_path / "discs.csv", rows, head)
+    file = disc_file(tmp_path, rows, head)
     with pytest.raises(SceneError, match=why):
         computed(scene_of([STAGE], window=False, file=file), tmp_path / "run")

@@ -50,7 +50,7 @@ def expected(slope, friction, rolling=0.0):
 
 
 def least_friction():
-    """Least friction with which the disc turns by at least .999 of its way over R, to 1e-5; the start sways and slips a little."""
+    """Least friction with which the disc turns by at least .999 of its way over R, to 1e-5 (it slips a little at the start)."""
     low, high = 0.1, 1.0
     while high - low > 1e-5:
         middle = 0.5 * (low + high)
