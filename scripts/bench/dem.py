@@ -32,7 +32,7 @@ from dem_server.neighbours import rebuild
 
 SIZES = {2_500: (2, 2), 10_000: (4, 4), 50_000: (8, 10), 200_000: (16, 20)}  # tiles across and up
 LAW_SIZE = 2_500
-BUILD_EVERY = 2_000  # steps: half the skin at strains of 1e-6 a step or so
+BUILD_EVERY = 2_000  # steps: taken for slow shear, not measured here
 SETTLING = 8  # times 50 steps, after which all discs are stopped: nothing else stops loose ones
 SCENE = Path(__file__).resolve().parents[2] / "configs" / "paper_slope.toml"
 OTHERS = {

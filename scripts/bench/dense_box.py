@@ -1,6 +1,6 @@
 """Dense packings of any size, made in seconds and always the same: one tile, packed periodically, side by side.
 
-The tile holds 625 discs of radii uniform in .03 (1 -+ .25) m at a porosity of .145, which is about 100 kPa for the paper's soil.
+The tile holds 625 discs of radii uniform in .03 (1 -+ .25) m at a porosity of .145, which is about 150 kPa for the paper's soil.
 They start from a low-discrepancy sequence and relax without friction over the tile's periodic edges. Copies of the tile fill the
 box, free discs sorted in space; copies of the discs next to the box, about two layers, are held.
 """
