@@ -1,0 +1,190 @@
+"""Disc-steps a second of the discs: by size, with bonds, in the paper's window, by law, beside a scalar loop.
+
+All packings are settled: static mode, local damping .7, held from outside, no gravity. A step is motion and contact forces of
+all discs in compiled code (cycle.py), without what the coupled run does between steps. At rest no list gets out of date, so a
+build is timed by itself and one in `BUILD_EVERY` steps is added to the cost of a step, as in slow shear. Only free discs count.
+Boxes have no reference gaps (8 bytes a slot more in a window).
+"""
+
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+from bench.dense_box import BOND, FRICTION, dense_box
+from bench.rows import repeated, row, triad
+from bench.scalar_disc import step_of_discs
+from coupler_protocol.interface import build_ring
+from coupler_protocol.jit import jit
+from coupler_protocol.scene_reader import read_scene
+from dem_server import bonding, contacts, insitu, mesostructure, packing, stones
+from dem_server.balance import unbalanced_ratio
+from dem_server.contacts import contact_forces, force_pass
+from dem_server.cycle import advance, stop
+from dem_server.effects.dashpot import Dashpot
+from dem_server.effects.parallel_bond import ParallelBond
+from dem_server.effects.rolling import Rolling
+from dem_server.fields import contacts as contacts_of
+from dem_server.fields import listed_pairs
+from dem_server.filling import rim_of
+from dem_server.model import build_model
+from dem_server.neighbours import rebuild
+
+SIZES = {2_500: (2, 2), 10_000: (4, 4), 50_000: (8, 10), 200_000: (16, 20)}  # tiles across and up
+LAW_SIZE = 2_500
+BUILD_EVERY = 2_000  # steps: taken for slow shear, not measured here
+SETTLING = 8  # times 50 steps, after which all discs are stopped: nothing else stops loose ones
+SCENE = Path(__file__).resolve().parents[2] / "configs" / "paper_slope.toml"
+OTHERS = {
+    "bond": BOND,
+    "rolling": Rolling(coefficient=0.1),
+    "dashpot": Dashpot(normal=0.1, shear=0.1),
+    "parallel_bond": ParallelBond(normal_stiffness=1e9, shear_stiffness=1e9, tension=1e9, shear=1e9),
+}
+LAWS = {"spring": {}, "spring, friction": {"friction": FRICTION}}
+LAWS |= {f"spring, friction, {name}".replace("_", " "): {"friction": FRICTION, name: table} for name, table in OTHERS.items()}
+LAWS |= {"all": {"friction": FRICTION} | OTHERS}
+
+
+class Case:
+    """A settled packing, `model` and `state`, bonded if its law has bonds."""
+
+    def __init__(self, model, state, settling=SETTLING):
+        self.model, self.state = model, state
+        self.free = model.count - model.ring
+        contact_forces(model, state)
+        for _ in range(settling):
+            advance(model, state, 0.0, 50)
+            stop(state)
+        if model.law.bond is not None:
+            insitu.add_bonds(model, state)
+        if model.law.parallel_bond is not None:
+            bonding.add_parallel_bonds(model, state)
+        advance(model, state, 0.0, 50)
+
+    def seconds(self, steps):
+        """Seconds of one step, from `steps` of them."""
+        return repeated(lambda: advance(self.model, self.state, 0.0, steps), 1, 1, warm_up=0)[0] / steps
+
+    def seconds_of_pass(self, times):
+        """Seconds of one force pass, from `times` of them over discs that stand still, so that no force changes."""
+        stop(self.state)
+        arguments = contacts.arguments(self.model, self.state)
+        passes(1, arguments)
+        return repeated(lambda: passes(times, arguments), 1, 1, warm_up=0)[0] / times
+
+    def build_seconds(self):
+        """Seconds of one build of the list."""
+        return repeated(lambda: rebuild(self.model, self.state), 1, 1, warm_up=0)[0]
+
+    def contacts(self):
+        """Number of contacts."""
+        return len(contacts_of(self.state).disc_a)
+
+    def about(self):
+        """What must be known of the packing to judge its numbers."""
+        broken = self.state.broken_tension + self.state.broken_shear
+        ratio = unbalanced_ratio(self.model, self.state, 0.0)
+        bonds = f", {broken} bonds broken" if self.model.law.bond else ""
+        return f"{self.contacts() / self.free:.2f} contacts a disc, unbalanced {ratio:.0e}{bonds}"
+
+    def bytes_of_slot(self):
+        """Bytes a slot of all that is kept in slots."""
+        shape = self.state.partner.shape
+        kept = [a for a in vars(self.state).values() if isinstance(a, np.ndarray) and a.shape == shape]
+        return sum(a.nbytes for a in (*kept, *(self.state.parallel or ()))) / (shape[0] * shape[1])
+
+
+class ScalarCase:
+    """The scalar loop from the state of a case with springs and friction on."""
+
+    def __init__(self, case):
+        model, s, self.free = case.model, case.state, case.free
+        pairs, law = listed_pairs(s), model.law
+        self.x, self.v, self.spin = s.x.copy(), s.v.copy(), s.spin.copy()
+        self.shear, self.force, self.moment = pairs.shear_force.copy(), s.force.copy(), s.moment.copy()
+        kind = pairs.kind[0]
+        self._constant = (model.ring, law.damping.local, s.mass.copy(), s.inertia.copy(), s.radius.copy())
+        self._pairs = pairs.disc_a.copy(), pairs.disc_b.copy()
+        self._law = float(law.spring.normal[kind]), float(law.spring.shear[kind]), float(law.friction.coefficient[kind])
+
+    def step(self):
+        """One step."""
+        moving = (self.x, self.v, self.spin, *self._pairs, *self._law, self.shear, self.force, self.moment)
+        step_of_discs(*self._constant, *moving)
+
+    def seconds(self, steps):
+        """Seconds of one step, from `steps` of them."""
+        return repeated(self.step, steps, 1, warm_up=2)[0]
+
+
+def run(fast, repeats):
+    """All rows; `fast` takes the smallest box, larger discs in the window and few steps."""
+    work = 250_000 if fast else 8_000_000
+    companion = {"triad_GB_per_s": median(triad(repeats, 1_000_000 if fast else 8_000_000))}
+    rows = []
+    for size in [2_500] if fast else SIZES:
+        rows += box_rows(size, work, repeats, companion)
+    rows += rows_of("paper window, bonded, stones as clumps", window(0.06 if fast else 0.03), work, repeats, companion)
+    return rows + law_rows(work, repeats, companion)
+
+
+def box_rows(size, work, repeats, companion):
+    """A dense box with friction alone, with contact bonds too, and under the scalar loop, in turns."""
+    smooth, bonded = (Case(*dense_box(*SIZES[size], friction=FRICTION, bond=bond)) for bond in (None, BOND))
+    scalar, steps = ScalarCase(smooth), max(3, work // size)
+    found = [[case.seconds(steps) for case in (smooth, bonded, scalar)] for _ in range(repeats)]
+    first, second, third = zip(*found, strict=True)
+    ratios = [b / a for a, b in zip(first, second, strict=True)]
+    rows = rows_of("dense box, friction", smooth, work, repeats, companion, first)
+    rows.append(row("scalar loop; dense box, friction", size, [size / s for s in third], "disc-steps/s", companion, "no builds"))
+    rows += rows_of("dense box, friction, contact bonds", bonded, work, repeats, companion, second)
+    rows.append(row("cost of a step with contact bonds over without", size, ratios, "-", companion, "step by step in turns"))
+    return rows
+
+
+def rows_of(name, case, work, repeats, companion, seconds=None):
+    """Disc-steps a second of a case, builds included, and the cost of a build; `seconds` of a step if they are known."""
+    seconds = seconds or [case.seconds(max(3, work // case.free)) for _ in range(repeats)]
+    case.build_seconds()
+    builds = [case.build_seconds() for _ in range(repeats)]
+    build = median(builds) / BUILD_EVERY
+    share = 100.0 * build / (median(seconds) + build)
+    rates = [case.free / (s + build) for s in seconds]
+    return [
+        row(name, case.free, rates, "disc-steps/s", companion, f"{case.about()}, list build {share:.1f} %"),
+        row(f"list build; {name}", case.free, [1e9 * s / case.free for s in builds], "ns/disc", companion),
+    ]
+
+
+def window(radius):
+    """The window of the paper's slope: packed at the scene's confinement without the grid's stress, stones as clumps, bonded."""
+    scene = read_scene(SCENE, [f"discs.radius={radius}"])
+    hole, zone = scene.window[0], scene.grid.zone_size
+    x0, x1, y0, y1 = (z * k for z, (low, high) in zip(zone, (hole.columns, hole.rows), strict=True) for k in (low, high + 1))
+    nodes = rim_of([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], zone[0])
+    found = mesostructure.draw(nodes, scene.stones, np.random.default_rng([scene.seed, 1, *b"stones"]))
+    ring = build_ring(nodes, scene.discs.radius)
+    packed = packing.pack(nodes, ring.xy, ring.radius, scene.discs, np.random.default_rng([scene.seed, 1]))
+    model, state = build_model(ring.xy, ring.radius, packed, scene.discs, scene.ring)
+    contact_forces(model, state)
+    stones.mark(model, state, found.outlines, scene.discs.stone.density)
+    return Case(stones.make(model, state, found.outlines, scene.stones.body), state, settling=40)
+
+
+def law_rows(work, repeats, companion):
+    """Cost of the force pass a contact, laws in turns, and memory a slot under each law."""
+    cases = [Case(*dense_box(*SIZES[LAW_SIZE], **effects)) for effects in LAWS.values()]
+    found = [[case.seconds_of_pass(max(3, work // LAW_SIZE)) for case in cases] for _ in range(repeats)]
+    rows = []
+    for law, case, seconds in zip(LAWS, cases, zip(*found, strict=True), strict=True):
+        number, note = case.contacts(), f"{case.bytes_of_slot():.0f} B/slot, {case.about()}"
+        rows.append(row(f"law: {law}", LAW_SIZE, [1e9 * s / number for s in seconds], "ns/contact", companion, note))
+    return rows
+
+
+@jit(package="dem_server")
+def passes(times, arguments):
+    """`times` force passes."""
+    for _ in range(times):
+        force_pass(*arguments)
