@@ -7,6 +7,7 @@ from math import pi
 from pathlib import Path
 
 from coupler_protocol import exits, program
+from coupler_protocol.problems import Problem, SceneError
 
 OWN = ("fos.json", "fos.log", "scene.toml", "mechanism.png", "plastic_zones.png", "trials.png", "meshes.png")
 
@@ -34,6 +35,8 @@ def command(options):
     from coupler_protocol.scene_reader import read_scene
 
     scene = read_scene(options.scene, options.set)
+    if scene.grid is None:
+        raise SceneError([Problem(options.scene, None, "grid", "discs alone have no factor of safety", "add a [grid] table")])
     changes = list(options.set)
     if options.by:
         changes.append(f'fos.by="{options.by}"')

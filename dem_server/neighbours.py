@@ -30,13 +30,14 @@ def rebuild(model, state):
         raise ArithmeticError(f"disc {lost}: position or velocity is no longer a number")
     slots = state.partner.shape[1]
     used, partner, old, bonds = state.used, state.partner, history(state), state.parallel
+    body = None if state.clumps is None else state.clumps.body
     while True:
         state.used, state.partner = np.zeros_like(used), np.zeros((model.count, slots), dtype=partner.dtype)
         new, new_bonds = like(old, slots), None if bonds is None else ParallelBonds(*like(bonds, slots))
         if (
-            list_pairs(state.disc, state.listed_at, state.clumps, model.ring, skin(model), state.used, state.partner)
-            and carry_over(used, partner, *old, state.clumps, state.used, state.partner, *new)
-            and (bonds is None or carry_over(used, partner, *bonds, state.clumps, state.used, state.partner, *new_bonds))
+            list_pairs(state.disc, state.listed_at, body, model.ring, skin(model), state.used, state.partner)
+            and carry_over(used, partner, *old, body, state.used, state.partner, *new)
+            and (bonds is None or carry_over(used, partner, *bonds, body, state.used, state.partner, *new_bonds))
         ):
             break
         slots += 2
@@ -62,7 +63,7 @@ def like(arrays, slots):
 
 
 @jit
-def list_pairs(disc, listed_at, clumps, ring, reach, used, partner):
+def list_pairs(disc, listed_at, body, ring, reach, used, partner):
     """Fill `used` (n,) and `partner` (n, S) with all pairs of gap < `reach`; False if slots are short."""
     n = disc.shape[0]
     x0, y0, x1, y1, widest = disc[0, 0], disc[0, 1], disc[0, 0], disc[0, 1], 0.0
@@ -97,24 +98,24 @@ def list_pairs(disc, listed_at, clumps, ring, reach, used, partner):
             for p in range(start[here], start[here + 1]):
                 i = order[p]
                 right = start[here + 2] if column + 1 < columns else start[here + 1]
-                if not list_near(disc, clumps, ring, reach, order, i, p + 1, right, used, partner):
+                if not list_near(disc, body, ring, reach, order, i, p + 1, right, used, partner):
                     return False
                 if row + 1 < rows:
                     above = here + columns
                     first = start[above - 1] if column > 0 else start[above]
                     last = start[above + 2] if column + 1 < columns else start[above + 1]
-                    if not list_near(disc, clumps, ring, reach, order, i, first, last, used, partner):
+                    if not list_near(disc, body, ring, reach, order, i, first, last, used, partner):
                         return False
     return True
 
 
 @jit
-def list_near(disc, clumps, ring, reach, order, i, first, last, used, partner):
+def list_near(disc, body, ring, reach, order, i, first, last, used, partner):
     """List disc `i` with those of order[first:last] that are near; False if slots are short."""
     for q in range(first, last):
         j = order[q]
-        if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-            if same_clump(i, j, clumps):
+        if body is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if same_clump(i, j, body):
                 continue
         dx, dy = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
         near = disc[i, 5] + disc[j, 5] + reach
@@ -128,9 +129,9 @@ def list_near(disc, clumps, ring, reach, order, i, first, last, used, partner):
 
 
 @jit
-def same_clump(i, j, clumps):
-    """Whether two discs belong to one rigid body."""
-    return clumps.body[i] >= 0 and clumps.body[i] == clumps.body[j]
+def same_clump(i, j, body):
+    """Whether two discs belong to one rigid body; body (n,): its number, -1 without one."""
+    return body[i] >= 0 and body[i] == body[j]
 
 
 @jit
@@ -157,7 +158,7 @@ def find_pair(i, j, used, partner):
 
 @jit
 def carry_over(
-    old_used, old_partner, old_bond, old_gap, old_normal, old_shear, old_moment, clumps,
+    old_used, old_partner, old_bond, old_gap, old_normal, old_shear, old_moment, body,
     used, partner, bond, gap, normal, shear, moment,
 ):  # fmt: skip
     """Copy what the old slots knew, list bonded pairs that are missing; False if slots are short.
@@ -167,8 +168,8 @@ def carry_over(
     for a in range(len(old_used)):
         for o in range(old_used[a]):
             b = np.int64(old_partner[a, o])
-            if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-                if same_clump(a, b, clumps):
+            if body is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                if same_clump(a, b, body):
                     continue
             i, s = find_pair(a, b, used, partner)
             if old_bond is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)

@@ -58,7 +58,7 @@ def _geometry(run: Run, frame: int, first: dict[int, int], axes: Any) -> None:
 
 def _steepness(run: Run) -> str:
     """The steepest part of a slope's surface, in words."""
-    profile = np.array((run.scene.get("grid") or {}).get("profile", ()), dtype=float).reshape(-1, 2)
+    profile = np.array((run.scene.get("grid") or {}).get("profile") or (), dtype=float).reshape(-1, 2)
     if len(profile) < 2:
         return ""
     rise = np.diff(profile, axis=0)

@@ -73,6 +73,13 @@ def test_mistakes_are_named_before_anything_is_computed(configs, tmp_path):
     assert "fos.zone_sizes" in done.stderr
 
 
+def test_discs_alone_have_no_factor(configs, tmp_path):
+    done = fos(configs / "quick_pile.toml", "--out", tmp_path / "out")
+    assert done.returncode == 3
+    assert "grid: discs alone have no factor of safety" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
 def test_ground_that_cannot_fail(configs, tmp_path):
     """Rock without a strength: said at once. A strength no factor reaches: no bracket, exit 6."""
     done = fos(configs / "dawson_slope.toml", "--out", tmp_path / "a", "--set", "material.0={name='rock',density=2000.0,"

@@ -16,7 +16,7 @@ import numpy as np
 from kernel_counts import counts_in_loops, kernels
 from disc_cases import loose_discs
 from window_case import stone_grain
-from dem_server import balance, cycle, energy, stones
+from dem_server import balance, cycle, energy, neighbours, stones
 from dem_server.bonding import add_parallel_bonds
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.parallel_bond import ParallelBond
@@ -37,6 +37,7 @@ for changes in ({}, tables):
         model = stones.make(model, state, [square], "clump")
         add_parallel_bonds(model, state)
         state.walls = make_walls([[-1.0, -0.0295, 1.0, -0.0295]], [[0.0, 0.0]], model)
+    neighbours.rebuild(model, state)  # with what the lines above made
     cycle.advance(model, state, 9.81, 5)
     balance.unbalanced_ratio(model, state, 9.81), energy.kinetic(model, state), energy.stored(model, state)
 print(json.dumps({name: counts_in_loops(kernel) for name, kernel in kernels("dem_server").items()}))
@@ -70,7 +71,7 @@ print(json.dumps([counts_in_loops(keeps), counts_in_loops(clean)]))
 
 
 def run(script, tmp_path):
-    folders = os.pathsep.join(str(f) for f in (TESTS, TESTS / "physics", TESTS / "dem_server"))
+    folders = os.pathsep.join(str(f) for f in (TESTS, TESTS / "physics", TESTS / "dem_server", TESTS.parent / "scripts"))
     environment = os.environ | {"PYTHONPATH": folders, "NUMBA_CACHE_DIR": str(tmp_path)}
     done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True)
     return json.loads(done.stdout)

@@ -51,3 +51,15 @@ def test_stress_around_a_hole(tmp_path, configs):
     near = np.hypot(x, y) < 5.0
     error = np.sqrt(np.mean((found[0] - radial)[near] ** 2 + (found[1] - tangential)[near] ** 2))
     assert error < 0.01 * 30e6
+
+
+@pytest.mark.parametrize("name", ["footing", "hole"])
+def test_grids_without_a_profile_are_drawn(tmp_path, configs, name):
+    pytest.importorskip("matplotlib")
+    pytest.importorskip("cmcrameri")
+    outcome(configs / f"{name}.toml", tmp_path).close()
+    words = command("colluvium.cli", "report", tmp_path)
+    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    drawn = {path.name for path in (tmp_path / "report").iterdir()}
+    assert {"mesh.png", "stress.png", "displacement.png", "histories.png", "report.html"} <= drawn
