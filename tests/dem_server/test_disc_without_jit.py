@@ -76,7 +76,8 @@ np.save(sys.argv[3], [*fast, *walls, energy.kinetic(model, state), energy.stored
 def run(tmp_path, disable, content, script=SCRIPT):
     out, bodies = tmp_path / f"state{disable}.npy", tmp_path / f"bodies{disable}.npy"
     here = Path(__file__).parent
-    environment = {"NUMBA_DISABLE_JIT": disable, "PYTHONPATH": os.pathsep.join([str(here), str(here.parent / "physics")])}
+    folders = (here, here.parent / "physics", here.parents[1] / "scripts")
+    environment = {"NUMBA_DISABLE_JIT": disable, "PYTHONPATH": os.pathsep.join(map(str, folders))}
     command = [sys.executable, "-c", script, out, content, bodies]
     done = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True)
     return done.stdout.split(), np.load(out), np.load(bodies)
