@@ -47,6 +47,13 @@ def load(b, m, elastic, strain, stress):
             stress[b, XY + o + i] += xy
 
 
+@jit(forceinline=True)
+def trial(b, k, i, stress):
+    """sm, zz, sd, xy [Pa] of the triangle with index k in zone i of block b, and r, the radius of its circle of stress."""
+    sd, xy = stress[b, SD + k], stress[b, XY + k]
+    return stress[b, SM + i], stress[b, ZZ + i], sd, xy, sqrt(sd * sd + xy * xy)
+
+
 @jit
 def return_triangles(b, m, share, mohr_coulomb, tension, stress, limited, softens):
     """What the law makes of the trial stresses of block b, written to the rows of `limited`.
@@ -56,9 +63,7 @@ def return_triangles(b, m, share, mohr_coulomb, tension, stress, limited, soften
     for t in range(4):
         o = t * LANES
         for i in range(LANES):
-            sm, zz = stress[b, SM + i], stress[b, ZZ + i]
-            sd, xy = stress[b, SD + o + i], stress[b, XY + o + i]
-            r = sqrt(sd * sd + xy * xy)
+            sm, zz, sd, xy, r = trial(b, o + i, i, stress)
             low, high = sm - r, sm + r
             below, above = zz < low, zz > high
             s1 = zz if below else low
@@ -111,9 +116,7 @@ def beyond_law(b, m, mohr_coulomb, tension, stress):
     for t in range(4):
         o = t * LANES
         for i in range(LANES):
-            sm, zz = stress[b, SM + i], stress[b, ZZ + i]
-            sd, xy = stress[b, SD + o + i], stress[b, XY + o + i]
-            r = sqrt(sd * sd + xy * xy)
+            sm, zz, _, _, r = trial(b, o + i, i, stress)
             low, high = sm - r, sm + r
             s1 = zz if zz < low else low
             s3 = zz if zz > high else high

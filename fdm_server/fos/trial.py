@@ -2,7 +2,7 @@
 
 Strength is divided at once: dividing it little by little gave the same factors within .3 % on three slopes, with associated
 flow and without. Gravity instead grows in `GROWTH` spans: put on at once it found 8.14 for the slope of the paper, little by
-little 7.99, however slowly, because tension opens in another order.
+little 7.98, however slowly, because tension opens in another order.
 """
 
 import time

@@ -14,7 +14,6 @@ from coupler_protocol.progress import Progress
 from fdm_server.model import Model, State
 from fdm_server.stages import ContinuumSide
 
-BEFORE = {"name": "before", "kind": "load", "until": {"steps": 1}}  # the scene's own loads act from here on
 IDLE = [{"name": "load", "until": {"steps": 1}}]  # for scenes of which only the model is used
 LOOK = 50  # steps between points of the histories and looks at the ratio
 

@@ -25,18 +25,19 @@ def test_every_row_has_its_companion(tmp_path):
     assert all(row["value"] > 0.0 and row["companion"]["triad_GB_per_s"] > 0.0 for row in rows)
     names = [row["name"] for row in rows]
     assert sum(name.startswith("scalar loop") for name in names) == 2
-    assert {"law: elastic", "law: Mohr-Coulomb, tension, flowing", "law: elastic, large strain"} <= set(names)
-    memory = {row["name"]: int(row["note"].split()[0]) for row in rows if row["name"].startswith("law")}
-    assert memory["law: elastic"] < memory["law: Mohr-Coulomb"] < memory["law: Mohr-Coulomb, tension, large strain"]
+    memory = {row["name"]: int(row["note"].split()[0]) for row in rows if row["name"].startswith("laws")}
+    elastic, plastic = memory["laws: elastic, local"], memory["laws: elastic, mohr coulomb, tension, local"]
+    assert elastic < plastic < memory["laws: elastic, mohr coulomb, tension, local, softening, flowing"]
+    assert elastic < memory["laws: elastic, local, large strain"]
 
 
 def test_the_scalar_loop_computes_what_the_kernels_compute(bench):
-    from bench import fdm
+    from bench.laws import FULL, Box
     from bench.scalar_zone import step_of_zones
 
     from fdm_server.blocks import from_blocks
 
-    case = fdm.Case(1_600, flowing=True)
+    case = Box(40, 40, FULL, flowing=True)
     model, state = case.model, case.state
     laws = [tuple(p[0]) for p in model.material_law[:3]]
     stress = from_blocks(state.stress, case.zones)

@@ -85,7 +85,7 @@ def as_scene(n, steps, outer=30.0):
     return product.tables(
         ring_grid(n, outer),
         product.material(K, G, mohr_coulomb=law),
-        [product.BEFORE, *relief],
+        relief,
         boundary,
         initial_stress={"xx": -P0, "yy": -P0, "zz": -20e6},
     )
