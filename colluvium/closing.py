@@ -15,7 +15,7 @@ def rows(info):
                 stage["name"],
                 str(stage["steps"] or ""),
                 stage["ended_by"],
-                f"{stage['gravity_factor']:.2f} g" if stage["steps"] else "",
+                _gravity(stage) if stage["steps"] else "",
                 f"{stage['ratio_continuum']:.1e}" if stage["steps"] and "ratio_continuum" in stage else "",
                 f"{max(stage['ratio_discrete']):.1e}" if coupled else "",
                 f"{100 * max(stage['traction_difference']):.1f} %" if coupled and "traction_difference" in stage else "",
@@ -23,6 +23,10 @@ def rows(info):
             ]
         )
     return table
+
+
+def _gravity(stage):
+    return "none" if stage.get("gravity") == 0.0 else f"{stage['gravity_factor']:.2f} g"
 
 
 def times(info):
@@ -39,7 +43,9 @@ def times(info):
 def sentences(info):
     """What the tables do not say: windows, failure, memory, and how it ended."""
     for window in info.get("windows", []):
-        parts = [f"window {window['name']}: {window.get('discs', '?')} discs, {window.get('control_discs', '?')} on the ring"]
+        parts = [f"window {window['name']}: {window.get('discs', '?')} discs"]
+        if "control_discs" in window:
+            parts.append(f"{window['control_discs']} on the ring")
         if "porosity" in window:
             parts.append(f"porosity {window['porosity']:.3f}")
         if "stones" in window:

@@ -26,6 +26,7 @@ from dem_server.walls import make_walls
 
 log = logging.getLogger(__name__)
 NAME = "dem.rank1"
+NOTHING = 1e-9  # of the seconds of a stage: what is left of them when it ends
 
 
 class AloneState(NamedTuple):
@@ -66,7 +67,7 @@ class DiscsAlone:
             self._frame(self.origin.stage if self.saved else self.scene.stage[0].name, 1.0)
             if not self.saved:
                 self._end_stage(self.scene.stage[0].name, 1.0)
-                self.results.append(self._row(self.scene.stage[0], 0, 1.0, "", [], 0.0))
+                self.results.append(self._row(self.scene.stage[0], legs[0], 0, "", [], 0.0))
                 first = 1
             for stage, leg in list(zip(self.scene.stage, legs, strict=True))[first:]:
                 self._stage(stage, leg)
@@ -103,7 +104,7 @@ class DiscsAlone:
             self.time += cycle.advance(model, self.state, leg.at(done), chunk)
             done, self.steps = done + chunk, self.steps + chunk
             ended_by = ending.out_of_steps(done)
-            ended_by = ended_by or ending.out_of_time(self.time - began, self.state.dt)
+            ended_by = ended_by or ending.out_of_time(self.time - began, 2.0 * NOTHING * (stage.until.time or 0.0))
             factor = leg.factor(done - 1)
             if self.steps % every == 0 or ended_by:
                 ratio = self._look(leg, done - 1)
@@ -117,7 +118,7 @@ class DiscsAlone:
             if self.plugin is not None:
                 self.plugin.step(self._moment(stage.name))
         self._end_stage(stage.name, factor)
-        self.results.append(self._row(stage, done, factor, ended_by, [ratio], self.time - began))
+        self.results.append(self._row(stage, leg, done, ended_by, [ratio], self.time - began))
 
     def _in_time_of(self, stage):
         """The model in the stage's mode, with the stage's damping."""
@@ -139,8 +140,15 @@ class DiscsAlone:
         if until.steps is not None:
             left = min(left, until.steps - done)
         if until.time is not None:
-            left = min(left, max(1, round((until.time - passed) / self.state.next_dt)))
+            left = min(left, self._steps_within(until.time - passed))
         return left
+
+    def _steps_within(self, seconds):
+        """Whole steps within `seconds`; where there is none the next step is made as short, so that the stage ends on time."""
+        whole = int(seconds / self.state.next_dt)
+        if whole == 0:
+            self.state.next_dt = seconds
+        return max(whole, 1)
 
     def _plugin_steps(self):
         return () if self.plugin is None or self.plugin.on_step is None else (self.plugin.every,)
@@ -196,7 +204,7 @@ class DiscsAlone:
         self.steps = int(self.saved.about["step"])
         self.watch.begin(self.origin.stage)
 
-    def _row(self, stage, steps, factor, ended_by, ratios, seconds):
+    def _row(self, stage, leg, steps, ended_by, ratios, seconds):
         return {
             "name": stage.name,
             "kind": stage.kind,
@@ -204,7 +212,8 @@ class DiscsAlone:
             "time": seconds if stage.time == "real" else None,
             "time_step": self.state.dt if stage.time == "real" else None,
             "ended_by": ended_by,
-            "gravity_factor": factor,
+            "gravity": leg.gravity,
+            "gravity_factor": leg.factor(steps - 1),
             "ratio_discrete": ratios,
             "bonds_broken": [self.state.broken_tension + self.state.broken_shear],
         }

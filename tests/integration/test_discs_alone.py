@@ -7,7 +7,7 @@ import pytest
 from verification.discrete import collision, incline
 from verification.discrete.scenes import SOIL, disc_file
 
-from colluvium import launch
+from colluvium import closing, launch
 from colluvium.inprocess import run
 from colluvium.results import open_run
 from coupler_protocol.checkpoint import load
@@ -171,3 +171,27 @@ def test_files_that_cannot_be_read(tmp_path, rows, head, why):
     file = disc_file(tmp_path, rows, head)
     with pytest.raises(SceneError, match=why):
         computed(scene_of([STAGE], window=False, file=file), tmp_path / "run")
+
+
+def test_a_stage_in_real_time_ends_on_time(tmp_path):
+    """Free fall for .01 s from rest: g t^2 / 2 whatever the length of the steps, though no whole number of them fits."""
+    file = disc_file(tmp_path, [[0.0, 1.0, R, 0.0, 0.0, 0.0]])
+    stage = {"name": "fall", "kind": "discs", "time": "real", "gravity": G, "until": {"time": 0.01}}
+    with computed(scene_of([stage], window=False, file=file), tmp_path / "run") as found:
+        row = found.info["stages"][1]
+        assert row["time"] == pytest.approx(0.01, rel=1e-9)
+        fallen = 1.0 - found.discs(-1).xy[0, 1]
+        assert fallen == pytest.approx(0.5 * G * 0.01**2, rel=1e-9)
+        assert found.frames[-1].time == pytest.approx(0.01, rel=1e-9)
+        assert found.history("kinetic_energy")[0].size > 0  # the only rank there is
+
+
+def test_the_closing_table_of_discs_alone(tmp_path):
+    file = disc_file(tmp_path, [[0.0, 1.0, R, 0.0, 0.0, 0.0]])
+    stages = [{"name": "rest", "kind": "discs", "until": {"steps": 3}}]
+    stages += [{"name": "fall", "kind": "discs", "gravity": G, "until": {"steps": 3}}]
+    with computed(scene_of(stages, window=False, file=file), tmp_path / "run") as found:
+        assert [row[3] for row in closing.rows(found.info)] == ["", "none", "1.00 g"]
+        first = next(closing.sentences(found.info))
+        assert "1 discs" in first
+        assert "ring" not in first
