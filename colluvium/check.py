@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from coupler_protocol import disc_file
+from coupler_protocol.grading_table import grading_of
 from coupler_protocol.scene import declared_effects
 from coupler_protocol.scene_rules import doubts
 from coupler_protocol.schedule import beginning, large_strain, plan
@@ -46,8 +48,7 @@ def sizes(scene):
         across = window.columns[1] - window.columns[0] + 1
         up = window.rows[1] - window.rows[0] + 1
         width, height = np.ptp(grid.xy[grid.zones[window_zones(grid, window)]].reshape(-1, 2), axis=0).tolist()
-        mean_square = scene.discs.radius**2 * (1 + scene.discs.spread**2 / 3)
-        discs = (1 - scene.discs.porosity) * width * height / (3.141592653589793 * mean_square)
+        discs = (1 - scene.discs.porosity) * width * height / (0.7853981633974483 * grading_of(scene.discs).moment(2))
         windows.append(
             {"name": window.name, "width": width, "height": height, "segments": 2 * (across + up), "discs": round(discs)}
         )
@@ -67,9 +68,19 @@ def stages(scene):
     ]
 
 
+def file_of_discs(scene):
+    """How many discs the scene's file holds, {} without one; raises SceneError where it cannot be read."""
+    if scene.discs is None or scene.discs.file is None:
+        return {}
+    found = disc_file.read(scene.discs.file)
+    stones = 0 if found.stone is None else len(np.unique(found.stone[found.stone >= 0]))
+    return {"file": {"path": scene.discs.file, "discs": len(found.radius), "stones": stones}}
+
+
 def answer(scene):
     """All of the above in one dictionary."""
-    found = {"title": scene.title, "hash": scene.digest(), **sizes(scene), "effects": effects(scene), "stages": stages(scene)}
+    found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
+    found |= {"effects": effects(scene), "stages": stages(scene)}
     return found | {"doubts": [{"what": what, "remedy": remedy} for _, what, remedy in doubts(scene)]}
 
 
@@ -89,6 +100,10 @@ def print_answer(found, console):
         console.print(
             f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['segments']} segments, about {w['discs']} discs"
         )
+    if "file" in found:
+        file = found["file"]
+        of_stones = f" in {file['path']}, {file['stones']} stones" if file["stones"] else f" in {file['path']}"
+        console.print(f"{file['discs']} discs{of_stones}", markup=False)
     if found["stones"]:
         stones = found["stones"]
         console.print(

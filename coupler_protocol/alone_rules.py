@@ -71,9 +71,10 @@ def only_without_a_grid(scene):
     for i, window in enumerate(scene.window):
         if window.polygon is not None:
             yield ("window", i, "polygon"), "with a grid a window is made of whole zones", "use columns and rows"
-    for key in ("wall", "file") if scene.discs else ():
-        if getattr(scene.discs, key):
-            yield ("discs", key), "this is for discs alone, in scenes without a grid", "remove it, or the [grid]"
+    if scene.discs and scene.discs.wall:
+        yield ("discs", "wall"), "this is for discs alone, in scenes without a grid", "remove it, or the [grid]"
+    if scene.discs and scene.discs.file is not None and len(scene.window) > 1:
+        yield ("discs", "file"), f"one file cannot fill {len(scene.window)} windows", "keep one [[window]], or remove the file"
     for i, stage in enumerate(scene.stage):
         if stage.kind == "discs":
             yield ("stage", i, "kind"), "this is for discs alone, in scenes without a grid", 'use kind = "couple"'

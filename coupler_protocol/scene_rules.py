@@ -6,6 +6,7 @@ Rules that only a server knows come through the entry-point group `colluvium.rul
 from importlib.metadata import entry_points
 
 from coupler_protocol.alone_rules import ALONE_RULES, only_without_a_grid
+from coupler_protocol.disc_rules import DISC_RULES
 from coupler_protocol.stage_rules import STAGE_RULES
 
 
@@ -113,7 +114,7 @@ def stones_need_their_material(scene):
     grain = scene.discs.stone if scene.discs else None
     if scene.stones is not None and grain is None:
         yield ("stones",), "stones without a material", "add a [discs.stone] table or remove [stones]"
-    if scene.stones is None and grain is not None:
+    if scene.stones is None and grain is not None and (scene.grid or scene.discs.file is None):
         yield ("discs", "stone"), "there are no stones to be made of it", "add a [stones] table or remove [discs.stone]"
     if scene.stones is None or grain is None:
         return
@@ -142,7 +143,7 @@ def pairs_name_what_there_is(scene):
             yield at, f"says nothing about {names}", "add a table, for example friction = { coefficient = .. }"
 
 
-COMMON_RULES = (names_are_unique, stones_need_their_material, pairs_name_what_there_is)
+COMMON_RULES = (names_are_unique, stones_need_their_material, pairs_name_what_there_is, *DISC_RULES)
 GRID_RULES = (
     grid_needs_material,
     windows_of_whole_zones,

@@ -18,7 +18,7 @@ from coupler_protocol.plugin import Moment
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
-from dem_server import balance, bonding, cycle, energy, filling, insitu, record
+from dem_server import balance, bonding, cycle, energy, filling, imported, insitu, record
 from dem_server.contacts import contact_forces
 from dem_server.effects.damping import DampingTable
 from dem_server.model import Model, State
@@ -84,6 +84,9 @@ class DiscsAlone:
             ends, velocity = [(*w.ends[0], *w.ends[1]) for w in walls], [w.velocity for w in walls]
             self.state.walls = make_walls(ends, velocity, self.model)
         contact_forces(self.model, self.state)
+        if self.scene.discs.file is not None and self.scene.stage[1].time == "static":
+            self.model, left = imported.draw_apart(self.model, self.state)
+            self.report |= left
         if self.model.law.bond is not None:
             insitu.add_bonds(self.model, self.state)
         if self.model.law.parallel_bond is not None:

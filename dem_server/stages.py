@@ -17,7 +17,7 @@ from coupler_protocol.runfile import peak_memory
 from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
 from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
-from dem_server import balance, bonding, energy, insitu, mesostructure, packing, record, restart, run, stones
+from dem_server import balance, bonding, energy, imported, insitu, mesostructure, packing, record, restart, run, stones
 from dem_server.contacts import contact_forces
 from dem_server.model import build_model
 from dem_server.rim import Rim
@@ -86,8 +86,11 @@ class DiscreteSide:
         self.watch.begin("fill")
         begin = time.perf_counter()
         ring = build_ring(nodes, discs.radius)
-        rng = np.random.default_rng([self.scene.seed, self.rank])
-        packed = packing.pack(nodes, ring.xy, ring.radius, discs, rng, self._note)
+        if discs.file is not None:
+            packed = imported.of_window(self.scene, ring)
+        else:
+            rng = np.random.default_rng([self.scene.seed, self.rank])
+            packed = packing.pack(nodes, ring.xy, ring.radius, discs, rng, self._note)
         self.model, self.state = build_model(ring.xy, ring.radius, packed, discs, self.scene.ring)
         self.rim = Rim(ring, self.scene.coupling.mapping)
         contact_forces(self.model, self.state)
@@ -95,7 +98,7 @@ class DiscreteSide:
             "discs": len(packed.radius),
             "control_discs": len(ring.radius),
             "packing_seconds": time.perf_counter() - begin,
-        }
+        } | packed.report()
         if self.stones is not None:
             stones.mark(self.model, self.state, self.stones.outlines, discs.stone.density)
             self.report |= stones.report(self.model, self.state, self.stones)
