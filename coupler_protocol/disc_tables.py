@@ -19,10 +19,28 @@ class Servo(Table):
 
     pressure: float = quantity(unit="Pa", meaning="force of the discs along its normal over its length, compression", gt=0)
     fastest: float = quantity(unit="m/s", meaning="its largest speed, in static stages in m a step", gt=0)
-    average: float = quantity(10.0, unit="steps", meaning="steps over which the force is averaged", ge=1, le=1e4)
+    average: float = quantity(1.0, unit="steps", meaning="steps over which the force is averaged", ge=1, le=1e4)
 
 
-class Wall(Table):
+class Moves(Table):
+    """How a wall moves: by a velocity or by a servo, or not at all."""
+
+    velocity: Point = quantity((0.0, 0.0), unit="m/s", meaning="its velocity, in static stages in m a step")
+    servo: Servo | None = quantity(None, meaning="moves it to a pressure, in place of `velocity`; none: no servo")
+
+    @model_validator(mode="after")
+    def _one_way(self):
+        if self.servo is not None and self.velocity != (0.0, 0.0):
+            raise ValueError("a wall has a velocity or a servo, not both")
+        return self
+
+    @property
+    def moves(self):
+        """Whether it moves at all."""
+        return self.servo is not None or self.velocity != (0.0, 0.0)
+
+
+class Wall(Moves):
     """A segment that holds discs back, in scenes without a grid; its contacts are of the material ring.
 
     Histories `wall_force_x:NAME`, `wall_force_y:NAME` [N], of the discs on the wall, and `wall_x:NAME`, `wall_y:NAME` [m], its
@@ -31,8 +49,17 @@ class Wall(Table):
 
     name: str | None = quantity(None, meaning="its name; none: its number from 1", min_length=1, pattern=r"^[\w .+-]+$")
     ends: tuple[Point, Point] = quantity(unit="m", meaning="where it begins and ends")
-    velocity: Point = quantity((0.0, 0.0), unit="m/s", meaning="its velocity, in static stages in m a step")
-    servo: Servo | None = quantity(None, meaning="moves it to a pressure, in place of `velocity`; none: no servo")
+
+
+class StageWall(Moves):
+    """What becomes of a wall from this stage on; without velocity and servo it stops."""
+
+    name: str = quantity(meaning="name or number of the wall", min_length=1)
+
+
+def names_of_walls(walls):
+    """Names of all walls; one without a name has its number from 1."""
+    return [wall.name or str(number) for number, wall in enumerate(walls, start=1)]
 
 
 class Discs(Table):

@@ -18,11 +18,10 @@ from coupler_protocol.plugin import Moment
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
-from dem_server import balance, bonding, cycle, energy, filling, imported, insitu, record
+from dem_server import balance, bonding, cycle, energy, filling, imported, insitu, record, wall_tables
 from dem_server.contacts import contact_forces
 from dem_server.effects.damping import DampingTable
 from dem_server.model import Model, State
-from dem_server.walls import make_walls
 
 log = logging.getLogger(__name__)
 NAME = "dem.rank1"
@@ -79,10 +78,7 @@ class DiscsAlone:
         """Discs, stones and walls as the scene says; bonds where discs touch."""
         begin = time.perf_counter()
         self.model, self.state, self.stones, self.report = filling.fill(self.scene, self._note)
-        walls = self.scene.discs.wall
-        if walls:
-            ends, velocity = [(*w.ends[0], *w.ends[1]) for w in walls], [w.velocity for w in walls]
-            self.state.walls = make_walls(ends, velocity, self.model)
+        self.state.walls = wall_tables.walls_of(self.scene, self.model, self.state)
         contact_forces(self.model, self.state)
         if self.scene.discs.file is not None and self.scene.stage[1].time == "static":
             self.model, left = imported.draw_apart(self.model, self.state)
@@ -98,6 +94,7 @@ class DiscsAlone:
     def _stage(self, stage, leg):
         """One stage of the discs from its first step to its last."""
         self.watch.begin(stage.name)
+        wall_tables.begin_stage(self.scene, stage, self.model, self.state)
         model = self._in_time_of(stage)
         every, record_every = self.scene.record.history, self.scene.record.every
         ending, done, began, ended_by = Ending(stage.until, leg.over), 0, self.time, ""
@@ -112,7 +109,7 @@ class DiscsAlone:
             if self.steps % every == 0 or ended_by:
                 ratio = self._look(leg, done - 1)
                 farthest = float(np.hypot(*self.state.displacement.T).max())
-                ended_by = ended_by or ending.reached(done, [ratio], farthest)
+                ended_by = ended_by or ending.reached(done, [ratio, wall_tables.servo_error(self.state.walls)], farthest)
                 self.progress(stage.name, "", done, stage.until.steps, ratio, factor)
             self.watch.stages[-1].steps = done
             self.watch.to("computing")
@@ -176,6 +173,7 @@ class DiscsAlone:
         }
         if state.walls is not None:
             values["wall_force_x"], values["wall_force_y"] = state.walls.force.sum(axis=0).tolist()
+            values |= wall_tables.histories(self.scene, state.walls)
         self.recorder.history(self.steps, **values)
         return ratio
 

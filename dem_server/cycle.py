@@ -62,7 +62,7 @@ def advance(model, state, gravity, steps):
         state.dt = dt
         done, fast, fresh = cycle(
             steps, kick, *motion.arguments(model, state, gravity), *contacts.arguments(model, state)[2:],
-            *walls.arguments(model, state)[:3],
+            *walls.arguments(model, state)[:4],
         )  # fmt: skip
         steps -= done
         time += done * dt
@@ -86,7 +86,7 @@ def cycle(
     steps, kick, disc, load, weight, angle, counters, damping, clumps, first, gravity, fastest, cap,
     listed_at, used, partner, kind, normal, shear, reference_gap, bond_state, rolled, root_mass, parallel,
     same_counters, spring, friction, bond, rolling, dashpot, parallel_bond, skin, dt,
-    walls, material, materials,
+    walls, servo, material, materials,
 ):  # fmt: skip
     """Kernel of `advance`: steps done, bodies that were too fast in the last, whether its contact forces are known.
 
@@ -97,15 +97,16 @@ def cycle(
         fast = move(
             disc, load, weight, angle, counters, damping, clumps, first, gravity, fastest, cap, kick, dt
         )
-        if walls is not None:
-            move_walls(walls, dt)
+        if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if move_walls(walls, servo, dt, 0.5 * skin):
+                listed_at[0, 0] = np.inf  # out of date
         fresh = force_pass(
             disc, load, listed_at, used, partner, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
             parallel, same_counters, spring, friction, bond, rolling, dashpot, parallel_bond, skin, dt,
         )  # fmt: skip
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if fresh:
-                wall_pass(disc, load, dt, walls, material, materials, clumps, spring, friction, rolling, dashpot)
+                wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring, friction, rolling, dashpot)
         kick = dt
         step += 1
     return step, fast, fresh

@@ -39,11 +39,15 @@ def pressed():
 
 def averaged(state):
     """Stress xx, yy, xy [Pa] from all contacts, in the area between the walls."""
+    return stress_between(state, (WIDTH - 2.0 * INSIDE) * (HEIGHT - 2.0 * INSIDE))
+
+
+def stress_between(state, area):
+    """Stress xx, yy, xy [Pa] from all contacts of discs that walls enclose, in the `area` [m2] between the walls."""
     disc, wall, normal, distance = near(state, 0.0)
     along = np.column_stack([-normal[:, 1], normal[:, 0]])
     force = state.walls.normal[disc, wall][:, None] * normal + state.walls.shear[disc, wall][:, None] * along
     at_walls = SimpleNamespace(force=force, span=distance[:, None] * normal)
-    area = (WIDTH - 2.0 * INSIDE) * (HEIGHT - 2.0 * INSIDE)
     return (contact_moments(contacts(state)).sum(axis=0) + contact_moments(at_walls).sum(axis=0)) / area
 
 
