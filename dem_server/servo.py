@@ -27,7 +27,8 @@ class Servo(NamedTuple):
     """Servos of all W walls of a State.
 
     pressure (W,) [Pa], 0: the wall has none now; fastest (W,) [m/s]; average (W,): N; inward (W, 2): unit normals to the discs.
-    From the contacts: force (W,), averaged [N]; stiffness [N/m], dashpot [N s/m] (W,), of the last pass.
+    From the contacts: force (W,), averaged [N]; stiffness [N/m], dashpot [N s/m] (W,), of the last pass; length (W,): L of the
+    last step [m].
     """
 
     pressure: np.ndarray
@@ -37,6 +38,7 @@ class Servo(NamedTuple):
     force: np.ndarray
     stiffness: np.ndarray
     dashpot: np.ndarray
+    length: np.ndarray
 
 
 def make_servo(ends, xy):
@@ -45,15 +47,15 @@ def make_servo(ends, xy):
     inward = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
     away = xy.mean(axis=0) - 0.5 * (ends[:, 2:] + ends[:, :2])
     inward[(inward * away).sum(axis=1) < 0.0] *= -1.0
-    pressure, fastest, force, stiffness, dashpot = np.zeros((5, len(ends)))
-    return Servo(pressure, fastest, np.ones(len(ends)), inward, force, stiffness, dashpot)
+    pressure, fastest, force, stiffness, dashpot, length = np.zeros((6, len(ends)))
+    return Servo(pressure, fastest, np.ones(len(ends)), inward, force, stiffness, dashpot, length)
 
 
 def pressures(walls):
     """Pressure of the discs on each wall now (W,) [Pa]."""
     servo = walls.servo
-    lengths = np.array([length_that_counts(w, walls.ends, servo.inward) for w in range(len(walls.ends))])
-    return -(walls.force * servo.inward).sum(axis=1) / lengths
+    measure(walls.ends, servo.inward, servo.length)
+    return -(walls.force * servo.inward).sum(axis=1) / servo.length
 
 
 def error(walls):
@@ -68,6 +70,7 @@ def error(walls):
 def steer(walls, servo, dt):
     """Eq (1) for all walls that have a pressure to hold."""
     velocity, inward = walls.velocity, servo.inward
+    measure(walls.ends, inward, servo.length)
     for w in range(len(velocity)):
         if servo.pressure[w] <= 0.0:
             continue
@@ -76,28 +79,29 @@ def steer(walls, servo, dt):
         servo.force[w] += (-(walls.force[w, 0] * nx + walls.force[w, 1] * ny) - servo.force[w]) / N
         speed = servo.fastest[w]
         if servo.stiffness[w] > 0.0:
-            missing = servo.pressure[w] * length_that_counts(w, walls.ends, inward) - servo.force[w]
+            missing = servo.pressure[w] * servo.length[w] - servo.force[w]
             wanted = GAIN / N * missing / (dt * servo.stiffness[w] + servo.dashpot[w])
             speed = min(max(wanted, -speed), speed)
         velocity[w, 0], velocity[w, 1] = speed * nx, speed * ny
 
 
 @jit
-def length_that_counts(w, ends, inward):
-    """Length [m] of wall w on the discs' side of the walls that cross it."""
-    x, y = ends[w, 0], ends[w, 1]
-    ex, ey = ends[w, 2] - x, ends[w, 3] - y
-    first, last = 0.0, 1.0
-    for v in range(len(ends)):
-        ax, ay = ends[v, 0] - x, ends[v, 1] - y
-        fx, fy = ends[v, 2] - ends[v, 0], ends[v, 3] - ends[v, 1]
-        cross = ex * fy - ey * fx
-        if v == w or cross * cross < 1e-12 * (ex * ex + ey * ey) * (fx * fx + fy * fy):
-            continue
-        here, there = (ax * fy - ay * fx) / cross, (ax * ey - ay * ex) / cross
-        if 0.0 < here < 1.0 and -1e-9 <= there <= 1.0 + 1e-9:
-            if ex * inward[v, 0] + ey * inward[v, 1] > 0.0:
-                first = max(first, here)
-            else:
-                last = min(last, here)
-    return max(last - first, 1e-3) * (ex * ex + ey * ey) ** 0.5
+def measure(ends, inward, length):
+    """Length (W,) [m] of each wall on the discs' side of the walls that cross it."""
+    for w in range(len(ends)):
+        x, y = ends[w, 0], ends[w, 1]
+        ex, ey = ends[w, 2] - x, ends[w, 3] - y
+        first, last = 0.0, 1.0
+        for v in range(len(ends)):
+            ax, ay = ends[v, 0] - x, ends[v, 1] - y
+            fx, fy = ends[v, 2] - ends[v, 0], ends[v, 3] - ends[v, 1]
+            cross = ex * fy - ey * fx
+            if v == w or cross * cross < 1e-12 * (ex * ex + ey * ey) * (fx * fx + fy * fy):
+                continue
+            here, there = (ax * fy - ay * fx) / cross, (ax * ey - ay * ex) / cross
+            if 0.0 < here < 1.0 and -1e-9 <= there <= 1.0 + 1e-9:
+                if ex * inward[v, 0] + ey * inward[v, 1] > 0.0:
+                    first = max(first, here)
+                else:
+                    last = min(last, here)
+        length[w] = max(last - first, 1e-3) * (ex * ex + ey * ey) ** 0.5
