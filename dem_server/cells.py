@@ -5,9 +5,9 @@ discs are sorted by size into levels, none wider than `RATIO`, and each level ha
 
     side = 2 rmax + reach                                                        (1)
 
-(rmax: of that level). A disc looks through the cells of every level that its own circle, widened by rmax + reach, meets: at most
-three by three in its own level. Discs of about equal size have one level. Source: Ogarko & Luding (2012), Comput. Phys.
-Commun. 183, 931-936.
+(rmax: of that level). A disc looks through its own cell and four of the cells round it, and through the cells of every level of
+smaller discs that its circle, widened by rmax + reach, meets. Discs of about equal size have one level. Source: Ogarko &
+Luding (2012), Comput. Phys. Commun. 183, 931-936.
 """
 
 import numpy as np
@@ -31,12 +31,12 @@ def levels_of(radius, reach):
 
 
 @jit
-def near_pairs(disc, level, side, widest, body, ring, reach, first, second):
-    """Write all pairs i < j of gap < `reach` [m] to `first`, `second`, sorted by both; returns how many there are.
+def near_pairs(disc, level, side, widest, body, ring, reach, a, b):
+    """Write all pairs of gap < `reach` [m], lower number first, to a, b in no order; returns how many there are.
 
-    If there are more than the arrays hold, the rest is only counted.
+    Pairs within the ring or within one body (n,) are none. If there are more than a and b hold, the rest is only counted.
     """
-    n, levels, found = len(disc), len(side), 0
+    n, levels = len(disc), len(side)
     low, high = disc[0, :2].copy(), disc[0, :2].copy()
     for i in range(n):
         for k in range(2):
@@ -52,40 +52,73 @@ def near_pairs(disc, level, side, widest, body, ring, reach, first, second):
         start[cell[i] + 1] += 1
     for c in range(offset[levels]):
         start[c + 1] += start[c]
-    place, order = start[:-1].copy(), np.empty(n, dtype=np.int64)
+    place, order, at = start[:-1].copy(), np.empty(n, dtype=np.int64), np.empty((n, 3))
     for i in range(n):
-        order[place[cell[i]]] = i
+        q = place[cell[i]]
+        order[q], at[q, 0], at[q, 1], at[q, 2] = i, disc[i, 0], disc[i, 1], disc[i, 5]
         place[cell[i]] += 1
 
-    for i in range(n):
-        begin = found
-        x, y, r = disc[i, 0], disc[i, 1], disc[i, 5]
-        for k in range(levels):
+    found = 0
+    for p in range(n):
+        i, x, y, r = order[p], at[p, 0], at[p, 1], at[p, 2]
+        own = level[i]
+        # its own level: the rest of its cell and the one to the right, and the three above
+        row, column = (cell[i] - offset[own]) // columns[own], (cell[i] - offset[own]) % columns[own]
+        last = min(column + 1, columns[own] - 1)
+        here = offset[own] + row * columns[own]
+        found = near_in(p + 1, start[here + last + 1], x, y, r, i, order, at, body, ring, reach, a, b, found)
+        if row + 1 < rows[own]:
+            here += columns[own]
+            first = start[here + max(column - 1, 0)]
+            found = near_in(first, start[here + last + 1], x, y, r, i, order, at, body, ring, reach, a, b, found)
+        # levels of smaller discs: all cells that its circle, widened by theirs, meets
+        for k in range(own):
             w, far = width[k], r + widest[k] + reach
             c0, c1 = max(int((x - far - low[0]) / w), 0), min(int((x + far - low[0]) / w), columns[k] - 1)
             r0, r1 = max(int((y - far - low[1]) / w), 0), min(int((y + far - low[1]) / w), rows[k] - 1)
             for row in range(r0, r1 + 1):
                 here = offset[k] + row * columns[k]
-                for q in range(start[here + c0], start[here + c1 + 1]):
-                    j = order[q]
-                    if j <= i or j < ring:
-                        continue
-                    dx, dy, near = disc[j, 0] - x, disc[j, 1] - y, r + disc[j, 5] + reach
-                    if dx * dx + dy * dy >= near * near:
-                        continue
-                    if body is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-                        if body[i] >= 0 and body[i] == body[j]:
-                            continue
-                    if found < len(first):
-                        # in its place among the pairs of disc i
-                        p = found
-                        while p > begin and second[p - 1] > j:
-                            second[p] = second[p - 1]
-                            p -= 1
-                        second[p] = j
-                        first[found] = i
-                    found += 1
+                first, end = start[here + c0], start[here + c1 + 1]
+                found = near_in(first, end, x, y, r, i, order, at, body, ring, reach, a, b, found)
     return found
+
+
+@jit(forceinline=True)
+def near_in(first, end, x, y, r, i, order, at, body, ring, reach, a, b, found):
+    """Write the pairs of disc i, at (x, y) with radius r, with those of order[first:end] that are near; the new count."""
+    for q in range(first, end):
+        dx, dy, near = at[q, 0] - x, at[q, 1] - y, r + at[q, 2] + reach
+        if dx * dx + dy * dy < near * near:
+            j = order[q]
+            if i < ring and j < ring:
+                continue
+            if body is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                if body[i] >= 0 and body[i] == body[j]:
+                    continue
+            if found < len(a):
+                a[found], b[found] = min(i, j), max(i, j)
+            found += 1
+    return found
+
+
+@jit
+def sorted_pairs(n, found, a, b):
+    """The first `found` pairs of discs below n, sorted by first and second disc: (found,), (found,)."""
+    start = np.zeros(n + 1, dtype=np.int64)
+    for p in range(found):
+        start[a[p] + 1] += 1
+    for i in range(n):
+        start[i + 1] += start[i]
+    first, second, place = np.empty(found, dtype=np.uint32), np.empty(found, dtype=np.uint32), start[:-1].copy()
+    for p in range(found):
+        i, j = a[p], b[p]
+        q = place[i]
+        place[i] += 1
+        while q > start[i] and second[q - 1] > j:
+            second[q] = second[q - 1]
+            q -= 1
+        second[q], first[place[i] - 1] = j, i
+    return first, second
 
 
 @jit

@@ -12,7 +12,7 @@ pairs of discs whose numbers are farther apart, which stand at the end of the li
 import numpy as np
 
 from coupler_protocol.jit import jit
-from dem_server.cells import levels_of, near_pairs
+from dem_server.cells import levels_of, near_pairs, sorted_pairs
 from dem_server.effects.bond import BONDED
 from dem_server.effects.parallel_bond import ParallelBonds
 from dem_server.model import BUILDS
@@ -35,14 +35,15 @@ def rebuild(model, state):
         lost = int(np.flatnonzero(~np.isfinite(state.disc).all(axis=1))[0])
         raise ArithmeticError(f"disc {lost}: position or velocity is no longer a number")
     state.listed_at[:] = state.x
-    old, key = keys(model, state.first, state.second), near_keys(model, state)
+    old, (first, second, key) = keys(model, state.first, state.second), found_near(model, state)
     origin = places(old, key)
     lost = still_bonded(model, state, origin)
     if len(lost):
-        key = np.sort(np.concatenate([key, old[lost]]))
-        origin = places(old, key)
-    pair = key % FAR
-    state.first, state.second = (pair // model.count).astype(np.uint32), (pair % model.count).astype(np.uint32)
+        key = np.concatenate([key, old[lost]])
+        order = np.argsort(key)
+        key, origin = key[order], np.concatenate([origin, lost])[order]
+        first, second = np.concatenate([first, state.first[lost]])[order], np.concatenate([second, state.second[lost]])[order]
+    state.first, state.second = first, second
     state.parts = parts_of(model, state.first, key)
     carry_over(state, origin)
     state.kind = kinds(model.material, model.materials, state.first, state.second)
@@ -50,19 +51,23 @@ def rebuild(model, state):
     state.counters[BUILDS] += 1
 
 
-def near_keys(model, state):
-    """Sorted keys (m,) of all pairs whose gap is smaller than the skin."""
+def found_near(model, state):
+    """First and second disc and key (m,) of all pairs whose gap is smaller than the skin, sorted by the key."""
     body = None if state.clumps is None else state.clumps.body
     level, side, widest = levels_of(state.radius, skin(model))
     room = 4 * model.count + 64
     while True:
-        first, second = np.empty(room, dtype=np.uint32), np.empty(room, dtype=np.uint32)
-        found = near_pairs(state.disc, level, side, widest, body, model.ring, skin(model), first, second)
+        a, b = np.empty(room, dtype=np.uint32), np.empty(room, dtype=np.uint32)
+        found = near_pairs(state.disc, level, side, widest, body, model.ring, skin(model), a, b)
         if found <= room:
             break
         room = found
-    key = keys(model, first[:found], second[:found])
-    return np.sort(key)
+    first, second = sorted_pairs(model.count, found, a, b)
+    key = keys(model, first, second)
+    far = key >= FAR
+    if not far.any():
+        return first, second, key
+    return tuple(np.concatenate([array[~far], array[far]]) for array in (first, second, key))
 
 
 def keys(model, first, second):
@@ -119,7 +124,15 @@ def parts_of(model, first, key):
 
 def kinds(material, materials, first, second):
     """Number of the kind of pair (m,) of every listed pair; material (n,)."""
-    return (material[first] * materials + material[second]).astype(np.uint32)
+    return _kinds(material, materials, first, second)
+
+
+@jit
+def _kinds(material, materials, first, second):
+    kind = np.empty(len(first), dtype=np.uint32)
+    for p in range(len(first)):
+        kind[p] = material[first[p]] * materials + material[second[p]]
+    return kind
 
 
 def carry_over(state, origin):
