@@ -47,7 +47,7 @@ parallel_bond_after = jit(parallel_law.parallel_bond_after)
 NOWHERE = 1e-150  # [m]: distance below which two centres have no direction
 
 
-@jit(forceinline=True)
+@jit(forceinline=True, borrows=True)
 def law_of_block(m, dt, f, shear, reference_gap, friction, bond, rolling, dashpot, parallel_bond):
     """Eqs (1) to (4) for the m contacts whose rows stand in the scratch memory f; returns how many bonds broke.
 

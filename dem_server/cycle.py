@@ -105,8 +105,8 @@ def shorten(model, state):
 @jit
 def cycle(
     steps, kick, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, ring, listed_at, leeway,
-    first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass, parallel,
-    counters, spring, friction, bond, rolling, dashpot, parallel_bond, dt,
+    first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
+    glued, glue_gap, glue_normal, glue_shear, glue_moment, counters, spring, friction, bond, rolling, dashpot, parallel_bond, dt,
     walls, material, materials,
 ):  # fmt: skip
     """Kernel of `advance_alone`: steps done, bodies that were too fast in the last, whether its contact forces are known.
@@ -132,7 +132,8 @@ def cycle(
         if fresh:
             force_pass(
                 disc, load, first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
-                parallel, counters, spring, friction, bond, rolling, dashpot, parallel_bond, dt,
+                glued, glue_gap, glue_normal, glue_shear, glue_moment, counters, spring, friction, bond, rolling, dashpot,
+                parallel_bond, dt,
             )  # fmt: skip
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if fresh:
