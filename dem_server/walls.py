@@ -70,15 +70,17 @@ def arguments(model, state):
 
 
 @jit
-def move_walls(walls, servo, dt, far):
-    """One step of the walls; whether one has moved by more than `far` [m] since the masses of the discs near it were set."""
+def move_walls(walls, servo, listed_at, leeway, dt):
+    """One step of the walls; whether one is more than `leeway` [m] from where masses were set: then the list is out of date."""
     if servo is not None:
         steer(walls, servo, dt)
     strayed = False
     for w in range(len(walls.ends)):
         for end in range(4):
             walls.ends[w, end] += walls.velocity[w, end % 2] * dt
-            strayed |= abs(walls.ends[w, end] - walls.summed_at[w, end]) > far
+            strayed |= abs(walls.ends[w, end] - walls.summed_at[w, end]) > leeway
+    if strayed:
+        listed_at[0, 0] = np.inf
     return strayed
 
 
