@@ -65,7 +65,9 @@ def names_of_walls(walls):
 class Discs(Table):
     """What fills a window."""
 
-    radius: float = quantity(unit="m", meaning="mean radius, and about that of control discs; with a grading: its mean", gt=0)
+    radius: float = quantity(
+        unit="m", meaning="mean radius, and about that of control discs; none with a grading: its mean", gt=0
+    )
     spread: float = quantity(0.25, meaning="radii are uniform in radius (1 -+ spread)", ge=0, lt=0.8)
     grading: Grading | None = quantity(None, meaning="other sizes, in place of `spread`; no table: uniform radii")
     packing: Literal["relaxed", "inward"] = quantity("relaxed", meaning="spread and relaxed, or placed from the ring inward")

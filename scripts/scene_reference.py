@@ -64,6 +64,12 @@ EXAMPLES = (
         "stress p in all directions use `xx = -p`, `yy = -p` in the four places, or `pressure = p` on inner and outer.",
     ),
     (
+        "A biaxial test on discs alone",
+        "quick_biaxial.toml",
+        "No grid: discs, walls with servos, and a wall that moves otherwise from a stage on. More about packings, sizes, walls "
+        "and discs from files: [packings.md](packings.md).",
+    ),
+    (
         "A slide in softening soil",
         "softening_slide.toml",
         "Softening, a stage in real time with its own damping, and the ledger of energies. What softens fails in bands one "
