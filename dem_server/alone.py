@@ -18,7 +18,7 @@ from coupler_protocol.plugin import Moment
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
-from dem_server import balance, bonding, cycle, energy, filling, imported, insitu, record, wall_tables
+from dem_server import balance, bonding, cycle, energy, filling, insitu, overlaps, record, wall_tables
 from dem_server.contacts import contact_forces
 from dem_server.effects.damping import DampingTable
 from dem_server.model import Model, State
@@ -81,7 +81,7 @@ class DiscsAlone:
         self.state.walls = wall_tables.walls_of(self.scene, self.model, self.state)
         contact_forces(self.model, self.state)
         if self.scene.discs.file is not None and self.scene.stage[1].time == "static":
-            self.model, left = imported.draw_apart(self.model, self.state)
+            self.model, left = overlaps.draw_apart(self.model, self.state)
             self.report |= left
         if self.model.law.bond is not None:
             insitu.add_bonds(self.model, self.state)

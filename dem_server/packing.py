@@ -133,9 +133,7 @@ def smooth_discs(ring_xy, ring_radius, xy, radius, discs):
     density = np.full(len(material), discs.soil.density)
     smallest = float(min(ring_radius.min(), grading_of(discs).smallest))
     model = Model(law, len(ring_xy), material, density, smallest)
-    return model, new_state(
-        model, np.concatenate([ring_xy, xy]), np.concatenate([ring_radius, radius]), reference_gap=False
-    )
+    return model, new_state(model, np.concatenate([ring_xy, xy]), np.concatenate([ring_radius, radius]), reference_gap=False)
 
 
 def bring_back(model, state, window, inset):

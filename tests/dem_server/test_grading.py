@@ -1,5 +1,7 @@
 """Discs have the sizes that were asked for: lognormal ones by number, a grading curve by area."""
 
+import tomllib
+
 import numpy as np
 import pytest
 import scipy.stats
@@ -92,5 +94,15 @@ def test_the_radius_of_a_scene_is_that_of_its_grading():
 
 
 def test_discs_larger_than_the_window_are_refused():
-    with pytest.raises(SceneError, match="largest discs"):
+    with pytest.raises(SceneError, match="1 m across: too small for its largest discs"):
         build_scene(scene_with(grading={"curve": [[0.02, 0.0], [0.4, 1.0]]}))
+
+
+def test_discs_larger_than_the_window_of_a_grid_are_refused(configs):
+    data = tomllib.loads((configs / "quick_slope.toml").read_text())
+    del data["discs"]["radius"]
+    data["discs"]["grading"] = {"curve": [[0.05, 0.0], [0.4, 1.0]]}
+    assert build_scene(data).discs.radius == pytest.approx(0.02 / 0.45, rel=1e-12)
+    data["discs"]["grading"]["curve"][1][0] = 0.6
+    with pytest.raises(SceneError, match=r"2 m across: too small for its largest discs, of 0.6 m"):
+        build_scene(data)

@@ -9,13 +9,22 @@ from colluvium import open_run
 from tests.conftest import command
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory, configs):
-    out = tmp_path_factory.mktemp("biaxial") / "run"
-    words = command("colluvium.cli", "run", configs / "quick_biaxial.toml", "--out", out, "--quiet")
+def computed(configs, out, *more):
+    words = command("colluvium.cli", "run", configs / "quick_biaxial.toml", "--out", out, "--quiet", *more)
     done = subprocess.run(words, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
-    with open_run(out) as opened:
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, configs):
+    out = tmp_path_factory.mktemp("biaxial") / "run"
+    computed(configs, out)
+    return out
+
+
+@pytest.fixture
+def run(folder):
+    with open_run(folder) as opened:
         yield opened
 
 
@@ -48,3 +57,13 @@ def test_walls_carry_what_the_discs_do(run):
     top, bottom = parts(run, "wall_force_y:top")[1], parts(run, "wall_force_y:bottom")[1]
     assert np.abs(top + bottom).max() < 0.2 * top.max()
     assert np.abs((top + bottom).mean()) < 0.01 * top.mean()
+
+
+def test_servos_go_on_from_a_stage_with_the_same_bits(run, folder, configs, tmp_path):
+    computed(configs, tmp_path / "on", "--from", f"{folder}@press", "--set", "stage.shorten.until.steps=500")
+    with open_run(tmp_path / "on") as other:
+        for name in ("wall_pressure:top", "wall_force_x:left", "wall_x:right", "unbalanced_ratio"):
+            steps, values = other.history(name)
+            before, straight = run.history(name)
+            assert len(steps) == 10
+            assert values.tobytes() == straight[np.isin(before, steps)].tobytes()
