@@ -55,7 +55,7 @@ def test_an_engine_does_the_same_work_or_is_said_to_be_missing(told, engine):
 class Twin:
     """An engine that is our own discs, with a flaw if one is wanted."""
 
-    NAME, BOND_TRIAL, DIFFERENCES = "twin", {"stress_free": True, "equal_radii": True}, ()
+    NAME, TRIAL, DIFFERENCES = "twin", {True: {"stress_free": True, "equal_radii": True}}, ()
     stiffness = 1.0
 
     @classmethod

@@ -23,7 +23,7 @@ from dem_server.effects.bond import BONDED
 from dem_server.fields import contacts
 
 TRIAL_STEPS, TRIAL_FRACTION = 100, 0.1  # steps, and their share of the stable one
-AMPLITUDE = {False: 2e-5, True: 3e-4}  # of the trial's displacements [m], without and with bonds (overlaps are about 4e-4 m)
+AMPLITUDE = {False: 2e-4, True: 3e-4}  # of the trial's displacements [m], without and with bonds: about half an overlap
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Box:
 
     xy (n, 2), radius (n,) [m]; held: number of discs that never move; mass (n,) [kg/m]; normal, shear: contact stiffnesses
     [N/m]; friction [-]; bonds (m, 2): bonded pairs, or None; strength [N] of a bond; dt: time step [s]; velocity (n, 2) [m/s]
-    at the start of the trial and force (n, 2) [N] on the discs there.
+    at the start of the trial.
     """
 
     xy: np.ndarray
@@ -46,7 +46,6 @@ class Box:
     strength: float
     dt: float
     velocity: np.ndarray
-    force: np.ndarray
 
     @property
     def free(self):
@@ -68,9 +67,9 @@ def box_of(case):
     return as_box(case, *start_of_trial(case))
 
 
-def trial_of(case, stress_free=False, equal_radii=False):
+def trial_of(case, stress_free=False, equal_radii=False, behind=False):
     """The box of a trial, and the velocities (n, 2) [m/s] of our discs half a step before its end."""
-    model, state = start_of_trial(case, stress_free, equal_radii)
+    model, state = start_of_trial(case, stress_free, equal_radii, behind)
     box = as_box(case, model, state)
     advance(model, state, 0.0, TRIAL_STEPS)
     return box, state.v.copy()
@@ -86,16 +85,17 @@ def as_box(case, model, state):
     return Box(
         xy=state.x.copy(), radius=state.radius.copy(), held=model.ring, mass=state.mass.copy(),
         normal=float(law.spring.normal[kind]), shear=float(law.spring.shear[kind]), friction=FRICTION.coefficient,
-        bonds=bonds, strength=BOND.tension, dt=state.next_dt, velocity=state.v.copy(), force=state.force.copy(),
+        bonds=bonds, strength=BOND.tension, dt=state.next_dt, velocity=state.v.copy(),
     )  # fmt: skip
 
 
-def start_of_trial(case, stress_free=False, equal_radii=False):
+def start_of_trial(case, stress_free=False, equal_radii=False, behind=False):
     """Model and State (copies) at the start of the trial.
 
     stress_free: contacts get reference gaps that leave no force, as
     bonds of some engines do; equal_radii: all discs as small as the smallest, so that both levers of a contact are half the
-    distance of its centres, as bonds of some engines take them.
+    distance of its centres, as bonds of some engines take them; behind: the velocities are those of half a step before, and
+    the way of that step has been slip, as in engines that compute forces before they move anything.
     """
     model = replace(case.model, law=case.model.law._replace(damping=None))
     state, bonded = deepcopy(case.state), model.law.bond is not None
@@ -111,6 +111,9 @@ def start_of_trial(case, stress_free=False, equal_radii=False):
     contact_forces(model, state)
     speed = AMPLITUDE[bonded] * np.sqrt(model.law.spring.normal[0] / state.mass[model.ring :].mean())
     state.v[model.ring :] = speed * np.random.default_rng(3).standard_normal((case.free, 2))
+    if behind:
+        state.dt = state.next_dt
+        contact_forces(model, state)
     return model, state
 
 

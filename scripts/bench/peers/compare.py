@@ -34,7 +34,7 @@ class Peer:
 
     def trial_difference(self, case):
         """`motion`."""
-        start, ours = trial_of(case, **(self.engine.BOND_TRIAL if case.model.law.bond is not None else {}))
+        start, ours = trial_of(case, **self.engine.TRIAL[case.model.law.bond is not None])
         theirs = self.engine.run(start, TRIAL_STEPS, self.settings, trial=True).velocity
         free = slice(start.held, None)
         return float(np.linalg.norm((theirs - ours)[free]) / np.linalg.norm(ours[free]))

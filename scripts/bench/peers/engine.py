@@ -1,8 +1,9 @@
 """What every engine's file offers, and how it is started: one process, one thread, in a folder that is thrown away.
 
-A file of an engine has NAME, DIFFERENCES (of its set-up from ours, in words), `version()` (None
-if it is not installed), `choices(bonded)` (settings worth trying, the usual one first; {} if it knows none) and
-`run(box, steps, settings, trial)`, which returns an Outcome.
+A file of an engine has NAME, DIFFERENCES (of its set-up from ours, in words), TRIAL (by whether there are bonds: how our own
+discs must start the trial to be comparable, see box.py), `version()` (None if it is not installed), `choices(bonded)`
+(settings worth trying, the usual one first; {} if it has no such bonds) and `run(box, steps, settings, trial)`, which returns
+an Outcome.
 """
 
 import os

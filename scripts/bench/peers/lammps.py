@@ -14,7 +14,7 @@ import numpy as np
 from bench.peers.engine import RADII, WARM_UP, Outcome, PeerError, behind, said_by, version_from
 
 NAME = "LAMMPS"
-BOND_TRIAL = {"stress_free": True, "equal_radii": True}
+TRIAL = {False: {}, True: {"stress_free": True, "equal_radii": True}}
 DIFFERENCES = (
     "real time (velocity Verlet) instead of static mode; dashpots of the contacts, 20 % of critical, instead of local damping",
     "levers of shear forces are the radii, ours r + g/2",

@@ -11,6 +11,7 @@ from bench.peers.engine import RADII, WARM_UP, Outcome, behind, said_by, version
 from bench.peers.lammps import data
 
 NAME = "LIGGGHTS"
+TRIAL = {False: {}}
 DIFFERENCES = (
     "real time (velocity Verlet) instead of static mode; dashpots of the contacts, 20 % of critical, instead of local damping",
 )

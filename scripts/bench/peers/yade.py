@@ -8,7 +8,7 @@ import numpy as np
 from bench.peers.engine import WARM_UP, Outcome, behind, said_by, version_from
 
 NAME = "YADE"
-BOND_TRIAL = {"stress_free": False, "equal_radii": False}
+TRIAL = {False: {"behind": True}, True: {"behind": True}}
 DIFFERENCES = (
     "real time instead of static mode, local damping .7 as ours",
     "three-dimensional spheres that keep to a plane, with masses and inertia of discs",
@@ -29,13 +29,10 @@ def choices(bonded):
 
 def run(box, steps, settings, trial=False):
     """Take `steps` steps; `trial`: undamped, from the trial's velocities."""
-    # velocities come as a kick in the first step, after which they are those of half a step later
-    before = box.velocity - 0.5 * box.dt * box.force / box.mass[:, None]
-    before[: box.held] = 0.0
-    discs = np.column_stack([box.xy, box.radius, box.mass, before if trial else 0.0 * before])
+    discs = np.column_stack([box.xy, box.radius, box.mass, box.velocity if trial else 0.0 * box.velocity])
     said = {
         "held": box.held, "normal": box.normal, "shear": box.shear, "friction": box.friction, "dt": box.dt, "steps": steps,
-        "bonded": box.bonds is not None, "damping": 0.0 if trial else 0.7, "warm_up": WARM_UP, "trial": trial,
+        "bonded": box.bonds is not None, "damping": 0.0 if trial else 0.7, "warm_up": 0 if trial else WARM_UP,
         "strength": box.strength, "margin": float(settings["margin"]),
     }  # fmt: skip
     files = {
