@@ -107,7 +107,11 @@ def box_rows(size, bonded, engines, work, repeats, companion, tune):
     share = ours["value"] * median(seconds) / case.free  # of steps in our time, the rest are list builds
     rates = [share * case.free / s for s in seconds]
     rows = [ours | {"name": f"ours; {name}"}, *(r for peer in peers for r in peer.rows(name, rates, companion))]
-    rows += [r for peer in peers for r in rank_rows(peer, name, repeats, companion)] if tune else []
+    for peer in peers if tune else []:
+        try:
+            rows += rank_rows(peer, name, repeats, companion)
+        except PeerError as error:
+            failed.append(f"{peer.engine.NAME}, two MPI ranks; {name}, {size}: {error}")
     return rows, failed, [f"{peer.engine.NAME}; {name}, {size}" for peer in peers if not peer.agrees()]
 
 
