@@ -18,7 +18,7 @@ def describe(scene):
         "scene_hash": scene.digest(),
         "seed": scene.seed,
         "versions": {"python": platform.python_version()} | {name: _version(name) for name in LIBRARIES},
-        "cpu": _cpu(),
+        "cpu": processor(),
         "host": platform.node(),
         "start": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
     }
@@ -31,7 +31,8 @@ def _version(name):
         return "?"
 
 
-def _cpu():
+def processor():
+    """Name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
         return next(line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
