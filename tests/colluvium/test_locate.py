@@ -12,6 +12,7 @@ from colluvium.results import open_run
 from coupler_protocol import band
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.scene_reader import build_scene
+from fdm_server.grid import build_grid
 
 STRAIGHT = shapely.LineString([(5.0, 4.5), (16.25, 11.75)])
 ARC = shapely.LineString([(4 + 11.8 * np.sin(a), 16 - 11.8 * np.cos(a)) for a in np.linspace(0.1, 1.21, 60)])
@@ -109,7 +110,7 @@ def test_a_window_off_the_band_is_warned_of_and_a_better_one_named(located, colu
     assert f"columns = {better['columns']}, rows = {better['rows']}" in said
     again, scene = located(better["columns"], better["rows"])
     assert again["windows"][0]["crosses"]
-    middle = locate.outline(scene, scene.window[0]).centroid
+    middle = locate.outline(build_grid(scene), scene.window[0]).centroid
     assert middle.distance(shapely.LineString(again["line"])) == pytest.approx(better["off"], abs=1e-9)
     assert better["off"] <= 0.25
 
