@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import colluvium
+from colluvium import closing
 from coupler_protocol.exits import PHYSICS, PhysicsFailed
 from tests.conftest import command
 from tests.integration.test_two_processes import differing
@@ -18,8 +19,8 @@ SHAPES = {"L": (BOX, L_SHAPE), "circle": (BOX, CIRCLE), "sector": (RING, SECTOR)
 def test_uniform_stress_stays_uniform_round_a_window_of_any_shape(tmp_path, shape, misfit):
     """Elastic ground under one stress everywhere: after the discs have taken over, zones beside the window have kept it.
 
-    misfit: of P / l, rms over the rim's gridpoints. It is the grain of the discs: 10 to 20 discs a segment in L and circle, 3 to 9
-    in the sector.
+    misfit: of P / l, rms over the rim's gridpoints. It is the grain of the discs: there are 5 on a segment of L and circle, 3 to
+    9 on those of the sector.
     """
     with colluvium.run(colluvium.Scene(**uniform(*SHAPES[shape])), tmp_path / shape) as run:
         couple = run.info["stages"][-1]
@@ -29,15 +30,6 @@ def test_uniform_stress_stays_uniform_round_a_window_of_any_shape(tmp_path, shap
         assert max(couple["traction_difference"]) < misfit
         change = run.zones(-1).stress[:, [0, 1, 3]] - [STRESS["xx"], STRESS["yy"], STRESS["xy"]]
         assert np.sqrt(np.mean(change**2)) < 0.02 * abs(STRESS["yy"])
-
-
-def test_contacts_much_stiffer_than_the_zones_do_not_shake_a_re_entrant_corner(tmp_path):
-    """The mass rule holds at every corner: contacts 100 times as stiff as before, ten times as stiff as the zones."""
-    data = uniform(BOX, L_SHAPE)
-    data["discs"]["soil"] |= {"spring": {"normal": 5e9, "shear": 2e9}, "bond": {"tension": 1e6, "shear": 1e6}}
-    with colluvium.run(colluvium.Scene(**data), tmp_path / "stiff") as run:
-        couple = run.info["stages"][-1]
-        assert max(couple["ratio_continuum"], *couple["ratio_discrete"]) <= 1e-5
 
 
 def test_a_disc_put_outside_the_ring_ends_the_run(tmp_path):
@@ -58,25 +50,33 @@ def test_a_disc_put_outside_the_ring_ends_the_run(tmp_path):
     assert (tmp_path / "run" / "fdm.rank0.stopped.h5").is_file()
 
 
-def test_a_stretched_ring_is_warned_of_in_every_stage(tmp_path):
-    """A side of the box is pulled in large strain until the ring's gaps are wider than the smallest discs."""
-    data = uniform(BOX, L_SHAPE)
-    data["grid"] = data["grid"] | {"large_strain": True}
-    data["boundary"] = [{"on": side, "fix": "xy"} for side in ("left", "bottom", "top")]
+def test_a_stretched_ring_is_warned_of_once_in_its_stage(tmp_path, caplog):
+    """A side of the box is pulled in large strain until the ring's gaps are wider than a smallest radius."""
+    data = uniform(BOX | {"large_strain": True}, L_SHAPE)
+    data["boundary"] = [{"on": "left", "fix": "xy"}, {"on": "bottom", "fix": "y"}, {"on": "top", "fix": "y"}]
     del data["discs"]["soil"]["bond"]
-    data["stage"][2]["until"] = {"steps": 320}
-    pull = {"name": "pull", "kind": "load", "until": {"steps": 800}}
-    pull["boundary"] = [{"on": "right", "velocity": {"x": 6e-3, "y": 0.0}, "over": 100}]
-    data["stage"].append(pull)
+    for stage, steps in zip(data["stage"][::2], (200, 320), strict=True):
+        stage["until"] = {"steps": steps}
+    pull = {"on": "right", "velocity": {"x": 6e-3, "y": 0.0}, "over": 100}
+    data["stage"].append({"name": "pull", "kind": "load", "until": {"steps": 360}, "boundary": [pull]})
     with colluvium.run(colluvium.Scene(**data), tmp_path / "run") as run:
         (opened,) = run.info["windows"][0]["ring_opened"]
         assert opened["stage"] == "pull"
-        assert opened["radii"] > 1.0
-    assert (tmp_path / "run" / "run.json").read_text().count('"radii"') == 1
+        assert 1.0 < opened["radii"] < 2.0
+        xy, discs = np.array(opened["place"]), run.discs(-1)
+        assert np.hypot(*(discs.xy[discs.control == 1] - xy).T).min() < 0.3
+        said = [text for text in closing.sentences(run.info) if text.startswith("warning")]
+    assert said == [
+        f"warning: in stage pull the ring of window hole opened by {opened['radii']:.1f} smallest radii at "
+        f"({xy[0]:.1f}, {xy[1]:.1f}) m; 2 let a disc through"
+    ]
+    assert [r.message for r in caplog.records if "the ring has opened" in r.message and "stage pull" in r.message] != []
+    assert len([r for r in caplog.records if "the ring has opened" in r.message]) == 1
 
 
 def test_two_processes_give_the_bits_of_one_for_an_oblique_l(tmp_path, configs):
-    short = ("stage.0.until.steps=300", "stage.2.handover=50", "stage.2.until.steps=100", "stage.3.until.steps=50", "record.every=50")
+    until = {0: 300, 2: 100, 3: 50}
+    short = [f"stage.{i}.until.steps={n}" for i, n in until.items()] + ["stage.2.handover=50", "record.every=50"]
     words = ["run", configs / "quick_notch.toml", "--quiet", *(word for pair in short for word in ("--set", pair))]
     for name, more in (("one", ["--in-process"]), ("two", [])):
         done = subprocess.run(

@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
+import scipy.linalg
 from grid_cases import slope, window
 
 from coupler_protocol.grid_tables import Grid
 from coupler_protocol.interface import build_ring, polygon_area, segment_vectors
 from coupler_protocol.mapping import forces_to_nodes, velocities_to_discs
+from dem_server.boundary import ring_contacts
 from dem_server.contacts import contact_forces
 from dem_server.escape import outside
+from dem_server.fields import listed_pairs
 from dem_server.model import build_model
 from dem_server.packing import pack
 from dem_server.rim import Rim
@@ -82,25 +85,50 @@ def test_inner_shares_are_the_angles_of_the_rim(nodes):
     assert share[ring.node >= 0].max() > 0.51  # every one of these rims has a re-entrant corner
 
 
-@pytest.mark.parametrize("shape", ["L", "sector"])
-@pytest.mark.parametrize("packing", ["relaxed", "inward"])
-def test_packed_windows_of_any_shape_press_on_their_rim_with_what_their_contacts_carry(shape, packing):
-    """With discs in place: no disc outside, the rim's forces in balance, and the same power on both sides of the interface."""
+@pytest.fixture(scope="module", params=[("L", "relaxed"), ("L", "inward"), ("sector", "relaxed"), ("sector", "inward")])
+def packed(request):
+    """Model, state and rim of a packed window."""
+    shape, packing = request.param
     nodes, discs = rim(shape), soil_discs(0.08, packing=packing)
     ring = build_ring(nodes, discs.radius)
     found = pack(nodes, ring.xy, ring.radius, discs, np.random.default_rng(1))
     model, state = build_model(ring.xy, ring.radius, found, discs)
     contact_forces(model, state)
-    side = Rim(ring, "work-consistent")
-    force = side.nodal_forces(state).copy()
-    R = model.ring
-    np.testing.assert_allclose(force.sum(axis=0), state.force[:R].sum(axis=0), rtol=0, atol=1e-12 * np.abs(force).sum())
-    inner = polygon_area(nodes)
-    pressure, ring_pressure = (force * nodes).sum() / (2.0 * inner), (state.force[:R] * ring.xy).sum() / (2.0 * inner)
-    assert pressure == pytest.approx(ring_pressure, rel=1e-9)  # discs on the line: both have one mean stress
-    assert pressure == pytest.approx(discs.confinement, rel=0.03)
-    assert not outside(ring.xy, state.disc, R).any()
-    velocity = 1e-9 * np.random.default_rng(2).standard_normal(nodes.shape)
-    expected = (force * velocity).sum()
+    return model, state, Rim(ring, "work-consistent")
+
+
+def test_packed_windows_press_on_their_rim_with_what_their_contacts_carry(packed):
+    """No disc outside; the rim's forces have the sum and the mean stress of those on the ring, for its discs lie on the line."""
+    model, state, side = packed
+    force, ring, inner = side.nodal_forces(state), model.ring, polygon_area(side.nodes)
+    np.testing.assert_allclose(force.sum(axis=0), state.force[:ring].sum(axis=0), rtol=0, atol=1e-12 * np.abs(force).sum())
+    pressure = (force * side.nodes).sum() / (2.0 * inner)
+    assert pressure == pytest.approx((state.force[:ring] * state.x[:ring]).sum() / (2.0 * inner), rel=1e-9)
+    assert pressure == pytest.approx(100e3, rel=0.03)
+    assert not outside(state.x[:ring].copy(), state.disc, ring).any()
+
+
+def test_discs_and_nodes_see_the_same_power(packed):
+    _, state, side = packed
+    velocity = 1e-9 * np.random.default_rng(2).standard_normal(side.nodes.shape)
+    power = side.nodal_forces(state) * velocity
     side.move(state, velocity)
-    assert side.power(state) == pytest.approx(expected, abs=1e-12 * np.abs(force * velocity).sum())
+    assert side.power(state) == pytest.approx(power.sum(), abs=1e-12 * np.abs(power).sum())
+
+
+def test_the_mass_rule_bounds_every_frequency_of_the_springs_on_a_rim(packed):
+    """Springs of all the ring's contacts, along and across, their other ends held: omega^2 <= 4 with the rule's masses alone."""
+    model, state, side = packed
+    K, ring, pairs = len(side.nodes), side.ring, listed_pairs(state)
+    disc, stiffness = ring_contacts(model, state)
+    a, b = pairs.disc_a < model.ring, pairs.disc_b < model.ring
+    normal = np.concatenate([pairs.normal[a], -pairs.normal[b]])
+    v, vd, spin = np.eye(2 * K).reshape(2 * K, K, 2), np.empty((model.ring, 2)), np.empty(model.ring)
+    slip = []
+    for unit in v:  # motion of every contact's point for each component of the nodes' velocities
+        velocities_to_discs(side.nodes, unit, ring.seg0, ring.seg1, ring.w0, ring.node, state.x[: model.ring], vd, spin, False)
+        lever = (spin * ring.radius)[disc][:, None] * np.column_stack([-normal[:, 1], normal[:, 0]])
+        slip.append((np.sqrt(stiffness)[:, None] * (vd[disc] + lever)).ravel())
+    mass = np.repeat(side.stiffness_sums(model, state), 2)
+    highest = scipy.linalg.eigvalsh(np.array(slip) @ np.array(slip).T, np.diag(mass))[-1]
+    assert 0.3 < highest < 4.0
