@@ -131,4 +131,4 @@ def test_the_mass_rule_bounds_every_frequency_of_the_springs_on_a_rim(packed):
         slip.append((np.sqrt(stiffness)[:, None] * (vd[disc] + lever)).ravel())
     mass = np.repeat(side.stiffness_sums(model, state), 2)
     highest = scipy.linalg.eigvalsh(np.array(slip) @ np.array(slip).T, np.diag(mass))[-1]
-    assert 0.3 < highest < 4.0
+    assert 1.0 < highest < 4.0  # bounded, and no more than twice the time step away from the bound
