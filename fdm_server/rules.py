@@ -36,8 +36,7 @@ def grid_can_be_built(scene):
     holes = {}
     for i, window in enumerate(scene.window):
         try:
-            mask = window_zones(grid, window)
-            holes[i] = _Hole(mask, rim_of(grid, mask))
+            holes[i] = _hole(grid, window)
         except ValueError as error:
             yield ("window", i), str(error), ""
     yield from _cramped(scene, grid, holes)
@@ -45,6 +44,15 @@ def grid_can_be_built(scene):
         excavations(scene, grid, fixed_components(grid, scene.boundary), list(holes.values()))
     except ValueError as error:
         yield ("stage",), str(error), ""
+
+
+def _hole(grid, window):
+    """The hole of a window; raises ValueError that begins with its name."""
+    mask = window_zones(grid, window)
+    try:
+        return _Hole(mask, rim_of(grid, mask))
+    except ValueError as error:
+        raise ValueError(f"window {window.name!r}: {error}") from None
 
 
 def _cramped(scene, grid, holes):

@@ -36,7 +36,7 @@ def rim_of(grid, mask):
     outer = np.intersect1d(edges, boundary_edges(grid.zones))
     if len(outer):
         where = _at(grid.xy[outer[0]])
-        raise ValueError(f"the window touches the boundary of the grid {where}: leave at least one zone between")
+        raise ValueError(f"it touches the boundary of the grid {where}: leave at least one zone between")
     points, ends = np.unique(edges[:, 0], return_counts=True)
     if ends.max() > 1:
         where = _at(grid.xy[points[ends.argmax()]])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from dem_server.escape import RingGuard, lost_discs, outside, ring_gaps, widest_gap
+from dem_server.escape import RingGuard, lost_discs, opening, outside, ring_gaps
 from dem_server.neighbours import rebuild
 from tests.dem_server.window_case import ANGLE, OBLIQUE, packed, soil_discs
 
@@ -70,8 +70,9 @@ def test_gaps_of_a_stretched_ring(corners):
         said = guard.look(model, state)
         assert bool(said) is warns
         assert guard.warned is (stretch >= 1.5)
-    opened = widest_gap(model, state)
-    assert opened.width == ring_gaps(model, state).max() > guard.smallest
+    gaps = ring_gaps(model, state)
+    opened = opening(model, state, gaps, gaps.argmax())
+    assert opened.width == gaps.max() > guard.smallest
     expected = {"stage": "overload", "radii": opened.width / guard.smallest, "place": opened.place.tolist()}
     assert guard.report("overload") == expected
     guard.begin()
