@@ -10,6 +10,7 @@ from colluvium import open_run
 from colluvium.window_fields import bins, mean_stress, outline_of
 from coupler_protocol.interface import polygon_area
 from tests.conftest import command
+from tests.scenes.continuity import discs_that_move_with_gridpoints
 
 
 @pytest.fixture(scope="module")
@@ -55,11 +56,4 @@ def test_the_discs_carry_the_weight_above_them(run):
 
 def test_displacement_is_continuous_across_every_side_of_the_l(run):
     """A control disc on a gridpoint moves with it: 26 of them, on oblique and level sides."""
-    grid, discs = run.gridpoints(-1), run.discs(-1)
-    start, on_node = discs.xy - discs.displacement, 0
-    for xy, moved in zip(start[discs.control == 1], discs.displacement[discs.control == 1], strict=True):
-        nearest = np.argmin(np.hypot(*(grid.xy - xy).T))
-        if np.hypot(*(grid.xy[nearest] - xy)) < 1e-9:
-            on_node += 1
-            np.testing.assert_allclose(moved, grid.displacement[nearest], atol=1e-12)
-    assert on_node == 26
+    assert discs_that_move_with_gridpoints(run) == 26
