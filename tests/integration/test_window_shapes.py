@@ -1,5 +1,6 @@
 """Coupled runs of windows that are no rectangles: they come to rest on both codes, and uniform stress passes them."""
 
+import json
 import subprocess
 
 import numpy as np
@@ -46,6 +47,7 @@ def test_a_disc_put_outside_the_ring_ends_the_run(tmp_path):
         colluvium.run(scene, tmp_path / "run", on_step=(20, take_out))
     assert ended.value.code == PHYSICS
     assert f"disc {moved['disc']} (radius" in str(ended.value)
+    assert json.loads((tmp_path / "run" / "run.json").read_text())["exit_code"] == PHYSICS
     assert (tmp_path / "run" / "dem.rank1.stopped.h5").is_file()
     assert (tmp_path / "run" / "fdm.rank0.stopped.h5").is_file()
 
