@@ -3,8 +3,6 @@
 Where a polygon's zones lie only the grid knows: the rest is with the server that builds it (fdm_server/rules.py).
 """
 
-import shapely
-
 ACROSS = 8  # discs that a window must be wide
 
 
@@ -28,6 +26,8 @@ def windows_of_whole_zones(scene):
 
 
 def _is_simple(polygon):
+    import shapely  # only where a window is drawn, for it takes long to load
+
     shape = shapely.Polygon(polygon)
     return shape.is_valid and shape.area > 0.0
 
