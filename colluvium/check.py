@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from coupler_protocol.interface import polygon_area
 from coupler_protocol.scene import declared_effects
 from coupler_protocol.scene_rules import doubts
 from coupler_protocol.schedule import beginning, large_strain, plan
@@ -38,19 +39,17 @@ def sizes(scene):
     if scene.grid is None:
         return {"windows": [], "stones": scene.stones.model_dump(mode="json") if scene.stones else None}
     from fdm_server.grid import build_grid
-    from fdm_server.windows import window_zones
+    from fdm_server.windows import rim_of, window_zones
 
     grid = build_grid(scene)
     windows = []
     for window in scene.window:
-        across = window.columns[1] - window.columns[0] + 1
-        up = window.rows[1] - window.rows[0] + 1
-        width, height = np.ptp(grid.xy[grid.zones[window_zones(grid, window)]].reshape(-1, 2), axis=0).tolist()
+        rim = grid.xy[rim_of(grid, window_zones(grid, window))]
+        (width, height), area = np.ptp(rim, axis=0).tolist(), polygon_area(rim)
         mean_square = scene.discs.radius**2 * (1 + scene.discs.spread**2 / 3)
-        discs = (1 - scene.discs.porosity) * width * height / (3.141592653589793 * mean_square)
-        windows.append(
-            {"name": window.name, "width": width, "height": height, "segments": 2 * (across + up), "discs": round(discs)}
-        )
+        discs = (1 - scene.discs.porosity) * area / (3.141592653589793 * mean_square)
+        sizes = {"width": width, "height": height, "area": area, "segments": len(rim), "discs": round(discs)}
+        windows.append({"name": window.name, **sizes})
     stones = scene.stones.model_dump(mode="json") if scene.stones else None
     counts = {"columns": int(grid.column.max()) + 1, "rows": int(grid.row.max()) + 1}
     counts |= {"zones": len(grid.zones), "gridpoints": len(grid.xy)}
@@ -87,7 +86,8 @@ def print_answer(found, console):
         console.print("no grid: discs alone")
     for w in found["windows"]:
         console.print(
-            f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['segments']} segments, about {w['discs']} discs"
+            f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['area']:.4g} m2, {w['segments']} segments, "
+            f"about {w['discs']} discs"
         )
     if found["stones"]:
         stones = found["stones"]

@@ -68,9 +68,6 @@ def walls_have_a_length(scene):
 
 def only_without_a_grid(scene):
     """Keys for discs alone in a scene with a grid."""
-    for i, window in enumerate(scene.window):
-        if window.polygon is not None:
-            yield ("window", i, "polygon"), "with a grid a window is made of whole zones", "use columns and rows"
     for key in ("wall", "file") if scene.discs else ():
         if getattr(scene.discs, key):
             yield ("discs", key), "this is for discs alone, in scenes without a grid", "remove it, or the [grid]"
