@@ -4,6 +4,7 @@ import numpy as np
 
 from coupler_protocol import disc_file
 from coupler_protocol.grading_table import grading_of
+from coupler_protocol.interface import polygon_area
 from coupler_protocol.scene import declared_effects
 from coupler_protocol.scene_rules import doubts
 from coupler_protocol.schedule import beginning, large_strain, plan
@@ -40,18 +41,16 @@ def sizes(scene):
     if scene.grid is None:
         return {"windows": [], "stones": scene.stones.model_dump(mode="json") if scene.stones else None}
     from fdm_server.grid import build_grid
-    from fdm_server.windows import window_zones
+    from fdm_server.windows import rim_of, window_zones
 
     grid = build_grid(scene)
     windows = []
     for window in scene.window:
-        across = window.columns[1] - window.columns[0] + 1
-        up = window.rows[1] - window.rows[0] + 1
-        width, height = np.ptp(grid.xy[grid.zones[window_zones(grid, window)]].reshape(-1, 2), axis=0).tolist()
-        discs = (1 - scene.discs.porosity) * width * height / (0.7853981633974483 * grading_of(scene.discs).moment(2))
-        windows.append(
-            {"name": window.name, "width": width, "height": height, "segments": 2 * (across + up), "discs": round(discs)}
-        )
+        rim = grid.xy[rim_of(grid, window_zones(grid, window))]
+        (width, height), area = np.ptp(rim, axis=0).tolist(), polygon_area(rim)
+        discs = (1 - scene.discs.porosity) * area / (0.7853981633974483 * grading_of(scene.discs).moment(2))
+        sizes = {"width": width, "height": height, "area": area, "segments": len(rim), "discs": round(discs)}
+        windows.append({"name": window.name, **sizes})
     stones = scene.stones.model_dump(mode="json") if scene.stones else None
     counts = {"columns": int(grid.column.max()) + 1, "rows": int(grid.row.max()) + 1}
     counts |= {"zones": len(grid.zones), "gridpoints": len(grid.xy)}
@@ -98,7 +97,8 @@ def print_answer(found, console):
         console.print("no grid: discs alone")
     for w in found["windows"]:
         console.print(
-            f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['segments']} segments, about {w['discs']} discs"
+            f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['area']:.4g} m2, {w['segments']} segments, "
+            f"about {w['discs']} discs"
         )
     if "file" in found:
         file = found["file"]

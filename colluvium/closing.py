@@ -64,6 +64,12 @@ def sentences(info):
         if "bonds_broken_tension" in window:
             parts.append(f"bonds broken {window['bonds_broken_tension']} in tension, {window['bonds_broken_shear']} in shear")
         yield ", ".join(parts)
+        for opened in window.get("ring_opened", []):
+            x, y = opened["place"]
+            yield (
+                f"warning: in stage {opened['stage']} the ring of window {window['name']} opened by {opened['radii']:.1f} "
+                f"smallest radii at ({x:.1f}, {y:.1f}) m; 2 let a disc through"
+            )
     if info.get("locate"):
         from colluvium.locate import in_words as located
 

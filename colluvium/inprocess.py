@@ -4,11 +4,13 @@ Results are bit-identical to those of separate processes; a debugger sees both s
 """
 
 import threading
+from pathlib import Path
 
-from coupler_protocol.exits import PeerLost, RunEnded
+from coupler_protocol.exits import OURSELVES, PeerLost, RunEnded
 from coupler_protocol.interrupt import StopRequest
 from coupler_protocol.link_inproc import transports
 from coupler_protocol.progress import Progress
+from coupler_protocol.runfile import name_the_cause
 
 
 def run(scene, out, stop=None, report="none", origin=None, plugin=None):
@@ -51,7 +53,9 @@ def run(scene, out, stop=None, report="none", origin=None, plugin=None):
     for thread in threads:
         thread.join()
     if failures:
-        raise _first_cause(failures)
+        cause = _first_cause(failures)
+        name_the_cause(Path(out) / "run.json", getattr(cause, "code", OURSELVES))
+        raise cause
 
 
 def _first_cause(failures):

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 from coupler_protocol import exits
-from coupler_protocol.runfile import write_json
+from coupler_protocol.runfile import name_the_cause, write_json
 
 GRACE = 15.0  # seconds a process gets to end by itself before it is killed
 ECHO = 10.0  # seconds in which an error of the other side follows the one that caused it
@@ -164,8 +164,10 @@ def _conclude(processes, interrupted):
 
 
 def _complete_run_json(out, code, processes):
-    """run.json is the continuum's; where it was killed, say so in its place."""
+    """run.json is the continuum's; where it was killed, say so in its place, and where the discs failed, with which code."""
     path = out / "run.json"
+    if code:
+        name_the_cause(path, code)
     if code and not path.exists() and out.is_dir():
         reason = "; ".join(f"{p.name} ended with {p.code()}" for p in processes)
         write_json(path, {"exit_code": code, "reason": reason, "stages": []})

@@ -79,25 +79,32 @@ def answer(run: Run, scene) -> dict | None:
     if level < band.COUNTED:
         return found | {"line": [], "windows": []}
     there = Band(cells, surface, level, band_line.along(cells, surface, level))
-    return found | {"line": there.line.tolist(), "windows": [_beside(there, scene, i) for i in range(len(scene.window))]}
+    windows = [_beside(there, scene, _grid(scene), i) for i in range(len(scene.window))]
+    return found | {"line": there.line.tolist(), "windows": windows}
 
 
-def _beside(there: Band, scene, number: int) -> dict:
+def _grid(scene):
+    from fdm_server.grid import build_grid
+
+    return build_grid(scene)
+
+
+def _beside(there: Band, scene, grid, number: int) -> dict:
     """What the band is to one window."""
     window = scene.window[number]
-    box = outline(scene, window)
+    box = outline(grid, window)
     around, way = there.level_without(box), band_line.inside(there.line, box)
     found = {"name": window.name, "crosses": around < there.level, "level_around": around}
     found |= {"enters": way and list(way[0]), "leaves": way and list(way[1]), "ends": _ends(there.line, box)}
     found["distance"] = float(shapely.distance(shapely.LineString(there.line), box))
-    return found if found["crosses"] else found | {"better": _better(there, scene, number)}
+    return found if found["crosses"] else found | {"better": _better(there, scene, grid, number)}
 
 
-def outline(scene, window) -> shapely.Polygon:
-    """The rectangle of a window [m]."""
-    size = _cell(scene)
-    (c0, c1), (r0, r1) = window.columns, window.rows
-    return shapely.box(c0 * size[0], r0 * size[1], (c1 + 1) * size[0], (r1 + 1) * size[1])
+def outline(grid, window) -> shapely.Polygon:
+    """The rim of a window in a fdm_server.grid.Grid [m]."""
+    from fdm_server.windows import rim_of, window_zones
+
+    return shapely.Polygon(grid.xy[rim_of(grid, window_zones(grid, window))])
 
 
 def _cell(scene) -> np.ndarray:
@@ -107,30 +114,44 @@ def _cell(scene) -> np.ndarray:
 
 
 def _ends(line: np.ndarray, box: shapely.Polygon) -> dict[str, float]:
-    """Distances [m] of the two short sides of a window from the band."""
+    """Distances [m] of a window's ends from the band: of its corners on the two short sides of the box around it."""
     x0, y0, x1, y1 = box.bounds
-    sides = {"lower": ((x0, y0), (x1, y0)), "upper": ((x0, y1), (x1, y1))}
-    if x1 - x0 > y1 - y0:
-        sides = {"left": ((x0, y0), (x0, y1)), "right": ((x1, y0), (x1, y1))}
-    return {name: float(shapely.distance(shapely.LineString(line), shapely.LineString(side))) for name, side in sides.items()}
+    corners, axis = np.array(box.exterior.coords), int(x1 - x0 <= y1 - y0)
+    found, near = {}, 1e-9 * max(x1 - x0, y1 - y0)
+    for name, value in zip((("left", "right"), ("lower", "upper"))[axis], (box.bounds[axis], box.bounds[axis + 2]), strict=True):
+        side = corners[np.abs(corners[:, axis] - value) < near]
+        found[name] = float(shapely.distance(shapely.LineString(line), shapely.LineString([side.min(axis=0), side.max(axis=0)])))
+    return found
 
 
-def _better(there: Band, scene, number: int) -> dict | None:
+def _better(there: Band, scene, grid, number: int) -> dict | None:
     """Columns and rows of a window of the same size that the band crosses, through the middle if it can; None where none fits.
 
     Of the windows that keep all rules of a scene it is the one whose middle is nearest to the band (`off` [m]; within half a
-    zone counts as on it), and of those the one nearest to the window as it is.
+    zone counts as on it), and of those the one nearest to the window as it is. Of a polygon: how far to move it (`by` [m]).
     """
     window, size = scene.window[number], _cell(scene)
-    wide, high = (last - first + 1 for first, last in (window.columns, window.rows))
-    for off, column, row in _places(there, outline(scene, window), size):
-        moved = window.model_copy(update={"columns": (column, column + wide - 1), "rows": (row, row + high - 1)})
+    box = outline(grid, window)
+    for off, *corner in _places(there, box, size):
+        moved, place = _moved(window, np.array(corner), size, np.array(box.bounds[:2]))
         others = [moved if i == number else other for i, other in enumerate(scene.window)]
         if broken_rules(scene.model_copy(update={"window": others})):
             continue
-        if there.level_without(outline(scene, moved)) < there.level:
-            return {"columns": list(moved.columns), "rows": list(moved.rows), "off": off}
+        if there.level_without(outline(grid, moved)) < there.level:
+            return place | {"off": off}
     return None
+
+
+def _moved(window, corner: np.ndarray, size: np.ndarray, now: np.ndarray):
+    """The window with the lower left corner of its box in a column and row `corner`, not at `now` [m]; and how to say that."""
+    if window.polygon is not None:
+        by = corner * size - now
+        polygon = [(x, y) for x, y in (np.array(window.polygon) + by).tolist()]
+        return window.model_copy(update={"polygon": polygon}), {"by": by.tolist()}
+    (c0, c1), (r0, r1) = window.columns, window.rows
+    column, row = corner.tolist()
+    place = {"columns": [column, column + c1 - c0], "rows": [row, row + r1 - r0]}
+    return window.model_copy(update={key: tuple(span) for key, span in place.items()}), place
 
 
 def _places(there: Band, box: shapely.Polygon, size: np.ndarray) -> list[tuple[float, int, int]]:
@@ -172,6 +193,12 @@ def _window_in_words(window: dict) -> str:
     if way:
         does = f"does not need window {window['name']}: it enters{way}, but connects toe and crest round it as well ({round_it})"
     remedy = "no window of this size that it would cross fits into the grid"
-    if window["better"]:
-        remedy = "columns = {columns}, rows = {rows} would have it cross {off:.1f} m from the middle".format(**window["better"])
+    better = window["better"]
+    if better:
+        where = "moved by ({:.4g}, {:.4g}) m it".format(*better["by"]) if "by" in better else _spans(better)
+        remedy = f"{where} would have it cross {better['off']:.1f} m from the middle"
     return f"warning: the band {does}; {remedy}"
+
+
+def _spans(better: dict) -> str:
+    return f"columns = {better['columns']}, rows = {better['rows']}"

@@ -96,9 +96,6 @@ def walls_move_in_one_kind_of_time(scene):
 
 def only_without_a_grid(scene):
     """Keys for discs alone in a scene with a grid."""
-    for i, window in enumerate(scene.window):
-        if window.polygon is not None:
-            yield ("window", i, "polygon"), "with a grid a window is made of whole zones", "use columns and rows"
     if scene.discs and scene.discs.wall:
         yield ("discs", "wall"), "this is for discs alone, in scenes without a grid", "remove it, or the [grid]"
     if scene.discs and scene.discs.file is not None and len(scene.window) > 1:

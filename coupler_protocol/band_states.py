@@ -72,11 +72,14 @@ def _layers(found: Cells, surface: Surface) -> tuple[np.ndarray, np.ndarray, int
 
 
 def _offset(found: Cells, zone: np.ndarray, bin_: np.ndarray) -> np.ndarray:
-    """(p, 2) which way each zone lies outside the window of the bin beside it."""
+    """(p, 2) which way each zone lies outside the window of the bin beside it: away from the nearest bin, in notches too."""
+    from scipy.spatial import cKDTree
+
     away = np.zeros((len(zone), 2))
     for rank in np.unique(found.rank[bin_]):
-        box, own = found.xy[found.rank == rank], found.rank[bin_] == rank
-        away[own] = found.xy[zone[own]] - np.clip(found.xy[zone[own]], box.min(axis=0), box.max(axis=0))
+        bins, own = found.xy[found.rank == rank], found.rank[bin_] == rank
+        places = found.xy[zone[own]]
+        away[own] = places - bins[cKDTree(bins).query(places)[1]]
     return away
 
 

@@ -8,6 +8,8 @@ import time
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from coupler_protocol import exits
+
 LIBRARIES = ("colluvium", "numpy", "numba", "scipy", "pyzmq", "msgpack", "h5py", "pydantic")
 
 
@@ -18,7 +20,7 @@ def describe(scene):
         "scene_hash": scene.digest(),
         "seed": scene.seed,
         "versions": {"python": platform.python_version()} | {name: _version(name) for name in LIBRARIES},
-        "cpu": _cpu(),
+        "cpu": processor(),
         "host": platform.node(),
         "start": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
     }
@@ -31,7 +33,8 @@ def _version(name):
         return "?"
 
 
-def _cpu():
+def processor():
+    """Name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
         return next(line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
@@ -55,6 +58,14 @@ def write_json(path, content):
     new = path.with_suffix(path.suffix + ".new")
     new.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     os.replace(new, path)
+
+
+def name_the_cause(path, code):
+    """Where run.json has only heard of the other side's failure (exit code PEER), give it the code of that failure."""
+    path = Path(path)
+    content = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    if content.get("exit_code") == exits.PEER:
+        write_json(path, content | {"exit_code": code})
 
 
 def stage_rows(results, continuum, discrete):

@@ -41,12 +41,17 @@ def _effect_fields(place):
 
 
 class Window(Table):
-    """Zones that become a hole and are computed by one discrete process; without a grid, the polygon that discs fill."""
+    """Zones that become a hole and are computed by one discrete process: columns and rows of them, or those with their
+    centre in a polygon, convex or not. At least one zone stays between a window and the sides, the ground surface and
+    other windows. Without a grid, the polygon that discs fill.
+    """
 
     name: str = quantity(meaning="name of the window", min_length=1)
     columns: Span | None = quantity(None, meaning="first and last zone in x, from 0")
     rows: Span | None = quantity(None, meaning="first and last zone in y, from 0")
-    polygon: list[Point] | None = quantity(None, unit="m", meaning="without a grid: outline of what discs fill", min_length=3)
+    polygon: list[Point] | None = quantity(
+        None, unit="m", meaning="corners of an outline: zones with their centre inside become the hole", min_length=3
+    )
 
     @model_validator(mode="after")
     def _in_order(self):

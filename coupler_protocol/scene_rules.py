@@ -8,6 +8,7 @@ from importlib.metadata import entry_points
 from coupler_protocol.alone_rules import ALONE_RULES, only_without_a_grid
 from coupler_protocol.disc_rules import DISC_RULES
 from coupler_protocol.stage_rules import STAGE_RULES
+from coupler_protocol.window_rules import WINDOW_RULES
 
 
 def broken_rules(scene):
@@ -51,64 +52,6 @@ def names_are_unique(scene):
             seen.add(item.name)
 
 
-def windows_of_whole_zones(scene):
-    """A window says which zones it takes, and they lie inside."""
-    complete = True
-    for i, w in enumerate(scene.window):
-        for key in ("columns", "rows"):
-            if getattr(w, key) is None:
-                complete = False
-                yield ("window", i, key), "missing", f"{key} = [first, last] zone, from 0"
-    if complete:
-        yield from windows_lie_inside(scene)
-
-
-def windows_lie_inside(scene):
-    """A window keeps at least one zone between itself and every side of the grid, and one to the next window."""
-    if scene.grid.kind == "ring":
-        for i, _ in enumerate(scene.window):
-            yield ("window", i), "the zones of a ring are no rectangles", 'use kind = "box" or "slope"'
-        return
-    columns = round(scene.grid.length / scene.grid.zone_size[0])
-    rows = round(scene.grid.height / scene.grid.zone_size[1])
-    for i, w in enumerate(scene.window):
-        if scene.grid.regular and (w.columns[0] < 1 or w.columns[1] > columns - 2):
-            yield ("window", i, "columns"), f"{list(w.columns)} reaches the grid's side", f"stay within 1..{columns - 2}"
-        if scene.grid.regular and (w.rows[0] < 1 or w.rows[1] > rows - 2):
-            yield ("window", i, "rows"), f"{list(w.rows)} reaches the grid's side", f"stay within 1..{rows - 2}"
-        for other in scene.window[:i]:
-            apart = (
-                w.columns[0] > other.columns[1] + 1
-                or other.columns[0] > w.columns[1] + 1
-                or w.rows[0] > other.rows[1] + 1
-                or other.rows[0] > w.rows[1] + 1
-            )
-            if not apart:
-                yield ("window", i), f"touches window {other.name!r}", "leave at least one zone between windows"
-
-
-def windows_need_discs(scene):
-    """Windows are filled with discs that have springs."""
-    if scene.window and scene.discs is None:
-        yield ("window",), "nothing fills the windows", "add a [discs] table"
-    if scene.discs is not None and not scene.window:
-        yield ("discs",), "there is no window for the discs", "add a [[window]] or remove [discs]"
-    if scene.discs is not None and scene.discs.soil.spring is None:
-        yield ("discs", "soil"), "the discs have no stiffness", "add spring = { normal = .., shear = .. }"
-
-
-def discs_fit_into_windows(scene):
-    """A window is at least eight discs across."""
-    for i, w in enumerate(scene.window if scene.discs and scene.grid.zone_size else []):
-        if w.columns is None or w.rows is None:
-            continue
-        across = (w.columns[1] - w.columns[0] + 1) * scene.grid.zone_size[0]
-        up = (w.rows[1] - w.rows[0] + 1) * scene.grid.zone_size[1]
-        if 16.0 * scene.discs.radius > min(across, up):
-            why = f"window {w.name!r} is {across:g} x {up:g} m: too small for discs of radius {scene.discs.radius:g} m"
-            yield ("window", i), why, f"radius at most {min(across, up) / 16.0:.3g} m, or a larger window"
-
-
 def stones_need_their_material(scene):
     """Stones are made of discs with springs of their own; a cluster is held together by bonds."""
     grain = scene.discs.stone if scene.discs else None
@@ -146,9 +89,7 @@ def pairs_name_what_there_is(scene):
 COMMON_RULES = (names_are_unique, stones_need_their_material, pairs_name_what_there_is, *DISC_RULES)
 GRID_RULES = (
     grid_needs_material,
-    windows_of_whole_zones,
-    windows_need_discs,
-    discs_fit_into_windows,
+    *WINDOW_RULES,
     only_without_a_grid,
     *STAGE_RULES,
 )

@@ -19,6 +19,7 @@ from coupler_protocol.timing import Stopwatch
 from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
 from dem_server import balance, bonding, energy, imported, insitu, mesostructure, packing, record, restart, run, stones
 from dem_server.contacts import contact_forces
+from dem_server.escape import RingGuard
 from dem_server.model import build_model
 from dem_server.rim import Rim
 from dem_server.strain import WindowStrain
@@ -38,8 +39,8 @@ class DiscreteSide:
         self.steps = 0
         self.stage = None
         self.recorder = None
-        self.report = {}
-        self.model = self.state = self.rim = self.stones = None
+        self.report, self.openings = {}, []
+        self.model = self.guard = self.state = self.rim = self.stones = None
         there = origin is not None and filled(scene, index_of(scene, origin))
         self.saved = load(scene, origin, restart.name(rank)) if there else None
 
@@ -148,6 +149,7 @@ class DiscreteSide:
         self.watch.to("waiting")
         go = content_of(frame)
         self.gravity, self.steps = go["gravity"], go["step"]
+        self.guard = RingGuard(self.model, self.state)
         self._prepare_frames(go.get("bin"))
         name, factor = self._begin_with()
         self.recorder.frame(FrameInfo(self.steps, float(self.steps), name, factor), **record.frame(self.model, self.state))
@@ -202,6 +204,9 @@ class DiscreteSide:
         if self.steps % self.scene.record.history == 0:
             self.looked = self._answer(order.gravity)
             name = self.scene.stage[self.stage].name
+            warning = self.guard.look(self.model, self.state)
+            if warning:
+                log.warning("step %d of stage %s: %s", self.steps, name, warning)
             self.progress(name, "", self.steps, None, self.looked.ratio, order.gravity_factor)
 
     def _answer(self, gravity):
@@ -243,7 +248,14 @@ class DiscreteSide:
             self.save(name, END, order.gravity_factor)
         if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
             self.watch.to("recording")
+            self._note_opening()
             self._begin_stage(int(order.stage) + 1)
+
+    def _note_opening(self):
+        """Keep how far the ring opened in the stage that ends, if that deserves a warning."""
+        found = self.guard.report(self._name_of(self.stage))
+        self.openings += [found] if found else []
+        self.guard.begin()
 
     def _moment(self, stage):
         return Moment(self.rank, stage, self.steps, self.model, self.state)
@@ -256,8 +268,10 @@ class DiscreteSide:
 
     def summary(self):
         """What the continuum needs for run.json."""
+        self._note_opening()
         return {
             "report": self.report,
+            "ring_opened": self.openings,
             "stages": [stage.as_dict() for stage in self.watch.stages],
             "bonds_broken_tension": self.state.broken_tension,
             "bonds_broken_shear": self.state.broken_shear,

@@ -1,6 +1,8 @@
-"""Sides of zones: which ones bound a set of zones, and the loop they form."""
+"""Sides of zones: which ones bound a set of zones, the loops they form, and the pieces they join."""
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 
 def boundary_edges(zones):
@@ -12,18 +14,28 @@ def boundary_edges(zones):
     return edges[np.sort(first[count == 1])]
 
 
-def closed_loop(edges):
-    """Gridpoints (K,) of the one closed chain that the directed `edges` form, from the smallest index on.
+def closed_loops(edges):
+    """Closed chains [(K,), ..] of gridpoints that the directed `edges` form, each from its smallest index on.
 
-    Raises ValueError where they form several loops or meet in a point.
+    No gridpoint may begin two of the edges.
     """
-    start, end = edges[:, 0], edges[:, 1]
-    if len(np.unique(start)) != len(start):
-        raise ValueError("its zones meet in a single gridpoint: join them by a side or take them apart")
-    following = dict(zip(start.tolist(), end.tolist(), strict=True))
-    loop = [min(following)]
-    while (point := following[loop[-1]]) != loop[0]:
-        loop.append(point)
-    if len(loop) != len(edges):
-        raise ValueError("its zones are not one piece without holes")
-    return np.array(loop, dtype=np.int64)
+    following = dict(zip(*edges.T.tolist(), strict=True))
+    loops = []
+    while following:
+        first = min(following)
+        loop, point = [first], following.pop(first)
+        while point != first:
+            loop.append(point)
+            point = following.pop(point)
+        loops.append(np.array(loop, dtype=np.int64))
+    return loops
+
+
+def pieces(zones):
+    """Number (A,) of the piece that each of zones (A,4) belongs to; sides join them, single gridpoints do not."""
+    sides = np.sort(np.concatenate([zones[:, [k, (k + 1) % 4]] for k in range(4)]), axis=1)
+    owner = np.tile(np.arange(len(zones)), 4)
+    real = sides[:, 0] != sides[:, 1]  # not the repeated corner of a triangle
+    _, side = np.unique(sides[real], axis=0, return_inverse=True)
+    zone_by_side = coo_array((np.ones(len(side)), (owner[real], side.ravel())))
+    return connected_components(zone_by_side @ zone_by_side.T, directed=False)[1]

@@ -60,6 +60,15 @@ def centroids(xy, zones):
     return (xy[zones] * weight[:, :, None]).sum(axis=1) / weight.sum(axis=1)[:, None]
 
 
+def chosen_zones(grid, table):
+    """Zones (Z,) in the columns and rows of a window or an excavation, or with their centre in its polygon."""
+    if table.polygon is not None:
+        x, y = centroids(grid.xy, grid.zones).T
+        return shapely.contains_xy(shapely.Polygon(table.polygon), x, y)
+    (c0, c1), (r0, r1) = table.columns, table.rows
+    return (grid.column >= c0) & (grid.column <= c1) & (grid.row >= r0) & (grid.row <= r1)
+
+
 def _levels(materials):
     """Heights [m] of the materials' level tops."""
     return [m.top[0][1] for m in materials if m.top is not None and len({y for _, y in m.top}) == 1]

@@ -9,6 +9,7 @@ from fdm_server.boundary import edges_of, extent_of, fixed_components, points_in
 from fdm_server.excavation import excavations
 from fdm_server.grid import build_grid
 from fdm_server.loads import spread
+from fdm_server.window_room import lack_of_room
 from fdm_server.windows import rim_of, window_zones
 
 
@@ -32,18 +33,37 @@ def grid_can_be_built(scene):
     yield from misplaced
     if misplaced:
         return
-    fixed = fixed_components(grid, scene.boundary)
-    holes = []
+    holes = {}
     for i, window in enumerate(scene.window):
         try:
-            mask = window_zones(grid, window)
-            holes.append(_Hole(mask, rim_of(grid, mask)))
+            holes[i] = _hole(grid, window)
         except ValueError as error:
             yield ("window", i), str(error), ""
+    yield from _cramped(scene, grid, holes)
     try:
-        excavations(scene, grid, fixed, holes)
+        excavations(scene, grid, fixed_components(grid, scene.boundary), list(holes.values()))
     except ValueError as error:
         yield ("stage",), str(error), ""
+
+
+def _hole(grid, window):
+    """The hole of a window; raises ValueError that begins with its name."""
+    mask = window_zones(grid, window)
+    try:
+        return _Hole(mask, rim_of(grid, mask))
+    except ValueError as error:
+        raise ValueError(f"window {window.name!r}: {error}") from None
+
+
+def _cramped(scene, grid, holes):
+    """Windows {number: hole} without a zone between them, or too small for their discs."""
+    for i, hole in holes.items():
+        for j, other in holes.items():
+            if j < i and (np.any(hole.mask & other.mask) or len(np.intersect1d(hole.nodes, other.nodes))):
+                yield ("window", i), f"touches window {scene.window[j].name!r}", "leave at least one zone between windows"
+        lack = lack_of_room(grid.xy[hole.nodes], scene.discs.radius)
+        if lack:
+            yield ("window", i), f"window {scene.window[i].name!r} {lack[0]}", lack[1]
 
 
 def _misplaced(scene, grid):

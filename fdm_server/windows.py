@@ -2,26 +2,23 @@
 
 import numpy as np
 
-from fdm_server.edges import boundary_edges, closed_loop
+from fdm_server.edges import boundary_edges, closed_loops, pieces
+from fdm_server.grid import centroids, chosen_zones
 
 
 def window_zones(grid, window):
-    """Which zones (Z,) lie in the window's columns and rows, both ends included."""
+    """Which zones (Z,) become the hole: those in columns and rows, both ends included, or with their centre in the polygon."""
+    mask = chosen_zones(grid, window)
+    if window.polygon is not None:
+        if not np.any(mask):
+            raise ValueError(f"window {window.name!r} holds no zones: none has its centre in the polygon")
+        return mask
     (c0, c1), (r0, r1) = window.columns, window.rows
-    mask = (grid.column >= c0) & (grid.column <= c1) & (grid.row >= r0) & (grid.row <= r1)
     wanted = (c1 - c0 + 1) * (r1 - r0 + 1)
     if mask.sum() != wanted or np.any(grid.triangular & mask):
         raise ValueError(
             f"window {window.name!r} reaches beyond the ground surface or the sides, or a line cuts its cells: only "
             f"{np.sum(mask & ~grid.triangular)} of its {wanted} cells are whole zones; move it inwards"
-        )
-    corners = grid.xy[grid.zones[mask]]
-    sloping = np.abs(np.roll(corners, -1, axis=1) - corners).min(axis=2) > 1e-9 * np.ptp(corners)
-    if np.any(sloping):
-        x, y = corners[np.any(sloping, axis=1)][0].mean(axis=0)
-        raise ValueError(
-            f"window {window.name!r} holds zones that are no rectangles, one at ({x:.4g}, {y:.4g}): move it away from the "
-            f"ground surface and from tops of materials, which zones follow"
         )
     return mask
 
@@ -29,15 +26,33 @@ def window_zones(grid, window):
 def rim_of(grid, mask):
     """Gridpoints (K,) around the zones in `mask` (Z,), counter-clockwise, from the smallest index on.
 
-    Raises ValueError for zones that touch a side or the ground surface, or are not one piece.
+    Raises ValueError, with the place, for zones that are not one piece without holes, meet in a gridpoint only, or touch a
+    side or the ground surface.
     """
-    if not np.any(mask):
+    zones = grid.zones[mask]
+    if not len(zones):
         raise ValueError("the window holds no zones")
-    rim = closed_loop(boundary_edges(grid.zones[mask]))
-    outer = np.intersect1d(rim, boundary_edges(grid.zones))
+    edges = boundary_edges(zones)
+    outer = np.intersect1d(edges, boundary_edges(grid.zones))
     if len(outer):
-        x, y = grid.xy[outer[0]]
-        raise ValueError(
-            f"the window touches the boundary of the grid at ({x:g}, {y:g}): leave at least one zone between"
-        )
-    return rim
+        where = _at(grid.xy[outer[0]])
+        raise ValueError(f"it touches the boundary of the grid {where}: leave at least one zone between")
+    points, ends = np.unique(edges[:, 0], return_counts=True)
+    if ends.max() > 1:
+        where = _at(grid.xy[points[ends.argmax()]])
+        raise ValueError(f"its zones meet in a single gridpoint {where}: join them by a side or take them apart")
+    piece = pieces(zones)
+    if piece.max() > 0:
+        smallest = np.bincount(piece).argmin()
+        where = _at(centroids(grid.xy, zones[piece == smallest]).mean(axis=0))
+        raise ValueError(f"its zones are not one piece but {piece.max() + 1}, the smallest round {where[3:]}: join them")
+    loops = closed_loops(edges)
+    if len(loops) > 1:
+        inner = min(loops, key=lambda loop: np.ptp(grid.xy[loop], axis=0).max())
+        where = _at(grid.xy[inner].mean(axis=0))
+        raise ValueError(f"its zones are not one piece without holes: some that stay lie inside it {where}: take them too")
+    return loops[0]
+
+
+def _at(point):
+    return f"at ({point[0]:.4g}, {point[1]:.4g})"

@@ -13,7 +13,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from bench import dem, fdm
-from bench.rows import write
+from bench.rows import show, write
 
 
 def main():
@@ -28,12 +28,7 @@ def main():
     if not chosen:
         parser.error("say --fdm, --dem or both")
     rows = [row for code in chosen for row in code.run(options.fast, options.repeats)]
-    for r in rows:
-        value, unit = (r["value"] / 1e6, "M " + r["unit"]) if r["unit"].endswith("/s") else (r["value"], r["unit"])
-        print(
-            f"{r['size']:>9} {r['threads']} thread{'s' * (r['threads'] > 1):<2} {r['name']:<62} {value:8.2f} {unit:<15} "
-            f"spread {100 * r['spread']:5.1f} %  {r['note']}"
-        )
+    show(rows)
     print(f"triad {rows[0]['companion']['triad_GB_per_s']:.1f} GB/s (one thread, same run)")
     if options.json:
         write(rows, options.json)

@@ -48,7 +48,13 @@ EXAMPLES = (
         "A slope",
         "layered_slope.toml",
         "Zones follow the profile at any angle; columns and rows of zones are counted from the lower left corner, as if the net "
-        "went on above the ground. Below the third row under the surface zones are rectangles, where windows may lie.",
+        "went on above the ground. Below the third row under the surface zones are rectangles.",
+    ),
+    (
+        "A window of any shape",
+        "quick_notch.toml",
+        "A polygon takes the zones whose centres it holds. Draw its corners where gridpoints are: the rim follows the sides "
+        "of zones. `colluvium check` says how large the window became.",
     ),
     (
         "A footing",

@@ -89,7 +89,8 @@ def _corner(run: Run, frame: int, first: dict[int, int], axes: Any) -> None:
     rank, i = next(iter(first.items()))
     discs = run.discs(i, rank)
     control = int((discs.control == 1).sum()) if "control" in discs else 0
-    corner = outline_of(run, i, rank).min(axis=0)
+    outline = outline_of(run, i, rank)
+    corner = outline[outline.sum(axis=1).argmin()]
     edges = run.gridpoints(frame).xy[run.zones(frame).corners[:, :2]]
     side = 3.0 * float(np.median(np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)))
     axes.set_xlim(corner[0] - side, corner[0] + side)

@@ -62,13 +62,12 @@ def _panels(run: Run, shown: list[moments.Moment], field: str, motion: str, name
 
 
 def _fields(run: Run, frame: int, field: str, motion: str) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Polygons and values of the zones and of the windows' bins at a frame."""
-    zones = run.zones(frame)
-    parts = [(run.gridpoints(frame).xy[zones.corners], zones[field])]
+    """Polygons and values of the windows' bins and, upon them, of the zones at a frame: bins may reach beyond an oblique rim."""
+    zones, parts = run.zones(frame), []
     for rank in run.windows:
         if run.has(frame, rank):
             grid = bins(run, frame, rank)
             inside = shear_strain(run, frame, grid, rank, motion)
             known = np.isfinite(inside)
             parts.append((grid.rectangles[known], inside[known]))
-    return parts
+    return [*parts, (run.gridpoints(frame).xy[zones.corners], zones[field])]

@@ -67,14 +67,14 @@ def draw(run: Run) -> Any:
 
 
 def _cells(run: Run, frame: int, component: int) -> Cells:
-    """The zones and the windows' bins at a frame."""
-    zones = run.zones(frame)
-    parts = [Cells(run.gridpoints(frame).xy[zones.corners], zones.stress[:, component])]
+    """The windows' bins and, upon them, the zones at a frame: bins may reach beyond an oblique rim."""
+    zones, parts = run.zones(frame), []
     for rank in run.windows:
         if run.has(frame, rank):
             grid = bins(run, frame, rank)
             stress = mean_stress(run, frame, grid, rank)[:, component]
             parts.append(Cells(grid.rectangles[grid.used], stress[grid.used]))
+    parts.append(Cells(run.gridpoints(frame).xy[zones.corners], zones.stress[:, component]))
     return Cells(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 

@@ -19,6 +19,17 @@ def row(name, size, values, unit, companion, note="", threads=1):
     }  # fmt: skip
 
 
+def show(rows):
+    """Print rows, one a line."""
+    for r in rows:
+        value, unit = (r["value"] / 1e6, "M " + r["unit"]) if r["unit"].endswith("/s") else (r["value"], r["unit"])
+        print(
+            f"{r['size']:>9} {r['threads']} thread{'s' * (r['threads'] > 1):<2} {r['name']:<62} {value:8.2f} {unit:<15} "
+            f"spread {100 * r['spread']:5.1f} %  {r['note']}",
+            flush=True,
+        )
+
+
 def write(rows, path):
     """Write rows as a JSON list."""
     Path(path).write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")

@@ -12,6 +12,7 @@ from colluvium.results import open_run
 from coupler_protocol import band
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.scene_reader import build_scene
+from fdm_server.grid import build_grid
 
 STRAIGHT = shapely.LineString([(5.0, 4.5), (16.25, 11.75)])
 ARC = shapely.LineString([(4 + 11.8 * np.sin(a), 16 - 11.8 * np.cos(a)) for a in np.linspace(0.1, 1.21, 60)])
@@ -63,10 +64,11 @@ def tables(configs):
 
 @pytest.fixture
 def located(tables, tmp_path, slope):
-    """located(columns, rows, most) -> answer for one window beside a straight band."""
+    """located(columns, rows, most) -> answer for one window beside a straight band; or of a polygon."""
 
-    def answer(columns, rows, most=0.2):
-        tables["window"] = [{"name": "band", "columns": columns, "rows": rows}]
+    def answer(columns=None, rows=None, most=0.2, polygon=None):
+        place = {"columns": columns, "rows": rows} if polygon is None else {"polygon": polygon}
+        tables["window"] = [{"name": "band", **place}]
         xy, zones = slope.grid()
         with Recorder(tmp_path / "fdm.rank0.vtkhdf", "continuum", "strained", {}) as recorder:
             strain = {"shear_strain": strain_about(band.middles(xy, zones), STRAIGHT, most)}
@@ -109,9 +111,34 @@ def test_a_window_off_the_band_is_warned_of_and_a_better_one_named(located, colu
     assert f"columns = {better['columns']}, rows = {better['rows']}" in said
     again, scene = located(better["columns"], better["rows"])
     assert again["windows"][0]["crosses"]
-    middle = locate.outline(scene, scene.window[0]).centroid
+    middle = locate.outline(build_grid(scene), scene.window[0]).centroid
     assert middle.distance(shapely.LineString(again["line"])) == pytest.approx(better["off"], abs=1e-9)
     assert better["off"] <= 0.25
+
+
+L_SHAPE = np.array([(0.0, 0.0), (3.0, 0.0), (3.0, 1.5), (1.5, 1.5), (1.5, 4.0), (0.0, 4.0)])
+
+
+def test_an_l_on_the_band_is_crossed_where_its_arms_are(located):
+    """The notch is no part of the L: the band leaves by the right side of the upright arm, whose end is the upper end."""
+    found, _ = located(polygon=np.add(L_SHAPE, (11.0, 5.5)).tolist())
+    window = found["windows"][0]
+    assert window["crosses"]
+    slope = (11.75 - 4.5) / (16.25 - 5.0)
+    for x, point in ((11.0, window["enters"]), (12.5, window["leaves"])):
+        assert point == pytest.approx([x, 4.5 + slope * (x - 5.0)], abs=0.13)
+    assert window["ends"]["upper"] == pytest.approx(STRAIGHT.distance(shapely.LineString([(11, 9.5), (12.5, 9.5)])), abs=0.13)
+
+
+def test_an_l_off_the_band_is_told_how_far_to_move(located):
+    polygon = np.add(L_SHAPE, (14.0, 2.0))
+    found, _ = located(polygon=polygon.tolist())
+    better = found["windows"][0]["better"]
+    assert "moved by ({:.4g}, {:.4g}) m it would have it cross".format(*better["by"]) in locate.in_words(found)[1]
+    again, scene = located(polygon=(polygon + better["by"]).tolist())
+    assert again["windows"][0]["crosses"]
+    middle = shapely.box(*locate.outline(build_grid(scene), scene.window[0]).bounds).centroid
+    assert middle.distance(shapely.LineString(again["line"])) == pytest.approx(better["off"], abs=1e-9)
 
 
 def test_a_window_that_the_band_only_touches_is_not_needed(located):

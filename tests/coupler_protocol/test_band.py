@@ -74,6 +74,13 @@ def test_states_beside_a_window(outside, inside, states):
     assert tuple(s for s in ("enters", "through", "complete") if band_states.holds(s, found, SURFACE)) == states
 
 
+def test_a_band_leaves_an_l_through_its_notch():
+    """Zones in the notch lie beyond the window, though within the box around it."""
+    l_shape = {(5, 1): 0.05, (6, 1): 0.04, (7, 1): 0.001, (5, 2): 0.001, (5, 3): 0.001}
+    found = cells(BELOW | {(6, 2): 0.03, (7, 3): 0.03} | ABOVE, l_shape)
+    assert all(band_states.holds(state, found, SURFACE) for state in ("enters", "through", "complete"))
+
+
 def test_a_window_that_shears_everywhere_is_not_entered():
     found = cells(BELOW | ABOVE, dict.fromkeys(QUIET | WAY, 0.05))
     assert band_states.levels(found, SURFACE) == (0.0, 0.0, 0.0)

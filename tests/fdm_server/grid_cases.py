@@ -41,6 +41,6 @@ def slope(zone_size=1 / 3, profile=PROFILE, materials=None, **kept):
     )
 
 
-def window(columns=(33, 38), rows=(15, 31)):
+def window(columns=(33, 38), rows=(15, 31), polygon=None):
     """The paper's window in the 60 x 36 grid."""
-    return SimpleNamespace(name="band", columns=columns, rows=rows)
+    return SimpleNamespace(name="band", columns=columns, rows=rows, polygon=polygon)

@@ -7,7 +7,8 @@ import pytest
 from grid_cases import slope, window
 
 from fdm_server.boundary import fixed_components, surface_edges
-from fdm_server.excavation import excavations, pieces
+from fdm_server.edges import pieces
+from fdm_server.excavation import excavations
 from fdm_server.grid import build_grid
 from fdm_server.windows import rim_of, window_zones
 

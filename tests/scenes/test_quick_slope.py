@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from colluvium import band, open_run
+from tests.scenes.continuity import discs_that_move_with_gridpoints
 
 
 @pytest.fixture(scope="module")
@@ -56,15 +57,7 @@ def test_zones_next_to_the_window_keep_their_stress_when_it_is_coupled(run):
 
 def test_displacement_is_continuous_across_the_interface(run):
     """A control disc on a gridpoint moves with it, to round-off, through all coupled steps."""
-    grid, discs = run.gridpoints(-1), run.discs(-1)
-    start = discs.xy - discs.displacement
-    on_node = 0
-    for xy, moved in zip(start[discs.control == 1], discs.displacement[discs.control == 1], strict=True):
-        nearest = np.argmin(np.hypot(*(grid.xy - xy).T))
-        if np.hypot(*(grid.xy[nearest] - xy)) < 1e-9:
-            on_node += 1
-            np.testing.assert_allclose(moved, grid.displacement[nearest], atol=1e-12)
-    assert on_node == 20
+    assert discs_that_move_with_gridpoints(run) == 20
 
 
 def test_the_slope_has_not_failed_at_three_g(run):

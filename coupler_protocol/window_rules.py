@@ -1,0 +1,72 @@
+"""What windows in a grid must fulfil as far as the scene alone tells: one rule a function, as in scene_rules.py.
+
+Where a polygon's zones lie only the grid knows: the rest is with the server that builds it (fdm_server/rules.py).
+"""
+
+ACROSS = 8  # discs that a window must be wide
+
+
+def windows_of_whole_zones(scene):
+    """A window says which zones it takes, in one way."""
+    for i, w in enumerate(scene.window):
+        given = [key for key in ("columns", "rows") if getattr(w, key) is not None]
+        if w.polygon is not None:
+            if given:
+                yield ("window", i), f"a polygon and {' and '.join(given)}", "leave one of them out"
+            elif not _is_simple(w.polygon):
+                what = "the polygon crosses itself, touches itself or has no area"
+                yield ("window", i, "polygon"), what, "list its corners in order"
+            continue
+        for key in ("columns", "rows"):
+            if given and key not in given:
+                yield ("window", i, key), "missing", f"{key} = [first, last] zone, from 0"
+        if not given:
+            remedy = "columns and rows = [first, last] zone, from 0, or polygon = [[x, y], ..]"
+            yield ("window", i), "does not say which zones it takes", remedy
+
+
+def _is_simple(polygon):
+    import shapely  # only where a window is drawn, for it takes long to load
+
+    shape = shapely.Polygon(polygon)
+    return shape.is_valid and shape.area > 0.0
+
+
+def windows_lie_inside(scene):
+    """Columns and rows keep at least one zone between themselves and every side of the grid."""
+    if not scene.grid.regular:
+        return
+    columns = round(scene.grid.length / scene.grid.zone_size[0])
+    rows = round(scene.grid.height / scene.grid.zone_size[1])
+    for i, w in enumerate(scene.window):
+        if w.columns is None or w.rows is None:
+            continue
+        if w.columns[0] < 1 or w.columns[1] > columns - 2:
+            yield ("window", i, "columns"), f"{list(w.columns)} reaches the grid's side", f"stay within 1..{columns - 2}"
+        if w.rows[0] < 1 or w.rows[1] > rows - 2:
+            yield ("window", i, "rows"), f"{list(w.rows)} reaches the grid's side", f"stay within 1..{rows - 2}"
+
+
+def windows_need_discs(scene):
+    """Windows are filled with discs that have springs."""
+    if scene.window and scene.discs is None:
+        yield ("window",), "nothing fills the windows", "add a [discs] table"
+    if scene.discs is not None and not scene.window:
+        yield ("discs",), "there is no window for the discs", "add a [[window]] or remove [discs]"
+    if scene.discs is not None and scene.discs.soil.spring is None:
+        yield ("discs", "soil"), "the discs have no stiffness", "add spring = { normal = .., shear = .. }"
+
+
+def discs_fit_into_windows(scene):
+    """A window of equal zones is at least eight discs across; of others and of polygons the grid's server finds it."""
+    for i, w in enumerate(scene.window if scene.discs and scene.grid.regular else []):
+        if w.columns is None or w.rows is None:
+            continue
+        across = (w.columns[1] - w.columns[0] + 1) * scene.grid.zone_size[0]
+        up = (w.rows[1] - w.rows[0] + 1) * scene.grid.zone_size[1]
+        if 2.0 * ACROSS * scene.discs.radius > min(across, up):
+            why = f"window {w.name!r} is {across:g} x {up:g} m: too small for discs of radius {scene.discs.radius:g} m"
+            yield ("window", i), why, f"radius at most {min(across, up) / (2.0 * ACROSS):.3g} m, or a larger window"
+
+
+WINDOW_RULES = (windows_of_whole_zones, windows_lie_inside, windows_need_discs, discs_fit_into_windows)

@@ -1,0 +1,150 @@
+"""Guard of the ring: how far it has opened, and whether a disc has left it.
+
+Control discs go where the grid takes them. Where it stretches the rim, gaps open between one and the next,
+
+    gap = |x_(p+1) - x_p| - r_p - r_(p+1),                                       (1)
+
+and a disc of radius r can be squeezed out through a gap of 2 r. A gap above one smallest radius is worth a warning. A disc whose
+centre has left the polygon of the ring's centres by more than its radius is lost: the grid has no place for it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from coupler_protocol.jit import jit
+
+
+class Opening(NamedTuple):
+    """A gap of a ring: width [m], `place` (2,) [m] between its two control discs."""
+
+    width: float
+    place: np.ndarray
+
+
+class RingGuard:
+    """Watches one window. `widest`: the widest opening since the last call of `begin`, `warned`: whether it deserves it."""
+
+    def __init__(self, model, state):
+        self.smallest = float(state.radius[model.ring :].min())
+        self._builds = -1
+        self.begin()
+
+    def begin(self):
+        """A stage begins."""
+        self.widest, self.warned = Opening(0.0, np.zeros(2)), False
+
+    def look(self, model, state):
+        """Measure the ring, and find lost discs where the contact list is new; returns a warning the first time it is due, or "".
+
+        A disc cannot get anywhere without a new list. Raises ArithmeticError where one is lost.
+        """
+        gaps = ring_gaps(model, state)
+        widest = int(gaps.argmax())
+        if gaps[widest] > self.widest.width:
+            self.widest = opening(model, state, gaps, widest)
+        if state.builds != self._builds:
+            self._builds = state.builds
+            lost = lost_discs(model, state)
+            if len(lost):
+                raise ArithmeticError(self._words_of_loss(model, state, gaps, lost))
+        due = bool(gaps[widest] > self.smallest) and not self.warned
+        self.warned |= due
+        return f"the ring has opened by {self.in_words(self.widest)}: discs can be squeezed out from 2 on" if due else ""
+
+    def in_words(self, found):
+        """Width and place of an opening."""
+        x, y = found.place
+        return f"{found.width / self.smallest:.2g} smallest radii at ({x:.4g}, {y:.4g})"
+
+    def _words_of_loss(self, model, state, gaps, lost):
+        disc = int(lost[0])
+        (x, y), radius = state.x[disc].tolist(), state.radius[disc]
+        near = int(np.hypot(*(state.x[: model.ring] - state.x[disc]).T).argmin())
+        beside = max(gaps[near - 1], gaps[near])
+        return (
+            f"{len(lost)} disc{'s have' if len(lost) > 1 else ' has'} left the ring: disc {disc} (radius {radius:.4g} m) is at "
+            f"({x:.4g}, {y:.4g}), beyond control disc {near}, beside which the ring is open by {max(beside, 0.0):.3g} m; "
+            f"its widest gap is {self.in_words(opening(model, state, gaps, int(gaps.argmax())))}"
+        )
+
+    def report(self, stage):
+        """What run.json says of a stage in which a warning was due; None for others."""
+        if not self.warned:
+            return None
+        return {"stage": stage, "radii": self.widest.width / self.smallest, "place": self.widest.place.tolist()}
+
+
+def ring_gaps(model, state):
+    """Gap (R,) [m] from each control disc to the next, Eq (1); negative where they overlap."""
+    return gaps_between(state.disc, model.ring)
+
+
+@jit
+def gaps_between(disc, ring):
+    """Kernel of `ring_gaps`."""
+    gaps = np.empty(ring)
+    for p in range(ring):
+        q = p + 1 if p + 1 < ring else 0
+        distance = np.sqrt((disc[q, 0] - disc[p, 0]) ** 2 + (disc[q, 1] - disc[p, 1]) ** 2)
+        gaps[p] = distance - disc[p, 5] - disc[q, 5]
+    return gaps
+
+
+def opening(model, state, gaps, disc):
+    """The Opening between control disc `disc` and the next; gaps (R,): of the ring."""
+    following = (disc + 1) % model.ring
+    return Opening(float(gaps[disc]), 0.5 * (state.x[disc] + state.x[following]))
+
+
+def lost_discs(model, state):
+    """Numbers of the free discs whose centre lies outside the ring by more than their radius, the farthest first."""
+    ring = state.x[: model.ring].copy()
+    out = model.ring + np.flatnonzero(outside(ring, state.disc, model.ring))
+    if not len(out):
+        return out
+    beyond = shapely.distance(shapely.LinearRing(ring), shapely.points(state.x[out])) - state.radius[out]
+    order = np.argsort(-beyond, kind="stable")
+    return out[order[beyond[order] > 0.0]]
+
+
+@jit
+def outside(polygon, disc, first):
+    """Which of the discs first.. (n - first,) have their centre outside a polygon (P,2): a ray to the right crosses it evenly.
+
+    Edges are sorted into level strips, of which each disc needs one.
+    """
+    P = len(polygon)
+    low, high = polygon[:, 1].min(), polygon[:, 1].max()
+    strips = P
+    scale = strips / (high - low)
+    start = np.zeros(strips + 1, dtype=np.int64)
+    span = np.empty((P, 2), dtype=np.int64)
+    for i in range(P):
+        j = i + 1 if i + 1 < P else 0
+        a, b = (polygon[i, 1] - low) * scale, (polygon[j, 1] - low) * scale
+        span[i, 0], span[i, 1] = min(int(min(a, b)), strips - 1), min(int(max(a, b)), strips - 1)
+        for s in range(span[i, 0], span[i, 1] + 1):
+            start[s + 1] += 1
+    for s in range(strips):
+        start[s + 1] += start[s]
+    edge, place = np.empty(start[strips], dtype=np.int64), start[:-1].copy()
+    for i in range(P):
+        for s in range(span[i, 0], span[i, 1] + 1):
+            edge[place[s]] = i
+            place[s] += 1
+    out = np.empty(len(disc) - first, dtype=np.bool_)
+    for d in range(first, len(disc)):
+        x, y, crossed = disc[d, 0], disc[d, 1], False
+        if low <= y <= high:
+            s = min(int((y - low) * scale), strips - 1)
+            for k in range(start[s], start[s + 1]):
+                e = edge[k]
+                q = e + 1 if e + 1 < P else 0
+                y0, y1 = polygon[e, 1], polygon[q, 1]
+                if (y0 > y) != (y1 > y):
+                    at = polygon[e, 0] + (y - y0) / (y1 - y0) * (polygon[q, 0] - polygon[e, 0])
+                    crossed ^= at > x
+        out[d - first] = not crossed
+    return out

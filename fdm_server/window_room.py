@@ -1,0 +1,44 @@
+"""Whether discs have room in a window of any shape: a wide place, and no arm too narrow for them.
+
+With R the mean radius of the discs, a circle of radius 8 R fits somewhere: the window is eight discs wide there. Everywhere
+else circles of radius 4 R, four discs wide, reach all of it but corners: they can roll through the whole window, and no place is
+farther than 8 R from where they come. (The corner of a 45 degree wedge is 6.5 R away, that of a rectangle 1.7 R.)
+"""
+
+import numpy as np
+import shapely
+
+WIDE = 8.0  # radius of the circle that fits somewhere, in R
+NARROW = 4.0  # radius of the circle that reaches everywhere, in R
+CORNER = 8.0  # how far corners may be from it, in R
+EXACT = 1.0 - 1e-9  # windows may be exactly as wide
+
+
+def lack_of_room(outline, radius):
+    """What is wrong with a window of outline (K,2) [m] for discs of mean `radius` [m], and what would be right; or None."""
+    window = shapely.Polygon(outline)
+    x0, y0, x1, y1 = window.bounds
+    if window.buffer(-WIDE * EXACT * radius).is_empty:
+        most = _largest_circle(window) / WIDE
+        what = f"is {x1 - x0:.4g} x {y1 - y0:.4g} m: too small for discs of radius {radius:g} m"
+        return what, f"radius at most {most:.3g} m, or a larger window"
+    reached = shapely.buffer(window, -NARROW * EXACT * radius)
+    parts = shapely.get_parts(reached)
+    if len(parts) > 1:
+        x, y = shapely.shortest_line(parts[0], shapely.union_all(parts[1:])).centroid.coords[0]
+        return _narrow(x, y, radius)
+    corners = np.asarray(outline)
+    far = shapely.distance(reached, shapely.points(corners)) - NARROW * radius
+    if far.max() > CORNER * radius:
+        return _narrow(*corners[far.argmax()], radius)
+    return None
+
+
+def _narrow(x, y, radius):
+    what = f"is narrower than {NARROW:g} discs of radius {radius:g} m at ({x:.4g}, {y:.4g})"
+    return what, "smaller discs, or a window that is wider there"
+
+
+def _largest_circle(window):
+    """Radius [m] of the largest circle inside."""
+    return shapely.maximum_inscribed_circle(window, tolerance=1e-4 * np.sqrt(window.area)).length
