@@ -46,10 +46,10 @@ def test_it_is_pressed_from_all_sides_and_then_from_two(run):
 
 
 def test_peak_friction_angle(run):
-    """Seeds 1 to 8 give 28.6 to 33.0 degrees, mean 30.7; here seed 1."""
+    """Seeds 1 to 8 give 27.6 to 33.4 degrees, mean 30.7, deviation 1.7; here seed 1, within three deviations."""
     axial, side = parts(run, "wall_pressure:top")[1], parts(run, "wall_pressure:left")[1]
     peak = np.degrees(np.arcsin(((axial - side) / (axial + side)).max()))
-    assert 27.5 < peak < 34.0
+    assert 25.6 < peak < 35.8
 
 
 def test_walls_carry_what_the_discs_do(run):
