@@ -40,7 +40,7 @@ def frame(model, state):
 
 
 def history_fields(state):
-    """What rolling resistance and parallel bonds keep in the slots, by the name of the field."""
+    """What rolling resistance and parallel bonds remember of each pair, by the name of the field."""
     fields = {} if state.rolled is None else {"rolling_moment": state.rolled}
     if state.parallel is not None:
         bonds = state.parallel
