@@ -86,7 +86,7 @@ def test_discs_that_no_spring_can_keep_apart_end_the_run():
     model, state = loose_discs([[0.0, 0.0], [3.0 * R, 0.1 * R]], [R, R], **SMOOTH)
     model = in_real_time(model, state, 0.1)
     state.v[0, 0] = 4.0 * STOPS
-    with pytest.raises(ArithmeticError, match="disc 0 is going through disc 1.* stop 89.2 m/s"):
+    with pytest.raises(ArithmeticError, match=r"disc 0 is going through disc 1.* stop 89.2 m/s"):
         advance(model, state, 0.0, 1000)
 
 
