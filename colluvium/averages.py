@@ -1,12 +1,12 @@
 """Means over a region of the discs: stress and porosity. A region is a circle (x, y, radius) or a polygon (P, 2) [m].
 
     stress   = -(1/A) sum w sym(F (x) l) + (1/A) sum virial of the walls             (1)
-    porosity = 1 - (1/A) sum area of disc and region                                 (2)
+    porosity = 1 - (1/A) (sum area of disc and region - sum overlaps of contacts)    (2)
 
 F: force on the second body of a contact, l: branch between the centroids of both bodies, w: share of l inside; walls count for
 discs whose centre is inside. At rest the mean over everything between smooth walls is exactly their force over their length, with
-friction and rigid stones as without, because no force is left over at any centroid. Overlaps of discs count twice in (2): at
-overlaps of R/1000 that is 3e-5. Sources: Weber (1966), Bull. Liaison Ponts et Chaussees 20; Christoffersen, Mehrabadi &
+friction and rigid stones as without, because no force is left over at any centroid. Overlaps in (2)
+count where the middle of the contact is inside. Sources: Weber (1966), Bull. Liaison Ponts et Chaussees 20; Christoffersen, Mehrabadi &
 Nemat-Nasser (1981), J. Appl. Mech. 48, 339-344.
 """
 
@@ -36,18 +36,21 @@ def average_stress(discs: "Fields", contacts: "Fields", region) -> np.ndarray:
     (fx, fy), (lx, ly) = (force * inside[:, None]).T, span.T
     total = -np.array([fx @ lx, fy @ ly, 0.5 * (fx @ ly + fy @ lx)])
     if "wall_virial" in discs:
-        total += discs.wall_virial[_centres_inside(discs.xy, circle, shape)][:, [0, 1, 3]].sum(axis=0)
+        total += discs.wall_virial[_points_inside(discs.xy, circle, shape)][:, [0, 1, 3]].sum(axis=0)
     return total / _area(circle, shape)
 
 
-def porosity(discs: "Fields", region) -> float:
-    """Void share of a region, Eq (2), exact for circles and polygons of any shape."""
+def porosity(discs: "Fields", contacts: "Fields", region) -> float:
+    """Void share of a region, Eq (2), exact for circles and polygons of any shape but for overlaps on its edge."""
     circle, shape = _region(region)
     if circle is not None:
         solid = disc_in_circle(discs.xy - circle[:2], discs.radius, circle[2])
     else:
         solid = disc_in_polygon(discs.xy, discs.radius, shapely.get_coordinates(shape))
-    return 1.0 - float(solid.sum()) / _area(circle, shape)
+    a, b = discs.xy[contacts.ends].swapaxes(0, 1)
+    overlap = lens(np.hypot(*(b - a).T), *discs.radius[contacts.ends].T)
+    twice = overlap[_points_inside(0.5 * (a + b), circle, shape)]
+    return 1.0 - float(solid.sum() - twice.sum()) / _area(circle, shape)
 
 
 def contact_forces(discs: "Fields", contacts: "Fields") -> np.ndarray:
@@ -62,12 +65,17 @@ def contact_forces(discs: "Fields", contacts: "Fields") -> np.ndarray:
 
 def disc_in_circle(xy: np.ndarray, radius: np.ndarray, circle: float) -> np.ndarray:
     """Area (n,) that discs share with the circle of radius `circle` about the origin."""
-    d = np.hypot(*xy.T)
-    near = (d < radius + circle) & (d > abs(radius - circle))
-    area = np.where(d < radius + circle, np.pi * np.minimum(radius, circle) ** 2, 0.0)
-    d, r = d[near], radius[near]
-    a, b = (d * d + r * r - circle**2) / (2.0 * d), (d * d - r * r + circle**2) / (2.0 * d)
-    area[near] = r * r * np.arccos(a / r) + circle**2 * np.arccos(b / circle) - d * np.sqrt(np.maximum(r * r - a * a, 0.0))
+    return lens(np.hypot(*xy.T), radius, np.full(len(xy), circle))
+
+
+def lens(d: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Area (n,) that circles of radii r and s share at the distance d of their centres."""
+    area = np.where(d < r + s, np.pi * np.minimum(r, s) ** 2, 0.0)
+    cut = (d < r + s) & (d > np.abs(r - s))
+    d, r, s = d[cut], r[cut], s[cut]
+    a = (d * d + r * r - s * s) / (2.0 * d)  # from the centre of r to the chord
+    half = np.sqrt(np.maximum(r * r - a * a, 0.0))
+    area[cut] = r * r * np.arctan2(half, a) + s * s * np.arctan2(half, d - a) - d * half
     return area
 
 
@@ -111,7 +119,7 @@ def _area(circle, shape):
     return float(np.pi * circle[2] ** 2) if circle is not None else shape.area
 
 
-def _centres_inside(xy, circle, shape):
+def _points_inside(xy, circle, shape):
     if circle is not None:
         return np.hypot(*(xy - circle[:2]).T) < circle[2]
     return shapely.contains_xy(shape, xy[:, 0], xy[:, 1])

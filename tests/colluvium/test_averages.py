@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from colluvium.averages import average_stress, disc_in_circle, disc_in_polygon, porosity
+from colluvium.averages import average_stress, disc_in_circle, disc_in_polygon, lens, porosity
 
 
 class Frame(SimpleNamespace):
@@ -44,6 +44,13 @@ def test_discs_in_a_circle():
     np.testing.assert_allclose(disc_in_circle(xy, radius, 0.5), expected, atol=2e-6)
 
 
+def test_the_lens_of_two_discs_that_hardly_overlap():
+    """Two segments of height h / 2 each: 2 (4/3 sqrt(2 R h / 2) h / 2) to first order; nothing cancels."""
+    h = 1e-6
+    area = lens(np.array([2.0 - h]), np.ones(1), np.ones(1))
+    assert area[0] == pytest.approx(8.0 / 3.0 * np.sqrt(h) * 0.5 * h, rel=1e-4)
+
+
 def lattice(turned, R=0.1, side=12):
     """A square lattice of touching discs, each row carrying N along the first axis; as a frame."""
     at = np.stack(np.meshgrid(np.arange(side), np.arange(side), indexing="ij"), axis=-1).reshape(-1, 2)
@@ -66,10 +73,10 @@ def test_a_lattice_has_the_stress_of_its_rows(turned):
     middle = discs.xy[5 * 12 + 5] + 0.1 * (along + across)
     cell = middle + 0.6 * np.array([-along - across, along - across, along + across, -along + across])
     np.testing.assert_allclose(average_stress(discs, contacts, cell), expected, rtol=1e-9)
-    assert porosity(discs, cell) == pytest.approx(1.0 - 0.25 * np.pi, rel=1e-9)
+    assert porosity(discs, contacts, cell) == pytest.approx(1.0 - 0.25 * np.pi, rel=1e-9)
     round_ = average_stress(discs, contacts, (*middle, 0.9))
     np.testing.assert_allclose(round_, expected, rtol=0.08)  # a circle cuts rows anywhere
-    assert porosity(discs, (*middle, 0.9)) == pytest.approx(1.0 - 0.25 * np.pi, rel=0.05)
+    assert porosity(discs, contacts, (*middle, 0.9)) == pytest.approx(1.0 - 0.25 * np.pi, rel=0.05)
 
 
 def test_regions_that_are_none():

@@ -2,7 +2,7 @@
 
 It starts at rest, pressed on by its weight (R = .03 m).
 
-    rolls where mu >= tan(theta) / 3 (.19245 at 30 degrees):  a = 2/3 g sin(theta),     otherwise  a = g (sin(theta) - mu cos(theta))
+    rolls where mu >= tan(theta) / 3 (.19245 at 30 degrees): a = 2/3 g sin(theta),   otherwise  a = g (sin(theta) - mu cos(theta))
 
 With rolling resistance of coefficient mr, a = 2/3 g (sin(theta) - mr cos(theta)). The plane is a disc of 10 km radius, in
 the scene a wall. The acceleration comes from two equal times: (way(2t) - 2 way(t)) / t^2.
