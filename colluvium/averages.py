@@ -5,8 +5,8 @@
 
 F: force on the second body of a contact, l: branch between the centroids of both bodies, w: share of l inside; walls count for
 discs whose centre is inside. At rest the mean over everything between smooth walls is exactly their force over their length, with
-friction and rigid stones as without, because no force is left over at any centroid. Overlaps in (2)
-count where the middle of the contact is inside. Sources: Weber (1966), Bull. Liaison Ponts et Chaussees 20; Christoffersen, Mehrabadi &
+friction and rigid stones as without, because no force is left over at any centroid. Overlaps in (2) count where the middle of
+the contact is inside. Sources: Weber (1966), Bull. Liaison Ponts et Chaussees 20; Christoffersen, Mehrabadi &
 Nemat-Nasser (1981), J. Appl. Mech. 48, 339-344.
 """
 
