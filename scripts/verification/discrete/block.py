@@ -4,9 +4,9 @@ A bar of 8 R by 2 R of four discs in a row (R = .03 m), one clump, lies on a wal
 
     slides where tan(theta) > mu:  a = g (sin(theta) - mu cos(theta)),     otherwise it stays
 
-The acceleration comes from two equal times, (way(2t) - 2 way(t)) / t^2. That it stays means that within .4 s, with local damping,
-it moves by no more than what its springs give: the weight along the slope over 4 ks, and the bar turns a little (the outer feet
-take its moment), which moves its centroid too.
+The acceleration comes from two equal times, (way(2t) - 2 way(t)) / t^2. That it stays means that within .4 s, with local
+damping, it moves by no more than what its springs give: the weight along the slope over 4 ks, and the bar turns a little (the
+outer feet take its moment), which moves its centroid too.
 """
 
 from types import SimpleNamespace

@@ -1,13 +1,13 @@
 """Momentum and angular momentum of discs and stones that collide are kept.
 
 25 discs of three sizes and five rigid stones of two to four discs, with friction, rolling resistance and dashpots, fly at each
-other with velocities and spins at random, collide and part again; no walls, no gravity, no damping. Contact forces are opposite,
-and the levers li, lj of both discs add up to the distance of their centres, so nothing is lost:
+other with velocities and spins at random, collide and part again; no walls, no gravity, no damping. Contact forces are
+opposite, and the levers li, lj of both discs add up to the distance of their centres, so nothing is lost:
 
     sum m v = const,     sum m x (x) v + I w = const
 
-Leap-frog keeps both exactly, as positions move along the velocities they are multiplied with. Relative to sum m |v| and
-sum m |x| |v| + I |w|.
+Leap-frog keeps both exactly, as positions move along the velocities they are multiplied with. Relative to sum m |v| and sum m
+|x| |v| + I |w|.
 """
 
 from types import SimpleNamespace
@@ -28,8 +28,8 @@ R = 0.03
 LAWS = {"friction": Friction(coefficient=0.5), "rolling": Rolling(coefficient=0.1), "dashpot": Dashpot(normal=0.1, shear=0.1)}
 
 
-def crowd(**laws):
-    """Model and State of discs and stones that fly at each other, at the default step of real time."""
+def crowd(fraction=0.1, **laws):
+    """Model and State of discs and stones that fly at each other, in real time with steps of `fraction` of the stable one."""
     rng = np.random.default_rng(7)
     side = 4.4 * R * (np.arange(6) - 2.5)
     places = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
@@ -50,7 +50,7 @@ def crowd(**laws):
     grain = SimpleNamespace(density=2700.0, spring=Spring(normal=5e8, shear=2e8), bond=None, **laws)
     model, state = loose_discs(np.vstack(xy), np.concatenate(radius), bond=None, damping=None, stone=grain, **laws)
     stones.mark(model, state, outlines, 2700.0)
-    model = in_real_time(stones.make(model, state, outlines, "clump"), state, 0.1)
+    model = in_real_time(stones.make(model, state, outlines, "clump"), state, fraction)
     for body in (state.disc, state.clumps.motion):
         body[:, 2:4] = -3.0 * body[:, :2] / R * 0.1 + rng.normal(0.2, 0.5, (len(body), 2))
         body[:, 4] = rng.normal(0.0, 10.0, len(body))

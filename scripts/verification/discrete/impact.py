@@ -2,8 +2,8 @@
 
 R = .03 m, kn = 2.5e7 N/m of the contact, no damping; the wall is turned by 25 degrees. Normal to it the disc stays half a wave,
 Fn = kn (vn / wn) sin(wn t), wn = sqrt(kn / m), and leaves at vn. In the tangent the point of contact has the mass m / 3 (m and
-I = m R^2 / 2 of the disc at lever R), so while it sticks Fs = ks (s / wt) sin(wt t), wt = sqrt(3 ks / m), with s the speed
-of the point of contact (Maw, Barber & Fawcett 1976 do this with Hertz's springs; for linear ones it is elementary):
+I = m R^2 / 2 of the disc at lever R), so while it sticks Fs = ks (s / wt) sin(wt t), wt = sqrt(3 ks / m), with s the speed of
+the point of contact (Maw, Barber & Fawcett 1976 do this with Hertz's springs; for linear ones it is elementary):
 
     ks = kn / 3:     wt = wn, Fs / Fn constant, sticks to the end where s / vn <= 3 mu:     s -> -s
     ks = 4 kn / 3:   wt = 2 wn, |Fs / Fn| <= 4 s / 3 vn, sticks where that is below mu:    s -> s

@@ -6,12 +6,10 @@ from pathlib import Path
 
 from colluvium import open_run
 from coupler_protocol.interrupt import StopRequest
-from coupler_protocol.plugin import from_functions
 from coupler_protocol.progress import Progress
 from coupler_protocol.scene_reader import build_scene
 from dem_server.alone import DiscsAlone, compute
 
-__all__ = ["SOIL", "build_scene", "computed", "disc_file", "from_functions", "of_file", "of_tables", "tables"]
 SOIL = {"density": 2000.0, "spring": {"normal": 5.0e7, "shear": 2.0e7}, "friction": {"coefficient": 0.55}}
 
 

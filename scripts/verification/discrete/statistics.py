@@ -1,7 +1,7 @@
 """Stones are drawn from the distributions that the scene asks for.
 
-Stones of content .3 with a gap of .03 m, sizes lognormal of mean .25 m and sigma .35 between .12 and .6 m, flatness 1 to 1.8, in
-a window of 4 m by 4 m with an oblique side; what their polygons show, over the stones of several seeds:
+Stones of content .3 with a gap of .03 m, sizes lognormal of mean .25 m and sigma .35 between .12 and .6 m, flatness 1 to 1.8,
+in a window of 4 m by 4 m with an oblique side; what their polygons show, over the stones of several seeds:
 
     content = sum of areas / area of the window
     mean size, that of the cut-off distribution,     mean flatness 1.4 (root of the ratio of principal moments)

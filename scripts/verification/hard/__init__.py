@@ -4,6 +4,6 @@ from verification.hard import bonds_gone, cycles, impacts, overlap, recontact, s
 
 TITLE = "Hard cases"
 HEAD = """What is likely to break a computation, at the edge of what the codes promise. Every case demands finite numbers and
-bounded velocities beside its own criterion; scenes of windows stand in `tests/hard` as they are. Where a computation cannot go on it must
-say so: rows "ends with" count the messages."""
+bounded velocities beside its own criterion; scenes of windows stand in `tests/hard` as they are. Where a computation cannot go
+on it must say so: rows "ends with" count the messages."""
 CASES = [bonds_gone, stiff_stones, stiffness_jump, cycles, recontact, size_ratio, overlap, impacts]

@@ -1,7 +1,7 @@
-"""A hundred thousand cycles of stick and slip (case 11).
+"""A hundred thousand cycles of stick and slip.
 
-The contact of the discrete case stick-slip, 16 steps a cycle (so that sticking begins and ends at steps), 100,000 cycles: the work against
-the closed form, and nothing drifts.
+The contact of the discrete case stick-slip, 16 steps a cycle (so that sticking begins and ends at steps), 100,000 cycles: the
+work against the closed form.
 """
 
 from verification.discrete import stickslip

@@ -1,17 +1,17 @@
-"""Stones ten thousand times as stiff as the soil, also switched on under stress (case 10).
+"""Stones ten thousand times as stiff as the soil, also switched on under stress.
 
-`tests/hard/stiff_stones.toml`: the packing is at 100 kPa when its stones become stiff, with reference gaps that keep every contact
-force. Then it settles between walls under gravity, static mode, and goes on in real time without damping: as it rests, its kinetic
-energy stays what the last unbalanced forces leave.
+`tests/hard/stiff_stones.toml`: the packing is at 100 kPa when its stones become stiff, with reference gaps that keep every
+contact force. Then it settles in a box of walls under gravity, static mode, and goes on in real time without damping: as it
+rests, its kinetic energy stays what the last unbalanced forces leave.
 """
 
 import numpy as np
 
 from coupler_protocol.interface import build_ring
+from coupler_protocol.scene_reader import build_scene
 from dem_server import filling, mesostructure, packing, stones
 from dem_server.contacts import contact_forces
 from dem_server.fields import contacts
-from verification.discrete import scenes
 from verification.hard.watched import computed, scene_of
 from verification.rows import row
 
@@ -20,7 +20,7 @@ NAME = "stiff stones"
 
 def jump():
     """Largest change of a normal force when the stones become stiff, over the mean force."""
-    scene = scenes.build_scene(scene_of("stiff_stones"))
+    scene = build_scene(scene_of("stiff_stones"))
     nodes = filling.rim_of(scene.window[0].polygon, 4.0 * scene.discs.radius)
     found = mesostructure.draw(nodes, scene.stones, np.random.default_rng(11))
     ring = build_ring(nodes, scene.discs.radius)
@@ -41,7 +41,7 @@ def rows(fast):
     """The scene takes seconds."""
     yield row("switched on: largest change of a contact force over the mean one", jump(), 0.0, 1e-9, "closed form")
     watch, stages = computed(scene_of("stiff_stones", free={"steps": 4000 if fast else 20_000}))
-    yield row("settles to the unbalanced ratio", stages[1]["ratio_discrete"][0], 0.0, 1e-4, "as asked for")
+    yield row("settles to the unbalanced ratio", stages[1]["ratio_discrete"][0], 0.0, 1e-3, "as asked for")
     kinetic, stored, _ = watch.of("free")
     yield row("real time: largest kinetic energy over stored energy", kinetic.max() / stored[0], 0.0, 1e-3, "it rests")
     yield row("real time: stored energy at the end over that at the start", stored[-1] / stored[0], 1.0, 1e-2, "it rests")
