@@ -30,6 +30,7 @@ LAWS = {"friction": Friction(coefficient=0.5), "rolling": Rolling(coefficient=0.
 
 def crowd(fraction=0.1, **laws):
     """Model and State of discs and stones that fly at each other, in real time with steps of `fraction` of the stable one."""
+    laws = {"friction": None} | laws
     rng = np.random.default_rng(7)
     side = 4.4 * R * (np.arange(6) - 2.5)
     places = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
