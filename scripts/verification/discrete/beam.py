@@ -1,12 +1,12 @@
 """A cantilever of parallel bonds bends as a beam does.
 
-Ten discs in a row beside a held one, a tenth of R apart so that bonds alone act; the force P at the end, at an angle to the row.
-With s the distance of centres, E = kn' s, A = 2 R, J = 2/3 R^3 and bending at N places instead of everywhere:
+Ten discs in a row beside a held one, a tenth of R apart so that bonds alone act; the force P at the end, at an angle to the
+row. With s the distance of centres, E = kn' s, A = 2 R, J = 2/3 R^3 and bending at N places instead of everywhere:
 
     across:  P L^3 / 3 E J (1 - 1 / 4 N^2) + P N / (ks' A),     along:  P N / (kn' A)
 
-And a row between two held discs that turn by theta / 2 against each other, an end moment: all bonds carry kn' J theta / N and the
-middle moves by L theta / 8.
+And a row between two held discs that turn by theta / 2 against each other, an end moment: all bonds carry kn' J theta / N and
+the middle moves by L theta / 8.
 """
 
 import numpy as np

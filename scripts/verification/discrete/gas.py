@@ -1,10 +1,10 @@
 """Discs that fly and collide without damping and friction keep their energy at the default step of real time.
 
-36 discs of three sizes in a box of walls, velocities at random of .3 or 3 m/s; 25 discs and five rigid stones likewise. The energy
-is kinetic and stored, the mean over 400 steps at the beginning and at the end.
+36 discs of three sizes in a box of walls, velocities at random of .3 or 3 m/s; 25 discs and five rigid stones likewise. The
+energy is kinetic and stored, the mean over 400 steps at the beginning and at the end.
 
-Each contact changes the energy of two bodies by a little, up or down by how it falls between the steps, so the error of many bodies
-averages out and that of one disc between two held ones, the last two columns, walks at random.
+Each contact changes the energy of two bodies by a little, up or down by how it falls between the steps, so the error of many
+bodies averages out and that of one disc between two held ones, the last two columns, walks at random.
 """
 
 import numpy as np

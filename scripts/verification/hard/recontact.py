@@ -6,6 +6,8 @@ a disc flies between two held discs, without damping, in steps of .05 of the sta
 contacts.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 from dem_server import energy
@@ -27,7 +29,7 @@ def pulled_off_and_back():
     state.bond_state[np.arange(state.partner.shape[1]) < state.used[:, None]] = BONDED
     overlap, tension = 1e-5, 0.0
     places = [2.0 * R * start, 3.0 * R * start, 3.0 * R * back, (2.0 * R + 2e-7) * back, (2.0 * R - overlap) * back]
-    for a, b in zip(places[:-1], places[1:], strict=True):
+    for a, b in pairwise(places):
         steps = max(1, round(np.hypot(*(b - a)) / 5e-6))
         for _ in range(steps):
             displace(model, state, np.array([[0.0, 0.0], (b - a) / steps]))
