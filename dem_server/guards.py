@@ -36,10 +36,10 @@ def quickest_kernel(disc, clumps, first):
         v = (disc[i, 2] ** 2 + disc[i, 3] ** 2) ** 0.5
         speed, push = max(speed, v), max(push, v * disc[i, 6] ** 0.5)
     if clumps is not None:
-        for c in range(len(clumps.motion)):
-            body = clumps.motion[c]
-            v = (body[2] ** 2 + body[3] ** 2) ** 0.5 + abs(body[4]) * clumps.reach[c]
-            speed, push = max(speed, v), max(push, v * body[6] ** 0.5)
+        motion = clumps.motion
+        for c in range(len(motion)):
+            v = (motion[c, 2] ** 2 + motion[c, 3] ** 2) ** 0.5 + abs(motion[c, 4]) * clumps.reach[c]
+            speed, push = max(speed, v), max(push, v * motion[c, 6] ** 0.5)
     return speed, push
 
 
