@@ -39,18 +39,21 @@ def cache_folder(package):
     return str(Path(base) / f"{package}-{digest.hexdigest()[:16]}")
 
 
-def jit(function=None, *, package=None, **options):
+def jit(function=None, *, package=None, borrows=False, **options):
     """Compile `function` with the project's settings: cached on disk, without the interpreter lock, IEEE arithmetic.
 
     `error_model="numpy"` (a division by zero gives inf, no exception) lets loops vectorise; fast-math stays off so that
     results have the same bits in every run. Use as `kernel = jit(plain_function)` or as a decorator. `package` names the
-    server whose cache folder takes the kernel; by default the package the function stands in.
+    server whose cache folder takes the kernel; by default the package the function stands in. `borrows`: the function makes no
+    arrays and keeps none, so that references need not be counted, which in loops over short blocks costs more than the work.
     """
     if function is None:
-        return lambda f: jit(f, package=package, **options)
+        return lambda f: jit(f, package=package, borrows=borrows, **options)
     package = package or function.__module__.partition(".")[0]
     path = Path(function.__code__.co_filename).resolve()
     if path.is_relative_to(_ROOT / "coupler_protocol") and path not in _SHARED:
         raise ValueError(f"{path.name} holds a kernel but is not among the hashed files of coupler_protocol/jit.py")
+    if borrows:
+        options["_nrt"] = False
     numba.config.CACHE_DIR = cache_folder(package)
     return numba.njit(**{"cache": True, "nogil": True, "error_model": "numpy", **options})(function)

@@ -13,29 +13,28 @@ from dem_server.clumps import resultant
 def unbalanced_ratio(model, state, gravity):
     """Eq (1) [-]; 0 if no force acts at all."""
     return ratio(
-        state.disc, state.load, state.weight, state.used, state.partner, state.normal, state.shear,
+        state.disc, state.load, state.weight, state.first, state.second, state.normal, state.shear,
         state.parallel, state.walls, state.clumps, model.ring, gravity,
     )
 
 
 @jit
-def ratio(disc, load, weight, used, partner, normal, shear, parallel, walls, clumps, ring, gravity):
+def ratio(disc, load, weight, first, second, normal, shear, parallel, walls, clumps, ring, gravity):
     """Kernel of `unbalanced_ratio`."""
     n = disc.shape[0]
     total = 0.0
-    for i in range(n):
-        for s in range(used[i]):
-            fn, fs = normal[i, s], 0.0
-            if shear is not None:
-                fs = shear[i, s]
-            if parallel is not None:
-                fn += parallel.normal[i, s]
-                fs += parallel.shear[i, s]
-            f2 = fn**2
-            if shear is not None:
-                f2 += fs**2
-            free = (1 if i >= ring else 0) + (1 if partner[i, s] >= ring else 0)
-            total += free * f2**0.5
+    for p in range(len(first)):
+        fn, fs = normal[p], 0.0
+        if shear is not None:
+            fs = shear[p]
+        if parallel is not None:
+            fn += parallel.normal[p]
+            fs += parallel.shear[p]
+        f2 = fn**2
+        if shear is not None:
+            f2 += fs**2
+        free = (1 if first[p] >= ring else 0) + (1 if second[p] >= ring else 0)
+        total += free * f2**0.5
     if walls is not None:
         for i in range(ring, n):
             for w in range(walls.normal.shape[1]):

@@ -15,10 +15,10 @@ def add_parallel_bonds(model, state, chosen=None):
     """
     pairs, bonds = listed_pairs(state), state.parallel
     there = pairs.gap < 0.0 if chosen is None else chosen(pairs)
-    fresh = there & (model.law.parallel_bond.radius[pairs.kind] > 0.0) & (bonds.state.ravel()[pairs.slot] == 0)
+    fresh = there & (model.law.parallel_bond.radius[pairs.kind] > 0.0) & (bonds.state[pairs.slot] == 0)
     slot = pairs.slot[fresh]
     distance = np.hypot(*pairs.branch[fresh].T)
-    bonds.gap.ravel()[slot] = distance - state.radius[pairs.disc_a[fresh]] - state.radius[pairs.disc_b[fresh]]
-    bonds.state.ravel()[slot] = BONDED
+    bonds.gap[slot] = distance - state.radius[pairs.disc_a[fresh]] - state.radius[pairs.disc_b[fresh]]
+    bonds.state[slot] = BONDED
     set_masses(model, state)
     return len(slot)

@@ -69,9 +69,12 @@ def resultant(c, clumps, disc, load, weight, gravity):
 
 
 @jit
-def move_clumps(clumps, disc, load, weight, angle, damping, gravity, fastest, cap, kick, dt):
-    """Eqs (1) to (3) for all clumps; returns how many were faster than `fastest` and, with `cap`, slowed down."""
-    motion, fast = clumps.motion, 0
+def move_clumps(disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt):
+    """Eqs (1) to (3) for all clumps.
+
+    Returns how many were faster than `fastest` and, with `cap`, slowed down, and the largest speed of a disc squared.
+    """
+    motion, fast, largest = clumps.motion, 0, 0.0
     for c in range(len(motion)):
         if clumps.start[c] == clumps.start[c + 1]:
             continue
@@ -89,12 +92,14 @@ def move_clumps(clumps, disc, load, weight, angle, damping, gravity, fastest, ca
             if cap:
                 scale = fastest / speed
                 u, v, w = u * scale, v * scale, w * scale
+                speed = fastest
+        largest = max(largest, speed * speed)
         motion[c, 0] += u * dt
         motion[c, 1] += v * dt
         motion[c, 2], motion[c, 3], motion[c, 4] = u, v, w
         motion[c, 5] += w * dt
         place_members(c, clumps, disc, angle, dt)
-    return fast
+    return fast, largest
 
 
 @jit

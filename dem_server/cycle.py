@@ -11,10 +11,12 @@ import numpy as np
 
 from coupler_protocol.jit import jit
 from dem_server import contacts, guards, motion, walls
-from dem_server.contacts import contact_forces, force_pass
-from dem_server.model import SPIN, VX
-from dem_server.motion import SPEED_CAP, move
-from dem_server.neighbours import rebuild
+from dem_server.clumps import move_clumps
+from dem_server.contacts import contact_forces, farthest, force_pass
+from dem_server.model import CAPS, SPIN, VX
+from dem_server.motion import SPEED_CAP, move, move_free
+from dem_server.neighbours import rebuild, skin
+from dem_server.sharing import shares
 from dem_server.timestep import stable_step
 from dem_server.walls import move_walls, wall_pass
 
@@ -63,19 +65,40 @@ def advance(model, state, gravity, steps):
 
     Raises ArithmeticError where the step of the real-time mode would have to become too short.
     """
+    return (advance_together if len(shares(model)) > 1 else advance_alone)(model, state, gravity, steps)
+
+
+def advance_alone(model, state, gravity, steps):
+    """`advance` in one thread: as many steps as possible in compiled code."""
     time = 0.0
     while steps > 0:
         ahead = steps if model.real_time is None else guarded(model, state, steps)
         kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
         state.dt = dt
         done, fast, fresh = cycle(
-            ahead, kick, *motion.arguments(model, state, gravity), *contacts.arguments(model, state)[2:],
-            *walls.arguments(model, state)[:3],
+            ahead, kick, *motion.arguments(model, state, gravity), model.ring, state.listed_at, 0.5 * skin(model),
+            *contacts.arguments(model, state)[2:], *walls.arguments(model, state)[:3],
         )  # fmt: skip
         steps -= done
         time += done * dt
         if not fresh:
             contact_forces(model, state)
+        if fast > 0 and model.real_time is not None:
+            shorten(model, state)
+    return time
+
+
+def advance_together(model, state, gravity, steps):
+    """`advance` by several threads, which meet between the phases of a step; the same bits."""
+    time = 0.0
+    for _ in range(steps):
+        if model.real_time is not None:
+            guarded(model, state, 1)
+        fast = move_free(model, state, gravity)
+        if state.walls is not None:
+            move_walls(state.walls, state.dt)
+        time += state.dt
+        contact_forces(model, state)
         if fast > 0 and model.real_time is not None:
             shorten(model, state)
     return time
@@ -102,26 +125,37 @@ def shorten(model, state):
 
 @jit
 def cycle(
-    steps, kick, disc, load, weight, angle, counters, damping, clumps, first, gravity, fastest, cap,
-    listed_at, used, partner, kind, normal, shear, reference_gap, bond_state, rolled, root_mass, parallel,
-    same_counters, spring, friction, bond, rolling, dashpot, parallel_bond, skin, dt,
+    steps, kick, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, ring, listed_at, leeway,
+    first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
+    glued, glue_gap, glue_normal, glue_shear, glue_moment, counters, spring, friction, bond, rolling, dashpot, parallel_bond, dt,
     walls, material, materials,
 ):  # fmt: skip
-    """Kernel of `advance`: steps done, bodies that were too fast in the last, whether its contact forces are known.
+    """Kernel of `advance_alone`: steps done, bodies that were too fast in the last, whether its contact forces are known.
 
-    It ends early if the list is out of date or, without `cap`, a body is too fast.
+    It ends early if the list is out of date or, without `cap`, a body is too fast. No disc has moved farther than the sum
+    of the largest speeds; only where that exceeds `leeway` [m] all are looked at.
     """
-    fast, fresh, step = 0, True, 0
+    fast, fresh, step, moved = 0, True, 0, leeway
     while step < steps and fresh and (fast == 0 or cap):
-        fast = move(
-            disc, load, weight, angle, counters, damping, clumps, first, gravity, fastest, cap, kick, dt
-        )
+        fast, quickest = move(ring, len(disc), disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt)
+        if clumps is not None:
+            more, other = move_clumps(disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt)
+            fast += more
+            quickest = max(quickest, other)
+        if cap:
+            counters[CAPS] += fast
         if walls is not None:
             move_walls(walls, dt)
-        fresh = force_pass(
-            disc, load, listed_at, used, partner, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
-            parallel, same_counters, spring, friction, bond, rolling, dashpot, parallel_bond, skin, dt,
-        )  # fmt: skip
+        moved += quickest**0.5 * dt
+        if not moved < leeway:
+            moved = farthest(disc, listed_at)
+            fresh = moved <= leeway
+        if fresh:
+            force_pass(
+                disc, load, first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
+                glued, glue_gap, glue_normal, glue_shear, glue_moment, counters, spring, friction, bond, rolling, dashpot,
+                parallel_bond, dt,
+            )  # fmt: skip
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if fresh:
                 wall_pass(disc, load, dt, walls, material, materials, clumps, spring, friction, rolling, dashpot)

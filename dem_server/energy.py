@@ -27,24 +27,22 @@ def kinetic_kernel(disc, clumps, first):
 
 
 @jit
-def stored_kernel(disc, used, partner, kind, normal, shear, rolled, parallel, spring, parallel_bond):
+def stored_kernel(disc, first, second, kind, normal, shear, rolled, parallel, spring, parallel_bond):
     """Elastic energy [J] of all contacts; a pair apart carries no force."""
     total = 0.0
-    for i in range(used.shape[0]):
-        for s in range(used[i]):
-            k = kind[i, s]
-            total += normal[i, s] ** 2 / spring.normal[k]
-            if shear is not None:
-                total += over(shear[i, s] ** 2, spring.shear[k])
-            if rolled is not None:
-                rb = effective_radius(disc[i, 5], disc[partner[i, s], 5])
-                total += over(rolled[i, s] ** 2, rolling_stiffness(spring.shear[k], rb))
-            if parallel is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-                if parallel.state[i, s] == BONDED:
-                    R = bond_radius(parallel_bond.radius[k], disc[i, 5], disc[partner[i, s], 5])
-                    total += parallel.normal[i, s] ** 2 / (2.0 * R * parallel_bond.normal[k])
-                    total += over(parallel.shear[i, s] ** 2, 2.0 * R * parallel_bond.shear[k])
-                    total += parallel.moment[i, s] ** 2 / bending_stiffness(parallel_bond.normal[k], R)
+    for p in range(len(first)):
+        k, ri, rj = kind[p], disc[first[p], 5], disc[second[p], 5]
+        total += normal[p] ** 2 / spring.normal[k]
+        if shear is not None:
+            total += over(shear[p] ** 2, spring.shear[k])
+        if rolled is not None:
+            total += over(rolled[p] ** 2, rolling_stiffness(spring.shear[k], effective_radius(ri, rj)))
+        if parallel is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if parallel.state[p] == BONDED:
+                R = bond_radius(parallel_bond.radius[k], ri, rj)
+                total += parallel.normal[p] ** 2 / (2.0 * R * parallel_bond.normal[k])
+                total += over(parallel.shear[p] ** 2, 2.0 * R * parallel_bond.shear[k])
+                total += parallel.moment[p] ** 2 / bending_stiffness(parallel_bond.normal[k], R)
     return 0.5 * total
 
 
@@ -63,7 +61,7 @@ def stored(model, state):
     """Elastic energy of all contacts [J]."""
     law = model.law
     total = stored_kernel(
-        state.disc, state.used, state.partner, state.kind, state.normal, state.shear, state.rolled, state.parallel,
+        state.disc, state.first, state.second, state.kind, state.normal, state.shear, state.rolled, state.parallel,
         law.spring, law.parallel_bond,
     )  # fmt: skip
     return total if state.walls is None else total + walls.stored(model, state)

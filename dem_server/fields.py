@@ -15,7 +15,7 @@ class Contacts(NamedTuple):
     disc_a, disc_b (m,); normal_force (compression positive), shear_force (m,) of springs and parallel bonds [N];
     bond_state (m,) of contact bonds; gap
     (m,): g - gr [m]; branch (m, 2): x_b - x_a [m]; span (m, 2): the same between the centroids of the bodies
-    they belong to; kind (m,); slot (m,): flat index of the slot.
+    they belong to; kind (m,); slot (m,): place in the list of pairs.
     """
 
     disc_a: np.ndarray
@@ -51,19 +51,17 @@ def contacts(state):
     pairs = listed_pairs(state)
     there = (pairs.gap < 0.0) | (pairs.bond_state == BONDED)
     if state.parallel is not None:
-        there |= state.parallel.state.ravel()[pairs.slot] == BONDED
+        there |= state.parallel.state[pairs.slot] == BONDED
     return Contacts(*(array[there] for array in pairs))
 
 
 def listed_pairs(state):
     """All near pairs, whether they touch or not."""
-    width = state.partner.shape[1]
-    slot = np.flatnonzero(np.arange(width) < state.used[:, None])
+    a, b = state.first.astype(np.int64), state.second.astype(np.int64)
 
     def taken(array, dtype=float):
-        return np.zeros(len(slot), dtype) if array is None else array.ravel()[slot]
+        return np.zeros(len(a), dtype) if array is None else array.copy()
 
-    a, b = slot // width, taken(state.partner).astype(np.int64)
     branch = state.x[b] - state.x[a]
     gap = np.hypot(*branch.T) - state.radius[a] - state.radius[b] - taken(state.reference_gap)
     bond = taken(state.bond_state, np.int8)
@@ -74,7 +72,7 @@ def listed_pairs(state):
     normal, shear = taken(state.normal), taken(state.shear)
     if state.parallel is not None:
         normal, shear = normal + taken(state.parallel.normal), shear + taken(state.parallel.shear)
-    return Contacts(a, b, normal, shear, bond, gap, branch, span, taken(state.kind), slot)
+    return Contacts(a, b, normal, shear, bond, gap, branch, span, taken(state.kind), np.arange(len(a)))
 
 
 def body_centres(state):

@@ -50,7 +50,7 @@ def refuse_passing(model, state):
     inside = np.hypot(*pairs.branch.T) < np.maximum(ri, rj)
     inside &= pairs.bond_state != BONDED
     if state.parallel is not None:
-        inside &= state.parallel.state.ravel()[pairs.slot] != BONDED
+        inside &= state.parallel.state[pairs.slot] != BONDED
     for c in np.flatnonzero(inside):
         a, b = int(pairs.disc_a[c]), int(pairs.disc_b[c])
         mass = 1.0 / sum(0.0 if i < model.ring else 1.0 / mass_of(state, i) for i in (a, b))

@@ -169,9 +169,9 @@ def strain_contacts(model, state, grid, goal):
     strain = np.column_stack([mean + deviator, mean - deviator, missing[:, 2] / twice_shear])
     xx, yy, xy = (hats @ strain).T
     nx, ny = pairs.normal.T
-    state.reference_gap.ravel()[pairs.slot] -= d * (xx * nx * nx + yy * ny * ny + 2.0 * xy * nx * ny)
+    state.reference_gap[pairs.slot] -= d * (xx * nx * nx + yy * ny * ny + 2.0 * xy * nx * ny)
     if state.shear is not None:
-        state.shear.ravel()[pairs.slot] -= ks * d * ((yy - xx) * nx * ny + xy * (nx * nx - ny * ny))
+        state.shear[pairs.slot] -= ks * d * ((yy - xx) * nx * ny + xy * (nx * nx - ny * ny))
     state.disc[:, VX : SPIN + 1] = 0.0
     contact_forces(model, state)
 
@@ -206,7 +206,7 @@ def add_bonds(model, state):
     pairs = contacts(state)
     strength = model.law.bond.shear[pairs.kind]
     chosen = pairs.slot[(pairs.gap < 0.0) & (strength > 0.0) & (np.abs(pairs.shear_force) <= strength)]
-    state.bond_state.ravel()[chosen] = BONDED
+    state.bond_state[chosen] = BONDED
     return len(chosen)
 
 

@@ -1,9 +1,8 @@
 """Model (built once, constant) and State (all that changes; a checkpoint is exactly State) of the discs.
 
 Discs are numbered once and for all: the R control discs of the ring first, in the order of the closed
-counter-clockwise chain, then the free discs, sorted in space. Contacts live in *slots*: slot s of disc i
-holds a pair (i, partner[i, s]); every near pair has exactly one slot, and `used[i]` slots of disc i are
-filled.
+counter-clockwise chain, then the free discs, sorted in space. All near pairs stand in one list, and what a
+contact remembers in arrays beside it: pair p is of the discs first[p] < second[p] (neighbours.py says in which order).
 """
 
 from dataclasses import dataclass
@@ -19,7 +18,6 @@ from dem_server.walls import Walls
 X, Y, VX, VY, SPIN, RADIUS, MASS, INERTIA = range(8)  # columns of State.disc
 FX, FY, MOMENT = range(3)  # columns of State.load (a fourth keeps rows aligned)
 BUILDS, TENSION_BREAKS, SHEAR_BREAKS, CAPS = range(4)  # places in State.counters
-SLOTS = 6  # slots a disc at first; the neighbour list widens them where they do not suffice
 
 
 @dataclass(frozen=True)
@@ -56,9 +54,10 @@ class State:
 
     disc (n, 8): x, y, vx, vy, spin, radius, mass, inertia in one record of 64 bytes a disc; load (n, 4):
     contact forces [N] and moment [N m]; weight (n,) mass that gravity acts on [kg/m], for control discs the
-    share inside the ring; origin (n, 2) where displacements count from; angle (n,) [rad]. Slots (n, S):
-    partner, kind of pair, normal (compression positive) and shear force [N], reference gap [m], bond state,
-    rolling moment [N m], root of the pair's mass for dashpots, parallel bonds.
+    share inside the ring; origin (n, 2) where displacements count from; angle (n,) [rad]. The list (m,): first and second
+    disc, kind of pair, normal (compression positive) and shear force [N], reference gap [m], bond state, rolling moment
+    [N m], root of the pair's mass for dashpots, parallel bonds. parts (P, 2): runs of the list in the order in which they
+    are summed. listed_at (n, 2): where the discs were when the list was made.
     counters: list builds, bonds broken in tension, in shear, capped velocities. stone (n,): number of the
     stone each disc belongs to, -1 for soil; clumps: the stones as rigid bodies; walls.
     """
@@ -69,8 +68,9 @@ class State:
     origin: np.ndarray
     angle: np.ndarray
     listed_at: np.ndarray
-    used: np.ndarray
-    partner: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+    parts: np.ndarray
     kind: np.ndarray
     normal: np.ndarray
     shear: np.ndarray | None
@@ -131,20 +131,16 @@ def new_state(model, xy, radius, reference_gap=True):
         origin=disc[:, X : Y + 1].copy(),
         angle=np.zeros(n),
         listed_at=np.full((n, 2), np.inf),
-        used=np.zeros(n, dtype=np.int32),
-        partner=np.zeros((n, SLOTS), dtype=np.uint32),
-        kind=np.zeros((n, SLOTS), dtype=np.uint32),
-        normal=np.zeros((n, SLOTS)),
-        shear=np.zeros((n, SLOTS)) if law.has_shear else None,
-        reference_gap=np.zeros((n, SLOTS)) if reference_gap else None,
-        bond_state=np.zeros((n, SLOTS), dtype=np.int8) if law.bond is not None else None,
+        first=np.zeros(0, dtype=np.uint32),
+        second=np.zeros(0, dtype=np.uint32),
+        parts=np.zeros((0, 2), dtype=np.uint64),
+        kind=np.zeros(0, dtype=np.uint32),
+        normal=np.zeros(0),
+        shear=np.zeros(0) if law.has_shear else None,
+        reference_gap=np.zeros(0) if reference_gap else None,
+        bond_state=np.zeros(0, dtype=np.int8) if law.bond is not None else None,
         counters=np.zeros(4, dtype=np.int64),
-        rolled=np.zeros((n, SLOTS)) if law.rolling is not None else None,
-        root_mass=np.zeros((n, SLOTS)) if law.dashpot is not None else None,
-        parallel=no_parallel_bonds(n, SLOTS) if law.parallel_bond is not None else None,
+        rolled=np.zeros(0) if law.rolling is not None else None,
+        root_mass=np.zeros(0) if law.dashpot is not None else None,
+        parallel=ParallelBonds(np.zeros(0, dtype=np.int8), *np.zeros((4, 0))) if law.parallel_bond is not None else None,
     )
-
-
-def no_parallel_bonds(n, slots):
-    """Empty history of parallel bonds."""
-    return ParallelBonds(np.zeros((n, slots), dtype=np.int8), *np.zeros((4, n, slots)))

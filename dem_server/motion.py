@@ -8,10 +8,12 @@ step, so that no disc can pass through another one; every cap is counted. In rea
 change momentum: there the step shortens (cycle.py). Discs of a clump move with it.
 """
 
+from coupler_protocol import team
 from coupler_protocol.jit import jit
 from dem_server.clumps import move_clumps
 from dem_server.effects import damping as damping_law
 from dem_server.model import CAPS
+from dem_server.sharing import shares
 
 damped = jit(damping_law.damped)
 
@@ -23,27 +25,33 @@ def move_free(model, state, gravity):
 
     Returns how many bodies were too fast; in static mode they were slowed down and counted.
     """
-    fast = move(*arguments(model, state, gravity), 0.5 * (state.dt + state.next_dt), state.next_dt)
+    kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
+    taken = arguments(model, state, gravity)
+    fast = 0
+    if state.clumps is not None:
+        fast += move_clumps(*taken, kick, dt)[0]
+    fast += sum(found[0] for found in team.each(lambda a, b: move(a, b, *taken, kick, dt), shares(model)))
+    if model.real_time is None:
+        state.counters[CAPS] += fast
     state.dt = state.next_dt
     return fast
 
 
 def arguments(model, state, gravity):
-    """What `move` takes before the times of kick and drift."""
+    """What `move` and `move_clumps` take before the times of kick and drift."""
     cap = model.real_time is None
     fastest = SPEED_CAP * model.smallest_radius / state.next_dt
-    law = model.law
-    return (
-        state.disc, state.load, state.weight, state.angle, state.counters, law.damping, state.clumps,
-        model.ring, gravity, fastest, cap,
-    )  # fmt: skip
+    return state.disc, state.load, state.weight, state.angle, model.law.damping, state.clumps, gravity, fastest, cap
 
 
 @jit
-def move(disc, load, weight, angle, counters, damping, clumps, first, gravity, fastest, cap, kick, dt):
-    """Kernel of `move_free`: Eq (1) for discs `first`..n-1, then the clumps. kick: time [s] the forces act."""
-    fast = 0
-    for i in range(first, disc.shape[0]):
+def move(first, last, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt):
+    """Eq (1) for the discs first..last-1 that are in no clump. kick: time [s] the forces act.
+
+    Returns how many were faster than `fastest` and, with `cap`, slowed down, and the largest speed squared.
+    """
+    fast, largest = 0, 0.0
+    for i in range(first, last):
         if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if clumps.body[i] >= 0:
                 continue
@@ -52,8 +60,9 @@ def move(disc, load, weight, angle, counters, damping, clumps, first, gravity, f
         if damping is not None:
             alpha = damping.local
             fx, fy, m = damped(fx, u, alpha), damped(fy, v, alpha), damped(m, w, alpha)
-        u += fx / disc[i, 6] * kick
-        v += fy / disc[i, 6] * kick
+        each = kick / disc[i, 6]
+        u += fx * each
+        v += fy * each
         w += m / disc[i, 7] * kick
         speed2 = u * u + v * v
         if speed2 > fastest * fastest:
@@ -62,12 +71,10 @@ def move(disc, load, weight, angle, counters, damping, clumps, first, gravity, f
                 scale = fastest / speed2**0.5
                 u *= scale
                 v *= scale
+                speed2 = fastest * fastest
+        largest = max(largest, speed2)
         disc[i, 0] += u * dt
         disc[i, 1] += v * dt
         disc[i, 2], disc[i, 3], disc[i, 4] = u, v, w
         angle[i] += w * dt
-    if clumps is not None:
-        fast += move_clumps(clumps, disc, load, weight, angle, damping, gravity, fastest, cap, kick, dt)
-    if cap:
-        counters[CAPS] += fast
-    return fast
+    return fast, largest

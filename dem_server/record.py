@@ -37,7 +37,7 @@ def frame(model, state):
     if state.bond_state is not None:
         lines["bond_state"] = pairs.bond_state
     for name, taken in history_fields(state).items():
-        lines[name] = taken.ravel()[pairs.slot]
+        lines[name] = taken[pairs.slot]
     ends = np.stack([pairs.disc_a, pairs.disc_b], axis=1)
     return {"points": state.x, "cells": ends, "point_fields": points, "cell_fields": lines}
 

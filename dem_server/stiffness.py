@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol.jit import jit
+from dem_server.contact_law import NOWHERE
 from dem_server.effects import parallel_bond as parallel_law
 from dem_server.effects import rolling as rolling_law
 from dem_server.effects.bond import BONDED
@@ -45,7 +46,7 @@ def sums(model, state, pair_masses=True):
     matrix = None if clumps is None else np.zeros((count, 4))
     clump_viscous = None if clumps is None or law.dashpot is None else np.zeros((count, 2))
     add_up(
-        discs, viscous, matrix, clump_viscous, state.disc, state.used, state.partner, state.kind, clumps,
+        discs, viscous, matrix, clump_viscous, state.disc, state.first, state.second, state.kind, clumps,
         law.spring, law.rolling, law.parallel_bond, state.parallel, law.dashpot, state.root_mass if pair_masses else None,
     )  # fmt: skip
     found = Sums(discs, viscous, None if clumps is None else eigenvalues(matrix), clump_viscous)
@@ -57,7 +58,7 @@ def sums(model, state, pair_masses=True):
 def set_pair_masses(model, state):
     """Root of mi mj / (mi + mj) of every listed pair, for dashpots; mass of a held disc: infinite."""
     if state.root_mass is not None:
-        pair_masses(state.disc, state.used, state.partner, state.clumps, model.ring, state.root_mass)
+        pair_masses(state.disc, state.first, state.second, state.clumps, model.ring, state.root_mass)
 
 
 def contact_stiffnesses(model, state, pairs):
@@ -65,67 +66,66 @@ def contact_stiffnesses(model, state, pairs):
     law, kind, slot = model.law, pairs.kind, pairs.slot
     normal, shear = law.spring.normal[kind], law.spring.shear[kind]
     if law.parallel_bond is not None:
-        bonded = state.parallel.state.ravel()[slot] == BONDED
+        bonded = state.parallel.state[slot] == BONDED
         smaller = np.minimum(state.radius[pairs.disc_a], state.radius[pairs.disc_b])
         width = 2.0 * bonded * law.parallel_bond.radius[kind] * smaller
         normal, shear = normal + width * law.parallel_bond.normal[kind], shear + width * law.parallel_bond.shear[kind]
     if law.dashpot is not None:
-        root = 2.0 * state.root_mass.ravel()[slot]
+        root = 2.0 * state.root_mass[slot]
         normal, shear = normal + root * law.dashpot.normal[kind], shear + root * law.dashpot.shear[kind]
     return np.maximum(normal, shear)
 
 
 @jit
 def add_up(
-    stiff, viscous, matrix, clump_viscous, disc, used, partner, kind, clumps,
+    stiff, viscous, matrix, clump_viscous, disc, first, second, kind, clumps,
     spring, rolling, parallel_bond, parallel, dashpot, root_mass,
 ):  # fmt: skip
     """Kernel of `sums`; matrix (c, 4): xx, yy, xy of Eq (2) and the sum of the rotation."""
-    for i in range(len(used)):
-        for s in range(used[i]):
-            j, k = partner[i, s], kind[i, s]
-            dx, dy = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
-            nx2 = dx * dx / (dx * dx + dy * dy)
-            kn, ks, kr = spring.normal[k], spring.shear[k], 0.0
-            if rolling is not None:
-                kr += rolling_stiffness(ks, effective_radius(disc[i, 5], disc[j, 5]))
-            if parallel_bond is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-                if parallel.state[i, s] == BONDED:
-                    R = bond_radius(parallel_bond.radius[k], disc[i, 5], disc[j, 5])
-                    kn += 2.0 * R * parallel_bond.normal[k]
-                    ks += 2.0 * R * parallel_bond.shear[k]
-                    kr += bending_stiffness(parallel_bond.normal[k], R)
-            cn = cs = 0.0
-            if dashpot is not None:
-                root = 1.0
-                if root_mass is not None:
-                    root = root_mass[i, s]
-                cn, cs = root * dashpot.normal[k], root * 2.0 * dashpot.shear[k]
-            for a in (i, np.int64(j)):
-                stiff[a, 0] += kn * nx2 + ks * (1.0 - nx2)
-                stiff[a, 1] += kn * (1.0 - nx2) + ks * nx2
-                stiff[a, 2] += ks * disc[a, 5] ** 2 + kr
-                if viscous is not None:
-                    viscous[a, 0] += max(cn, cs)
-                    viscous[a, 1] += cs * disc[a, 5] ** 2
-            if clumps is None:
+    for p in range(len(first)):
+        i, j, k = first[p], second[p], kind[p]
+        dx, dy = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
+        d = max((dx * dx + dy * dy) ** 0.5, NOWHERE)
+        nx, ny = dx / d, dy / d
+        nx2 = nx * nx
+        kn, ks, kr = spring.normal[k], spring.shear[k], 0.0
+        if rolling is not None:
+            kr += rolling_stiffness(ks, effective_radius(disc[i, 5], disc[j, 5]))
+        if parallel_bond is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if parallel.state[p] == BONDED:
+                R = bond_radius(parallel_bond.radius[k], disc[i, 5], disc[j, 5])
+                kn += 2.0 * R * parallel_bond.normal[k]
+                ks += 2.0 * R * parallel_bond.shear[k]
+                kr += bending_stiffness(parallel_bond.normal[k], R)
+        cn = cs = 0.0
+        if dashpot is not None:
+            root = 1.0
+            if root_mass is not None:
+                root = root_mass[p]
+            cn, cs = root * dashpot.normal[k], root * 2.0 * dashpot.shear[k]
+        for a in (i, j):
+            stiff[a, 0] += kn * nx2 + ks * (1.0 - nx2)
+            stiff[a, 1] += kn * (1.0 - nx2) + ks * nx2
+            stiff[a, 2] += ks * disc[a, 5] ** 2 + kr
+            if viscous is not None:
+                viscous[a, 0] += max(cn, cs)
+                viscous[a, 1] += cs * disc[a, 5] ** 2
+        if clumps is None:
+            continue
+        arm = 0.5 * (d + disc[i, 5] - disc[j, 5])
+        x, y = disc[i, 0] + arm * nx, disc[i, 1] + arm * ny
+        for a in (i, j):
+            c = clumps.body[a]
+            if c < 0:
                 continue
-            d = (dx * dx + dy * dy) ** 0.5
-            nx, ny = dx / d, dy / d
-            arm = 0.5 * (d + disc[i, 5] - disc[j, 5])
-            px, py = disc[i, 0] + arm * nx, disc[i, 1] + arm * ny
-            for a in (i, np.int64(j)):
-                c = clumps.body[a]
-                if c < 0:
-                    continue
-                lx, ly = px - clumps.motion[c, 0], py - clumps.motion[c, 1]
-                matrix[c, 0] += kn * nx * nx + ks * ny * ny
-                matrix[c, 1] += kn * ny * ny + ks * nx * nx
-                matrix[c, 2] += (kn - ks) * nx * ny
-                matrix[c, 3] += kn * (lx * ny - ly * nx) ** 2 + ks * (lx * nx + ly * ny) ** 2 + kr
-                if clump_viscous is not None:
-                    clump_viscous[c, 0] += max(cn, cs)
-                    clump_viscous[c, 1] += max(cn, cs) * (lx * lx + ly * ly)
+            lx, ly = x - clumps.motion[c, 0], y - clumps.motion[c, 1]
+            matrix[c, 0] += kn * nx * nx + ks * ny * ny
+            matrix[c, 1] += kn * ny * ny + ks * nx * nx
+            matrix[c, 2] += (kn - ks) * nx * ny
+            matrix[c, 3] += kn * (lx * ny - ly * nx) ** 2 + ks * (lx * nx + ly * ny) ** 2 + kr
+            if clump_viscous is not None:
+                clump_viscous[c, 0] += max(cn, cs)
+                clump_viscous[c, 1] += max(cn, cs) * (lx * lx + ly * ly)
 
 
 @jit
@@ -140,17 +140,16 @@ def eigenvalues(matrix):
 
 
 @jit
-def pair_masses(disc, used, partner, clumps, ring, root_mass):
+def pair_masses(disc, first, second, clumps, ring, root_mass):
     """Kernel of `set_pair_masses`."""
-    for i in range(len(used)):
-        for s in range(used[i]):
-            inverse = 0.0
-            for a in (i, np.int64(partner[i, s])):
-                if a < ring:
-                    continue
-                mass = disc[a, 6]
-                if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-                    if clumps.body[a] >= 0:
-                        mass = clumps.motion[clumps.body[a], 6]
-                inverse += 1.0 / mass
-            root_mass[i, s] = inverse**-0.5
+    for p in range(len(first)):
+        inverse = 0.0
+        for a in (first[p], second[p]):
+            if a < ring:
+                continue
+            mass = disc[a, 6]
+            if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                if clumps.body[a] >= 0:
+                    mass = clumps.motion[clumps.body[a], 6]
+            inverse += 1.0 / mass
+        root_mass[p] = inverse**-0.5

@@ -24,7 +24,7 @@ from dem_server.effects import STONE
 from dem_server.effects.bond import BONDED
 from dem_server.fields import contacts, listed_pairs
 from dem_server.model import SPIN, VX
-from dem_server.neighbours import number_kinds, rebuild
+from dem_server.neighbours import kinds, rebuild
 from dem_server.polygons import moments
 
 
@@ -57,9 +57,9 @@ def harden(model, state):
     """Stones get their material, contact forces stay, Eq (1). Returns the new model."""
     material = np.where(state.stone >= 0, STONE, model.material).astype(model.material.dtype)
     pairs, stiffness = contacts(state), model.law.spring.normal
-    number_kinds(state.used, state.partner, state.kind, material, model.materials)
-    now = stiffness[state.kind.ravel()[pairs.slot]]
-    state.reference_gap.ravel()[pairs.slot] += pairs.gap * (1.0 - stiffness[pairs.kind] / now)
+    state.kind = kinds(material, model.materials, state.first, state.second)
+    now = stiffness[state.kind[pairs.slot]]
+    state.reference_gap[pairs.slot] += pairs.gap * (1.0 - stiffness[pairs.kind] / now)
     return replace(model, material=material)
 
 
@@ -70,8 +70,8 @@ def fasten(model, state):
     if state.bond_state is not None:
         own &= model.law.bond.shear[STONE * model.materials + STONE] > 0.0
         apart = own & (pairs.gap >= 0.0) & (pairs.bond_state != BONDED)
-        state.reference_gap.ravel()[pairs.slot[apart]] += pairs.gap[apart]
-        state.bond_state.ravel()[pairs.slot[own]] = BONDED
+        state.reference_gap[pairs.slot[apart]] += pairs.gap[apart]
+        state.bond_state[pairs.slot[own]] = BONDED
     if state.parallel is not None:
         add_parallel_bonds(model, state, lambda pairs: of_one_stone(state, pairs))
 

@@ -11,7 +11,7 @@ from numba import types
 from window_case import OBLIQUE, SQUARE, packed_with_stones
 
 from coupler_protocol.interface import polygon_area
-from dem_server import energy, insitu, neighbours, stones
+from dem_server import cells, energy, insitu, neighbours, stones
 from dem_server.balance import unbalanced_ratio
 from dem_server.contacts import contact_forces
 from dem_server.fields import body_centres, contacts, listed_pairs
@@ -86,7 +86,7 @@ def test_lists_of_pairs_take_no_tuple_of_arrays(made):
     """A tuple that is handed on for every pair is copied for every pair: building the list took fifty times longer."""
     model, state = made[:2]
     neighbours.rebuild(model, state)
-    for kernel in (neighbours.list_pairs, neighbours.carry_over):
+    for kernel in (cells.near_pairs, neighbours.places):
         taken = [kind for signature in kernel.signatures for kind in signature]
         assert taken
         assert not any(isinstance(kind, types.BaseTuple) for kind in taken)

@@ -11,7 +11,7 @@ from dem_server.effects.friction import Friction
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
 
-COUNT, SLOTS = 20, 6
+COUNT = 20
 SPRING_ALONE = {"friction": None, "bond": None}
 TABLES = {
     "friction": Friction(coefficient=0.5),
@@ -22,16 +22,18 @@ TABLES = {
 }
 
 
-def in_slots(**tables):
-    """Bytes a slot after a rebuild of the list."""
+def of_a_pair(**tables):
+    """Bytes a pair after a rebuild of the list."""
     model, state = loose_discs(np.outer(np.arange(COUNT), [0.06, 0.0]), np.full(COUNT, 0.03), **SPRING_ALONE | tables)
     neighbours.rebuild(model, state)
-    slots = [a for a in vars(state).values() if isinstance(a, np.ndarray) and a.shape == (COUNT, SLOTS)]
-    slots += [] if state.parallel is None else list(state.parallel)
-    return sum(a.nbytes for a in slots) / (COUNT * SLOTS)
+    pairs = len(state.first)
+    assert pairs == COUNT - 1
+    kept = [a for a in vars(state).values() if isinstance(a, np.ndarray) and a.shape == (pairs,)]
+    kept += [] if state.parallel is None else list(state.parallel)
+    return sum(a.nbytes for a in kept) / pairs
 
 
-BASE = 4 + 4 + 8 + 8  # partner, kind, normal force, reference gap
+BASE = 4 + 4 + 4 + 8 + 8  # both discs, kind, normal force, reference gap
 
 
 @pytest.mark.parametrize(
@@ -39,10 +41,10 @@ BASE = 4 + 4 + 8 + 8  # partner, kind, normal force, reference gap
     [("friction", 8), ("bond", 8 + 1), ("rolling", 8), ("dashpot", 8 + 8), ("parallel_bond", 8 + 1 + 4 * 8)],
 )
 def test_bytes_of_each_effect(effect, history):
-    """All that can shear share one array of 8 bytes a slot."""
-    assert in_slots() == BASE
-    assert in_slots(**{effect: TABLES[effect]}) == BASE + history
+    """All that can shear share one array of 8 bytes a pair."""
+    assert of_a_pair() == BASE
+    assert of_a_pair(**{effect: TABLES[effect]}) == BASE + history
 
 
 def test_bytes_of_all():
-    assert in_slots(**TABLES) == BASE + 8 + 1 + 8 + 8 + 33
+    assert of_a_pair(**TABLES) == BASE + 8 + 1 + 8 + 8 + 33

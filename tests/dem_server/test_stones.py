@@ -92,7 +92,7 @@ def test_stiffening_without_the_reference_gap_would_be_a_blow():
     stones.harden(model, state)
     pairs = contacts(state)
     assert np.abs(state.reference_gap - gaps).max() > 0.0
-    force = model.law.spring.normal[state.kind.ravel()[pairs.slot]] * (gaps - state.reference_gap).ravel()[pairs.slot]
+    force = model.law.spring.normal[state.kind[pairs.slot]] * (gaps - state.reference_gap)[pairs.slot]
     jump = mean_stress(pairs._replace(normal_force=pairs.normal_force + force), polygon_area(TALL))
     assert jump[1] < 2.0 * stress[1]
 

@@ -39,7 +39,7 @@ def test_rolling_resistance_holds_up_to_its_slope(slope):
     for factor in (1.03, 0.97):
         model, state = on_plane(slope, 2.0, factor * np.tan(slope), Damping(local=0.7))
         start = state.x[1].copy()
-        advance(model, state, G, 20000)
+        advance(model, state, G, 50000)
         way.append(np.hypot(*(state.x[1] - start)))
     assert way[0] < 1e-3 * R
     assert way[1] > R

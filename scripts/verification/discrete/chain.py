@@ -26,7 +26,7 @@ def frequencies(wave, turned):
     held, free = np.outer(at[[0, -1]], along), np.outer(at[1:-1], along)
     glue = Bond(tension=1e9, shear=1e9)
     model, state = with_held(held, [R, R], free, np.full(FREE, R), bond=glue, damping=None)
-    state.bond_state[np.arange(state.partner.shape[1]) < state.used[:, None]] = BONDED
+    state.bond_state[:] = BONDED
     model = in_real_time(model, state, 0.2)
     q = np.pi * wave / (FREE + 1) / (2.0 * R)
     shape = np.sin(q * at[1:-1])

@@ -37,7 +37,7 @@ def loose_discs(xy, radius, bonded=False, **changes):
     model, state = build_model(np.empty((0, 2)), np.empty(0), packing, soil_discs(**changes))
     contact_forces(model, state)
     if bonded:
-        state.bond_state[np.arange(state.partner.shape[1]) < state.used[:, None]] = BONDED
+        state.bond_state[:] = BONDED
     return model, state
 
 

@@ -23,7 +23,7 @@ def chain():
     """Model and State of the bonded chain; the held disc is number 0, at the top."""
     xy = np.column_stack([np.zeros(FREE + 1), -2.0 * R * np.arange(FREE + 1)])
     model, state = with_held(xy[:1], [R], xy[1:], np.full(FREE, R), bond=Bond(tension=STRENGTH, shear=3500.0))
-    state.bond_state[np.arange(state.partner.shape[1]) < state.used[:, None]] = BONDED
+    state.bond_state[:] = BONDED
     return model, state
 
 

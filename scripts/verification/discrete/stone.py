@@ -63,11 +63,11 @@ def quarter_turn(steps):
     loose = [[0.0925, 0.092], [0.15, 0.09]]
     glue = Bond(tension=1e9, shear=1e9)
     model, state = angles([(0.0, 0.0, 0.0), (0.24, 0.148, np.pi)], loose, bond=glue)
-    state.bond_state[np.arange(state.partner.shape[1]) < state.used[:, None]] = 1
+    state.bond_state[:] = 1
     contact_forces(model, state)
     pairs = listed_pairs(state)
-    state.shear.ravel()[pairs.slot] = np.random.default_rng(0).normal(0.0, 300.0, len(pairs.slot))
-    before = np.column_stack([pairs.normal_force, state.shear.ravel()[pairs.slot]])
+    state.shear[pairs.slot] = np.random.default_rng(0).normal(0.0, 300.0, len(pairs.slot))
+    before = np.column_stack([pairs.normal_force, state.shear[pairs.slot]])
     clumps, centre = state.clumps, np.array([0.4, -0.2])
     body, disc = clumps.motion[:, :2].copy(), state.x[10:].copy()
     for step in range(1, steps + 1):

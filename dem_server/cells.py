@@ -1,0 +1,135 @@
+"""Near pairs by cell grids, one for each class of sizes.
+
+In a single grid of cells as wide as the largest disc, a few large discs among many small ones make every cell hold hundreds. So
+discs are sorted by size into levels, none wider than `RATIO`, and each level has a grid of its own with cells of
+
+    side = 2 rmax + reach                                                        (1)
+
+(rmax: of that level). A disc looks through its own cell and four of the cells round it, and through the cells of every level of
+smaller discs that its circle, widened by rmax + reach, meets. Discs of about equal size have one level. Source: Ogarko &
+Luding (2012), Comput. Phys. Commun. 183, 931-936.
+"""
+
+import numpy as np
+
+from coupler_protocol.jit import jit
+
+RATIO = 5.0  # of largest to smallest radius on a level
+CELLS_PER_DISC = 4  # at most: a disc far away must not make the cell grids grow without bound
+
+
+def levels_of(radius, reach):
+    """Level (n,) of each disc, cell side (L,) [m] and largest radius (L,) [m] of each level, the smallest discs first."""
+    smallest, largest = float(radius.min()), float(radius.max())
+    count = max(1, int(np.ceil(np.log(largest / smallest) / np.log(RATIO) - 1e-9)))
+    if count == 1:
+        return np.zeros(len(radius), dtype=np.int64), np.array([2.0 * largest + reach]), np.array([largest])
+    edge = smallest * (largest / smallest) ** (np.arange(1, count) / count)
+    found, level = np.unique(np.searchsorted(edge, radius), return_inverse=True)
+    widest = np.array([radius[level == k].max() for k in range(len(found))])
+    return level.astype(np.int64), 2.0 * widest + reach, widest
+
+
+@jit
+def near_pairs(disc, level, side, widest, body, ring, reach, a, b):
+    """Write all pairs of gap < `reach` [m], lower number first, to a, b in no order; returns how many there are.
+
+    Pairs within the ring or within one body (n,) are none. If there are more than a and b hold, the rest is only counted.
+    """
+    n, levels = len(disc), len(side)
+    low, high = disc[0, :2].copy(), disc[0, :2].copy()
+    for i in range(n):
+        for k in range(2):
+            low[k], high[k] = min(low[k], disc[i, k]), max(high[k], disc[i, k])
+    columns, rows, offset, width = grids(low, high, side, n)
+
+    # counting sort of the discs by cell, the cells of all levels one behind the other
+    cell = np.empty(n, dtype=np.int64)
+    start = np.zeros(offset[levels] + 1, dtype=np.int64)
+    for i in range(n):
+        w, k = width[level[i]], level[i]
+        cell[i] = offset[k] + int((disc[i, 1] - low[1]) / w) * columns[k] + int((disc[i, 0] - low[0]) / w)
+        start[cell[i] + 1] += 1
+    for c in range(offset[levels]):
+        start[c + 1] += start[c]
+    place, order, at = start[:-1].copy(), np.empty(n, dtype=np.int64), np.empty((n, 3))
+    for i in range(n):
+        q = place[cell[i]]
+        order[q], at[q, 0], at[q, 1], at[q, 2] = i, disc[i, 0], disc[i, 1], disc[i, 5]
+        place[cell[i]] += 1
+
+    found = 0
+    for p in range(n):
+        i, x, y, r = order[p], at[p, 0], at[p, 1], at[p, 2]
+        own = level[i]
+        # its own level: the rest of its cell and the one to the right, and the three above
+        row, column = (cell[i] - offset[own]) // columns[own], (cell[i] - offset[own]) % columns[own]
+        last = min(column + 1, columns[own] - 1)
+        here = offset[own] + row * columns[own]
+        found = near_in(p + 1, start[here + last + 1], x, y, r, i, order, at, body, ring, reach, a, b, found)
+        if row + 1 < rows[own]:
+            here += columns[own]
+            first = start[here + max(column - 1, 0)]
+            found = near_in(first, start[here + last + 1], x, y, r, i, order, at, body, ring, reach, a, b, found)
+        # levels of smaller discs: all cells that its circle, widened by theirs, meets
+        for k in range(own):
+            w, far = width[k], r + widest[k] + reach
+            c0, c1 = max(int((x - far - low[0]) / w), 0), min(int((x + far - low[0]) / w), columns[k] - 1)
+            r0, r1 = max(int((y - far - low[1]) / w), 0), min(int((y + far - low[1]) / w), rows[k] - 1)
+            for row in range(r0, r1 + 1):
+                here = offset[k] + row * columns[k]
+                first, end = start[here + c0], start[here + c1 + 1]
+                found = near_in(first, end, x, y, r, i, order, at, body, ring, reach, a, b, found)
+    return found
+
+
+@jit(forceinline=True)
+def near_in(first, end, x, y, r, i, order, at, body, ring, reach, a, b, found):
+    """Write the pairs of disc i, at (x, y) with radius r, with those of order[first:end] that are near; the new count."""
+    for q in range(first, end):
+        dx, dy, near = at[q, 0] - x, at[q, 1] - y, r + at[q, 2] + reach
+        if dx * dx + dy * dy < near * near:
+            j = order[q]
+            if i < ring and j < ring:
+                continue
+            if body is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                if body[i] >= 0 and body[i] == body[j]:
+                    continue
+            if found < len(a):
+                a[found], b[found] = min(i, j), max(i, j)
+            found += 1
+    return found
+
+
+@jit
+def sorted_pairs(n, found, a, b):
+    """The first `found` pairs of discs below n, sorted by first and second disc: (found,), (found,)."""
+    start = np.zeros(n + 1, dtype=np.int64)
+    for p in range(found):
+        start[a[p] + 1] += 1
+    for i in range(n):
+        start[i + 1] += start[i]
+    first, second, place = np.empty(found, dtype=np.uint32), np.empty(found, dtype=np.uint32), start[:-1].copy()
+    for p in range(found):
+        i, j = a[p], b[p]
+        q = place[i]
+        place[i] += 1
+        while q > start[i] and second[q - 1] > j:
+            second[q] = second[q - 1]
+            q -= 1
+        second[q], first[place[i] - 1] = j, i
+    return first, second
+
+
+@jit
+def grids(low, high, side, n):
+    """Columns, rows (L,), first cell (L + 1,) and cell width (L,) of each level's grid over the rectangle low..high."""
+    levels = len(side)
+    columns, rows = np.empty(levels, dtype=np.int64), np.empty(levels, dtype=np.int64)
+    offset, width = np.zeros(levels + 1, dtype=np.int64), side.copy()
+    for k in range(levels):
+        while ((high[0] - low[0]) / width[k] + 1.0) * ((high[1] - low[1]) / width[k] + 1.0) > CELLS_PER_DISC * n + 64.0:
+            width[k] *= 2.0
+        columns[k], rows[k] = int((high[0] - low[0]) / width[k]) + 1, int((high[1] - low[1]) / width[k]) + 1
+        offset[k + 1] = offset[k] + columns[k] * rows[k]
+    return columns, rows, offset, width

@@ -1,0 +1,19 @@
+"""How the discs of a step are shared among threads.
+
+Free discs are numbered in space and taken in runs of `RUN` discs: two threads are worth their waiting from a few runs on.
+"""
+
+from itertools import pairwise
+
+from coupler_protocol import team
+
+RUN = 2048  # discs
+FEWEST = 4  # runs a thread needs to be worth its waiting
+
+
+def shares(model):
+    """Free discs (first, last + 1) that each thread moves; one share where more threads would not pay."""
+    free = model.count - model.ring
+    threads = max(1, min(team.size(), free // (FEWEST * RUN)))
+    cuts = [model.ring + free * k // threads for k in range(threads + 1)]
+    return list(pairwise(cuts))
