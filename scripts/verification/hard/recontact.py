@@ -34,7 +34,7 @@ def pulled_off_and_back():
         for _ in range(steps):
             displace(model, state, np.array([[0.0, 0.0], (b - a) / steps]))
             if state.broken_tension:
-                tension = max(tension, float(-state.normal.min()))
+                tension = max(tension, float(-state.normal.min(initial=0.0)))
     return state, overlap, tension
 
 
