@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from colluvium import averages
 from colluvium.fabric import Fabric, contact_fabric
 from colluvium.rank_file import Fields, NotRecordedError, RankFile
 from colluvium.rank_parts import RankParts
@@ -66,6 +67,17 @@ class Run:
         Contacts of the ring's control discs and inside one stone are left out.
         """
         return contact_fabric(self.discs(frame, rank), self.contacts(frame, rank), kind)
+
+    def average_stress(self, frame: int, region: Any, rank: int = 1) -> np.ndarray:
+        """Mean stress xx, yy, xy (3,) [Pa] of the discs in a circle (x, y, radius) or polygon (P, 2) [m], tension positive.
+
+        Walls count where they touch discs inside; colluvium.averages has the equation.
+        """
+        return averages.average_stress(self.discs(frame, rank), self.contacts(frame, rank), region)
+
+    def porosity(self, frame: int, region: Any, rank: int = 1) -> float:
+        """Void share [-] of a circle (x, y, radius) or polygon (P, 2) [m]."""
+        return averages.porosity(self.discs(frame, rank), self.contacts(frame, rank), region)
 
     def stones(self, rank: int = 1) -> list[np.ndarray]:
         """Polygons (V, 2) of the stones as they were placed [m]; colluvium.stones moves them with their discs."""

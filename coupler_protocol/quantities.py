@@ -15,14 +15,14 @@ class Quantity(NamedTuple):
     components: tuple[str, ...] = ()
 
 
-_PLANE = ("x", "y")
+_PLANE, _TENSOR = ("x", "y"), ("xx", "yy", "zz", "xy")
 
 FIELDS = {
     # gridpoints and discs
     "displacement": Quantity("m", "displacement since it was last set to zero", _PLANE),
     "velocity": Quantity("m/s", "velocity", _PLANE),
     # zones
-    "stress": Quantity("Pa", "stress, tension positive", ("xx", "yy", "zz", "xy")),
+    "stress": Quantity("Pa", "stress, tension positive", _TENSOR),
     "shear_strain_rate": Quantity("1/s", "maximum engineering shear strain rate"),
     "shear_strain": Quantity("-", "maximum engineering shear strain"),
     "plastic_state": Quantity("-", "yielding: 1 shear now, 2 tension now, 4 shear past, 8 tension past (sum)"),
@@ -36,6 +36,8 @@ FIELDS = {
     "stone": Quantity("-", "number of the stone the disc belongs to, -1 for soil"),
     "centroid": Quantity("m", "centroid of the rigid body the disc belongs to, or its own centre", _PLANE),
     "control": Quantity("-", "1 for a control disc of the ring, 0 for a free disc"),
+    "wall_force": Quantity("N", "force of all walls on the disc per unit thickness", _PLANE),
+    "wall_virial": Quantity("N m", "sum of wall forces times the way from the body's centroid to the wall", _TENSOR),
     # contacts
     "disc_a": Quantity("-", "id of the first disc of the contact"),
     "disc_b": Quantity("-", "id of the second disc of the contact"),

@@ -1,7 +1,8 @@
 """Many steps of the discs at one crossing into compiled code, and the guard of the real-time mode.
 
 Nothing is capped in real time. Where a body would move by more than a tenth of the smallest radius in a step, the step is
-halved; a step below a thousandth of what stability asks for ends the run: the discs fly apart.
+halved before it is taken, or, where forces alone make it so fast, after it; a step below a thousandth of what stability asks for
+ends the run: the discs fly apart. guards.py says when a body is too fast for the springs.
 """
 
 from dataclasses import replace
@@ -9,11 +10,11 @@ from dataclasses import replace
 import numpy as np
 
 from coupler_protocol.jit import jit
-from dem_server import contacts, motion, walls
+from dem_server import contacts, guards, motion, walls
 from dem_server.clumps import move_clumps
 from dem_server.contacts import contact_forces, farthest, force_pass
 from dem_server.model import CAPS, SPIN, VX
-from dem_server.motion import move, move_free
+from dem_server.motion import SPEED_CAP, move, move_free
 from dem_server.neighbours import rebuild, skin
 from dem_server.sharing import shares
 from dem_server.timestep import stable_step
@@ -26,6 +27,7 @@ def in_real_time(model, state, fraction):
     """The model in real time, steps of `fraction` of the stable one; discs that moved in static mode come to rest first.
 
     Velocities are then those of this moment, not of half a step before: the first kick takes half a step.
+    Raises ArithmeticError where discs overlap so deeply that their springs would push them through each other.
     """
     before, model = model.real_time, replace(model, real_time=fraction)
     if before is None:
@@ -33,16 +35,21 @@ def in_real_time(model, state, fraction):
         state.dt = 0.0
     state.next_dt = np.inf
     rebuild(model, state)
+    guards.refuse_passing(model, state)
     return model
 
 
 def in_static_mode(model, state):
-    """The model in static mode, steps of 1; discs that moved in real time come to rest first."""
+    """The model in static mode, steps of 1; discs that moved in real time come to rest first.
+
+    Raises ArithmeticError where a wall would move by more than a tenth of the smallest radius a step.
+    """
     before, model = model.real_time, replace(model, real_time=None)
     if before is not None:
         stop(state)
         state.dt = state.next_dt = 1.0
     rebuild(model, state)
+    guards.refuse_fast_walls(model, state, SPEED_CAP * model.smallest_radius)
     return model
 
 
@@ -65,10 +72,11 @@ def advance_alone(model, state, gravity, steps):
     """`advance` in one thread: as many steps as possible in compiled code."""
     time = 0.0
     while steps > 0:
+        ahead = steps if model.real_time is None else guarded(model, state, steps)
         kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
         state.dt = dt
         done, fast, fresh = cycle(
-            steps, kick, *motion.arguments(model, state, gravity), model.ring, state.listed_at, 0.5 * skin(model),
+            ahead, kick, *motion.arguments(model, state, gravity), model.ring, state.listed_at, 0.5 * skin(model),
             *contacts.arguments(model, state)[2:], *walls.arguments(model, state)[:4],
         )  # fmt: skip
         steps -= done
@@ -84,6 +92,8 @@ def advance_together(model, state, gravity, steps):
     """`advance` by several threads, which meet between the phases of a step; the same bits."""
     time = 0.0
     for _ in range(steps):
+        if model.real_time is not None:
+            guarded(model, state, 1)
         fast = move_free(model, state, gravity)
         if state.walls is not None:
             move_walls(state.walls, state.walls.servo, state.listed_at, 0.5 * skin(model), state.dt)
@@ -94,12 +104,23 @@ def advance_together(model, state, gravity, steps):
     return time
 
 
+def guarded(model, state, steps):
+    """Shorten the next step of the real-time mode where a body is too fast for it already; returns how many steps may follow."""
+    speed, way = guards.quickest(model, state)
+    while speed * state.next_dt > SPEED_CAP * model.smallest_radius:
+        shorten(model, state)
+    if way < guards.WATCHED * model.smallest_radius:
+        return steps
+    guards.refuse_passing(model, state)
+    return 1
+
+
 def shorten(model, state):
     """Halve the next step of the real-time mode; raises ArithmeticError where it gets too short."""
     state.next_dt *= 0.5
     if state.next_dt < SHORTEST * stable_step(model, state):
-        quickest = float(np.hypot(*state.v[model.ring :].T).max())
-        raise ArithmeticError(f"a disc moves at {quickest:.3g} m/s: too fast for any sensible time step")
+        speed, _ = guards.quickest(model, state)
+        raise ArithmeticError(f"a disc, stone or wall moves at {speed:.3g} m/s: too fast for any sensible time step")
 
 
 @jit

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dem_server import wall_forces
 from dem_server.fields import body_centres, contacts
 
 
@@ -28,6 +29,8 @@ def frame(model, state):
         points["stone"] = state.stone
     if state.clumps is not None:
         points["centroid"] = body_centres(state)
+    if state.walls is not None:
+        points["wall_force"], points["wall_virial"] = wall_forces.on_discs(state)
     lines = {"disc_a": pairs.disc_a, "disc_b": pairs.disc_b, "normal_force": pairs.normal_force}
     if state.shear is not None:
         lines["shear_force"] = pairs.shear_force
@@ -40,7 +43,7 @@ def frame(model, state):
 
 
 def history_fields(state):
-    """What rolling resistance and parallel bonds keep in the slots, by the name of the field."""
+    """What rolling resistance and parallel bonds remember of each pair, by the name of the field."""
     fields = {} if state.rolled is None else {"rolling_moment": state.rolled}
     if state.parallel is not None:
         bonds = state.parallel

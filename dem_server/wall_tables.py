@@ -35,17 +35,13 @@ def set_going(walls, w, table):
 
 
 def begin_stage(scene, stage, model, state):
-    """What the stage says about walls; none may be faster than a disc may in static mode, or it would pass through discs."""
+    """What the stage says about walls; no servo may be faster than a disc may in static mode, or it would pass through discs."""
     names, walls = names_of_walls(scene.discs.wall), state.walls
     for table in stage.wall:
         set_going(walls, names.index(table.name), table)
-    if stage.time == "static" and walls is not None:
-        ahead = walls.ends[:, 2:] - walls.ends[:, :2]
-        speed = np.abs(walls.velocity[:, 0] * ahead[:, 1] - walls.velocity[:, 1] * ahead[:, 0]) / np.hypot(*ahead.T)
-        if walls.servo is not None:
-            on = walls.servo.pressure > 0.0
-            speed[on] = walls.servo.fastest[on]
-        limit, worst = SPEED_CAP * model.smallest_radius, int(speed.argmax())
+    if stage.time == "static" and walls is not None and walls.servo is not None:
+        speed, limit = np.where(walls.servo.pressure > 0.0, walls.servo.fastest, 0.0), SPEED_CAP * model.smallest_radius
+        worst = int(speed.argmax())
         if speed[worst] > limit:
             why = f"in stage {stage.name!r} wall {names[worst]!r} may move by {speed[worst]:.3g} m a step, and pass through discs"
             raise unfit("discs.wall", why, f"at most {limit:.3g} m a step, a tenth of the smallest radius")

@@ -46,7 +46,7 @@ class ParallelBondTable(NamedTuple):
 
 
 class ParallelBonds(NamedTuple):
-    """History in the slots (n, S): `state` as of contact bonds, `gap` g0 [m], `normal`, `shear` [N], `moment` [N m]."""
+    """History of the listed pairs (m,): `state` as of contact bonds, `gap` g0 [m], `normal`, `shear` [N], `moment` [N m]."""
 
     state: np.ndarray
     gap: np.ndarray

@@ -3,9 +3,10 @@
 All packings are settled: static mode, local damping .7, held from outside, no gravity. A step is motion and contact forces of
 all discs in compiled code (cycle.py), without what the coupled run does between steps. At rest no list gets out of date, so a
 build is timed by itself and one in `BUILD_EVERY` steps is added to the cost of a step, as in slow shear. Only free discs count.
-Boxes have no reference gaps (8 bytes a slot more in a window).
+Boxes have no reference gaps (8 bytes a pair more in a window). "list build" is the whole of it: pairs, histories, masses.
 """
 
+from copy import deepcopy
 from pathlib import Path
 from statistics import median
 
@@ -14,6 +15,7 @@ import numpy as np
 from bench.dense_box import BOND, FRICTION, dense_box
 from bench.rows import repeated, row, triad
 from bench.scalar_disc import step_of_discs
+from coupler_protocol import team
 from coupler_protocol.interface import build_ring
 from coupler_protocol.jit import jit
 from coupler_protocol.scene_reader import read_scene
@@ -32,6 +34,7 @@ from dem_server.neighbours import rebuild
 
 SIZES = {2_500: (2, 2), 10_000: (4, 4), 50_000: (8, 10), 200_000: (16, 20)}  # tiles across and up
 LAW_SIZE = 2_500
+THREADED = (50_000, 200_000)
 BUILD_EVERY = 2_000  # steps: taken for slow shear, not measured here
 SETTLING = 8  # times 50 steps, after which all discs are stopped: nothing else stops loose ones
 SCENE = Path(__file__).resolve().parents[2] / "configs" / "paper_slope.toml"
@@ -88,11 +91,11 @@ class Case:
         bonds = f", {broken} bonds broken" if self.model.law.bond else ""
         return f"{self.contacts() / self.free:.2f} contacts a disc, unbalanced {ratio:.0e}{bonds}"
 
-    def bytes_of_slot(self):
-        """Bytes a slot of all that is kept in slots."""
-        shape = self.state.partner.shape
+    def bytes_of_pair(self):
+        """Bytes a listed pair of all that is kept of it."""
+        shape = self.state.first.shape
         kept = [a for a in vars(self.state).values() if isinstance(a, np.ndarray) and a.shape == shape]
-        return sum(a.nbytes for a in (*kept, *(self.state.parallel or ()))) / (shape[0] * shape[1])
+        return sum(a.nbytes for a in (*kept, *(self.state.parallel or ()))) / shape[0]
 
 
 class ScalarCase:
@@ -125,6 +128,8 @@ def run(fast, repeats):
     rows = []
     for size in [2_500] if fast else SIZES:
         rows += box_rows(size, work, repeats, companion)
+    for size in () if fast else THREADED:
+        rows += threads_rows(size, work, repeats, companion)
     rows += rows_of("paper window, bonded, stones as clumps", window(0.06 if fast else 0.03), work, repeats, companion)
     return rows + law_rows(work, repeats, companion)
 
@@ -141,6 +146,28 @@ def box_rows(size, work, repeats, companion):
     rows += rows_of("dense box, friction, contact bonds", bonded, work, repeats, companion, second)
     rows.append(row("cost of a step with contact bonds over without", size, ratios, "-", companion, "step by step in turns"))
     return rows
+
+
+def threads_rows(size, work, repeats, companion):
+    """One and two threads in turn on copies of one state, bonds included, and whether their bits are the same."""
+    model, state = dense_box(*SIZES[size], friction=FRICTION, bond=BOND)
+    cases = [Case(model, deepcopy(state)) for _ in range(2)]
+    found, steps = [[], []], max(3, work // size)
+    for _ in range(repeats):
+        for threads, case in enumerate(cases, start=1):
+            team.set_size(threads)
+            found[threads - 1].append(case.seconds(steps))
+    team.set_size(1)
+    one, two = (case.state for case in cases)
+    same = all(np.array_equal(getattr(one, name), getattr(two, name)) for name in ("disc", "load", "normal", "shear"))
+    rates = [[size / s for s in each] for each in found]
+    note = "bit-identical" if same else "BITS DIFFER"
+    rows = [
+        row("dense box, friction, contact bonds; by threads", size, rate, "disc-steps/s", companion, "no builds", threads)
+        for threads, rate in enumerate(rates, start=1)
+    ]
+    ratios = [a / b for a, b in zip(*found, strict=True)]
+    return [*rows, row("two threads over one", size, ratios, "-", companion, note, 2)]
 
 
 def rows_of(name, case, work, repeats, companion, seconds=None):
@@ -173,12 +200,12 @@ def window(radius):
 
 
 def law_rows(work, repeats, companion):
-    """Cost of the force pass a contact, laws in turns, and memory a slot under each law."""
+    """Cost of the force pass a contact, laws in turns, and memory a pair under each law."""
     cases = [Case(*dense_box(*SIZES[LAW_SIZE], **effects)) for effects in LAWS.values()]
     found = [[case.seconds_of_pass(max(3, work // LAW_SIZE)) for case in cases] for _ in range(repeats)]
     rows = []
     for law, case, seconds in zip(LAWS, cases, zip(*found, strict=True), strict=True):
-        number, note = case.contacts(), f"{case.bytes_of_slot():.0f} B/slot, {case.about()}"
+        number, note = case.contacts(), f"{case.bytes_of_pair():.0f} B/pair, {case.about()}"
         rows.append(row(f"law: {law}", LAW_SIZE, [1e9 * s / number for s in seconds], "ns/contact", companion, note))
     return rows
 

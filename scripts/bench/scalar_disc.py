@@ -1,7 +1,7 @@
 """A step of discs as one writes it first: a list of pairs, one after the other, forces added to both discs on the way.
 
 The same mathematics as dem_server with springs, friction and local damping, each quantity in an array of its own, without
-slots, records or sums kept in registers. It is the yardstick of scripts/bench_step.py, compiled by the same compiler in the same
+records or blocks. It is the yardstick of scripts/bench_step.py, compiled by the same compiler in the same
 run. The pairs are given: it neither builds lists nor asks whether they are out of date.
 """
 

@@ -7,6 +7,7 @@ import pytest
 from window_case import SQUARE, packed, soil_discs
 
 from dem_server import neighbours
+from dem_server.cells import levels_of
 from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BONDED
 from dem_server.fields import listed_pairs
@@ -43,6 +44,31 @@ def test_list_equals_brute_force_for_unequal_scattered_discs(seed):
     model, state = loose(rng.random((400, 2)) * [3.0, 1.0], 0.02 * rng.uniform(0.3, 3.0, 400))
     contact_forces(model, state)
     assert pair_set(state) == near_pairs(model, state)
+
+
+@pytest.mark.parametrize("ratio", [4.0, 20.0, 150.0])
+def test_list_equals_brute_force_for_any_ratio_of_sizes(ratio):
+    """Few large discs among many small ones, in a band at 30 degrees; sizes from all levels."""
+    rng = np.random.default_rng(7)
+    radius = 0.01 * ratio ** (rng.random(600) ** 3)
+    turn = np.array([[np.cos(0.5), np.sin(0.5)], [-np.sin(0.5), np.cos(0.5)]])
+    model, state = loose((rng.random((600, 2)) * [0.3 * np.sqrt(ratio) * 3.0, 0.3 * np.sqrt(ratio)]) @ turn, radius)
+    contact_forces(model, state)
+    assert len(near_pairs(model, state)) > 600
+    assert pair_set(state) == near_pairs(model, state)
+
+
+def test_levels_part_the_sizes():
+    level, side, widest = levels_of(np.array([1.0, 4.9, 3.0]), 0.1)
+    assert level.tolist() == [0, 0, 0]
+    np.testing.assert_allclose(side, 2.0 * 4.9 + 0.1)
+    level, side, widest = levels_of(np.array([20.0, 1.0, 4.0, 19.0, 1.0]), 0.1)
+    assert level.tolist() == [1, 0, 0, 1, 0]
+    np.testing.assert_allclose(widest, [4.0, 20.0])
+    np.testing.assert_allclose(side, [8.1, 40.1])
+    radius = 10.0 ** np.linspace(0.0, 3.0, 100)
+    level, _, widest = levels_of(radius, 0.1)
+    assert all(radius[level == k].max() <= 5.0 * radius[level == k].min() for k in range(len(widest)))
 
 
 def test_a_disc_with_many_neighbours_has_them_all():

@@ -3,16 +3,17 @@
 import numpy as np
 import pytest
 from disc_cases import KN, loose_discs
-from verification.discrete.box import stress_between
 from verification.discrete.scenes import SOIL, computed, tables
 
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene_reader import build_scene
-from dem_server import servo
+from dem_server import servo, wall_forces
 from dem_server.contacts import contact_forces
 from dem_server.cycle import advance, in_real_time, in_static_mode
 from dem_server.effects.damping import Damping
 from dem_server.effects.dashpot import Dashpot
+from dem_server.fields import contacts
+from dem_server.stress import contact_moments
 from dem_server.timestep import safety
 from dem_server.walls import make_walls
 
@@ -31,6 +32,12 @@ def box(turn, pressures, inside=0.04, beyond=0.2):
     steer = [{"pressure": p, "fastest": 1e-3} for p in (pressures[1], pressures[0]) * 2]
     walls = [{"ends": (np.array(line) @ turned).tolist(), "servo": table} for line, table in zip(lines, steer, strict=True)]
     return (np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) @ turned).tolist(), walls
+
+
+def stress_between(state, area):
+    """Stress xx, yy, xy [Pa] from all contacts of discs that walls enclose, in the `area` [m2] between the walls."""
+    virial = wall_forces.on_discs(state)[1].sum(axis=0)[[0, 1, 3]]
+    return (contact_moments(contacts(state)).sum(axis=0) + virial) / area
 
 
 @pytest.mark.parametrize("turn", [0.0, 30.0])

@@ -5,7 +5,8 @@ ends when the gap closes, otherwise when the force is zero:
 
     e = exp(-beta pi / r)     or     e = exp(-beta / r (pi - atan2(2 beta r, 1 - 2 beta^2))),     r = sqrt(1 - beta^2)
 
-Discs of R = .03 m (and .018 m, oblique) meet at 1 m/s; the step is 1e-4 of the stable one. The scene reads its discs from a file.
+Discs of R = .03 m (and .018 m, oblique) meet at 1 m/s; the step is 1e-4 of the stable one. Scenes read their discs from a file.
+At a wall m is the disc's own mass and e is the same.
 """
 
 import numpy as np
@@ -57,6 +58,19 @@ def of_scene(beta):
         return v[1, 0] - v[0, 0], run.info["stages"][1]["time"]
 
 
+def at_wall(beta, tension, turned=0.6):
+    """Speed at which a disc leaves an oblique wall, and along it [m/s]; it comes with 1 m/s, and .2 m/s along it."""
+    along, up = np.array([np.cos(turned), np.sin(turned)]), np.array([-np.sin(turned), np.cos(turned)])
+    place, velocity = 1.00001 * R * up, 0.2 * along - up
+    soil = scenes.SOIL | {"dashpot": {"normal": beta, "tension": tension}}
+    del soil["friction"]
+    stage = {"name": "hit", "kind": "discs", "time": "real", "until": {"time": 2e-3}, "step_factor": FRACTION}
+    discs = {"soil": soil, "wall": [{"ends": [(-along).tolist(), along.tolist()]}]}
+    with scenes.of_file([[*place, R, *velocity]], "x,y,radius,vx,vy", [stage], discs, every=10**9) as run:
+        v = run.discs(-1).velocity[0]
+        return v @ up, v @ along
+
+
 def rows(fast):
     """The published ones, unequal discs at an angle, and a scene; all in seconds."""
     for tension, words in ((True, "tension"), (False, "no tension")):
@@ -65,4 +79,10 @@ def rows(fast):
         for beta in () if fast else (0.03, 0.3, 0.7, 0.9):
             found = leaving(beta, tension, (R, 0.6 * R), 0.7)
             yield row(f"e, beta {beta:g}, {words}, unequal, at 40 degrees", found, restitution(beta, tension), 1e-3, SOURCE)
-    yield row("as a scene: e, beta 0.1, no tension", of_scene(0.1)[0], restitution(0.1, False), 1e-4, SOURCE)
+    for beta in (0.1,) if fast else (0.1, 0.05, 0.2, 0.6):
+        yield row(f"as a scene: e, beta {beta:g}, no tension", of_scene(beta)[0], restitution(beta, False), 1e-4, SOURCE)
+    for beta, tension in ((0.2, False),) if fast else ((0.2, False), (0.2, True), (0.6, False), (0.02, True)):
+        found, along = at_wall(beta, tension)
+        words = f"as a scene: e at an oblique wall, beta {beta:g}, {'' if tension else 'no '}tension"
+        yield row(words, found, restitution(beta, tension), 1e-4, SOURCE)
+    yield row("the last: speed along the wall over that before", along / 0.2, 1.0, 1e-9, "closed form")

@@ -1,8 +1,8 @@
-"""A disc on a plane of 30 degrees rolls or slides.
+"""A disc on a plane of 30 degrees, and of others, rolls or slides.
 
 It starts at rest, pressed on by its weight (R = .03 m).
 
-    rolls where mu >= tan(theta) / 3 = .19245:  a = 2/3 g sin(theta),     otherwise  a = g (sin(theta) - mu cos(theta))
+    rolls where mu >= tan(theta) / 3 (.19245 at 30 degrees): a = 2/3 g sin(theta),   otherwise  a = g (sin(theta) - mu cos(theta))
 
 With rolling resistance of coefficient mr, a = 2/3 g (sin(theta) - mr cos(theta)). The plane is a disc of 10 km radius, in
 the scene a wall. The acceleration comes from two equal times: (way(2t) - 2 way(t)) / t^2.
@@ -58,10 +58,10 @@ def least_friction():
     return high
 
 
-def of_scene(friction):
-    """Acceleration down a wall of 30 degrees, from two frames of equal distance in steps."""
-    normal, along = np.array([np.sin(SLOPE), np.cos(SLOPE)]), np.array([np.cos(SLOPE), -np.sin(SLOPE)])
-    press = 2000.0 * np.pi * R**2 * G * np.cos(SLOPE) / KN
+def of_scene(friction, slope=SLOPE):
+    """Acceleration down a wall, from two frames of equal distance in steps."""
+    normal, along = np.array([np.sin(slope), np.cos(slope)]), np.array([np.cos(slope), -np.sin(slope)])
+    press = 2000.0 * np.pi * R**2 * G * np.cos(slope) / KN
     discs = {"wall": [{"ends": [(-along).tolist(), (3.0 * along).tolist()]}]}
     discs["soil"] = scenes.SOIL | {"friction": {"coefficient": friction}}
     stage = {"name": "run", "kind": "discs", "time": "real", "gravity": G, "until": {"steps": 4000}}
@@ -84,3 +84,8 @@ def rows(fast):
     for friction in (0.1, 0.3):
         found = of_scene(friction)
         yield row(f"as a scene: acceleration, mu {friction:g} [m/s2]", found, expected(SLOPE, friction), 1e-4, closed)
+    for degrees, friction in ((10.0, 0.02),) if fast else ((10.0, 0.02), (10.0, 0.5), (20.0, 0.1), (45.0, 0.4), (60.0, 0.3)):
+        slope = np.radians(degrees)
+        words = f"acceleration, {degrees:g} degrees, mu {friction:g} [m/s2]"
+        yield row(f"as a scene: {words}", of_scene(friction, slope), expected(slope, friction), 1e-4, closed)
+        yield row(words, acceleration(slope, friction)[0], expected(slope, friction), 1e-4, closed)

@@ -28,11 +28,20 @@ def disc_file(folder, rows, head="x,y,radius,vx,vy,spin"):
 
 
 @contextmanager
-def of_file(rows, head, stages, discs, **more):
+def of_file(rows, head, stages, discs, plugin=None, **more):
     """The finished run, open, of a scene whose discs come from a file of these rows."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        of_tables(tables(stages, discs | {"file": disc_file(folder, rows, head)}, **more), plugin) as run,
+    ):
+        yield run
+
+
+@contextmanager
+def of_tables(scene, plugin=None):
+    """The finished run, open, of a scene's tables."""
     with tempfile.TemporaryDirectory() as folder:
-        scene = tables(stages, discs | {"file": disc_file(folder, rows, head)}, **more)
-        compute(build_scene(scene), folder, Progress(1, "none"), StopRequest())
+        compute(build_scene(scene), folder, Progress(1, "none"), StopRequest(), plugin=plugin)
         with open_run(folder) as run:
             yield run
 

@@ -17,10 +17,10 @@ NAME = "stick-slip"
 R, OVERLAP, CYCLES, STEPS = 0.03, 1.0e-5, 150, 500
 
 
-def work(amplitude, spin_of_other, cycles=CYCLES, **changes):
+def work(amplitude, spin_of_other, cycles=CYCLES, steps=STEPS, **changes):
     """Work of turning a disc to and fro by +-`amplitude`, the other by `spin_of_other` as much; energy stored at the end."""
     model, state = loose_discs([[0.0, 0.0], [2.0 * R - OVERLAP, 0.0]], [R, R], bond=None, **changes)
-    turns = np.diff(amplitude * np.interp(np.arange(STEPS + 1) / STEPS, [0, 0.25, 0.75, 1], [0, 1, -1, 0]))
+    turns = np.diff(amplitude * np.interp(np.arange(steps + 1) / steps, [0, 0.25, 0.75, 1], [0, 1, -1, 0]))
     done, before, start = 0.0, state.moment.copy(), stored(model, state)
     for _ in range(cycles):
         for turn in turns:
@@ -36,11 +36,11 @@ def _closed(cycles, limit, way, stiffness):
     return (4 * cycles * (way - limit / stiffness) - 0.5 * limit / stiffness) * limit
 
 
-def slipping(cycles=CYCLES):
+def slipping(cycles=CYCLES, steps=STEPS):
     """Work and stored energy, and the work of the closed form [J]."""
     limit, lever = MU * KN * OVERLAP, R - 0.5 * OVERLAP
     slip = 4.0 * limit / KS
-    found = work(slip / (2.0 * lever), 1.0, cycles)
+    found = work(slip / (2.0 * lever), 1.0, cycles, steps)
     return *found, _closed(cycles, limit, slip, KS)
 
 
