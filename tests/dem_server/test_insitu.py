@@ -13,6 +13,7 @@ from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BONDED
 from dem_server.fields import contacts
 from dem_server.motion import move_free
+from dem_server.zone_stress import stress_field
 
 K0, DENSITY, GRAVITY, TOP = 0.571, 2700.0, 9.81, 5.0
 
@@ -101,7 +102,7 @@ def test_bonds_carry_what_friction_cannot():
 def test_linear_fields_are_met_exactly():
     xy = np.random.default_rng(0).random((60, 2))
     stress = np.column_stack([xy[:, 0], 3.0 - xy[:, 1], xy.sum(axis=1)])
-    field = insitu.stress_field(np.column_stack([xy, np.ones(60), stress, np.ones(60)]))
+    field = stress_field(np.column_stack([xy, np.ones(60), stress, np.ones(60)]))
     np.testing.assert_allclose(field(np.array([[0.3, 1.4]])), [[0.3, 1.6, 1.7]], atol=1e-9)
 
 
