@@ -60,7 +60,7 @@ class Report(NamedTuple):
     """What came out.
 
     Errors of the stress (rms over measuring circles, over mean |yy|); shares of the target beyond the
-    packing's strength and beyond that of friction alone; what the target lacks for carrying the window's weight, over it;
+    packing's strength and beyond that of friction alone; resultant of the target on the window and of the window's weight, over the latter;
     rounds, unbalanced ratio, coordination number, porosity.
     """
 
@@ -104,7 +104,7 @@ def bring_to_stress(model, state, target, gravity, report=None):
     field, sine, tension = stress_field(target), friction_sine(model), tensile_strength(model, state)
     wanted, projected = inside_cone(field(grid.points), sine, tension)
     held_by_friction, beyond_friction = inside_cone(wanted, sine)
-    lacking = imbalance(polygon, field, gravity * float(state.weight.sum()))
+    left_over = imbalance(polygon, field, gravity * float(state.weight.sum()))
     for round_ in range(ROUNDS):
         if tension > 0.0 and round_ >= ROUNDS // 2:
             add_bonds(model, state)
@@ -121,8 +121,8 @@ def bring_to_stress(model, state, target, gravity, report=None):
         *stress_error(state, aim).tolist(),
         projected=projected,
         beyond_friction=beyond_friction,
-        imbalance_x=float(lacking[0]),
-        imbalance_y=float(lacking[1]),
+        imbalance_x=float(left_over[0]),
+        imbalance_y=float(left_over[1]),
         rounds=ROUNDS,
         ratio=unbalanced_ratio(model, state, gravity),
         coordination=coordination(model, state)[0],

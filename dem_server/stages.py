@@ -17,9 +17,10 @@ from coupler_protocol.runfile import peak_memory
 from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
 from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
-from dem_server import balance, energy, mesostructure, packing, record, restart, run, stones
+from dem_server import balance, energy, packing, record, restart, run, stones
 from dem_server.contacts import contact_forces
 from dem_server.escape import RingGuard
+from dem_server.mapped import stones_of
 from dem_server.model import build_model
 from dem_server.rim import Rim
 from dem_server.strain import WindowStrain
@@ -80,7 +81,7 @@ class DiscreteSide:
         """Where stones will be, if the scene has any."""
         if self.scene.stones is not None:
             rng = np.random.default_rng([self.scene.seed, self.rank, *b"stones"])
-            self.stones = mesostructure.draw(nodes, self.scene.stones, rng, self._note)
+            self.stones = stones_of(nodes, self.scene.stones, rng, self._note)
 
     def fill(self, nodes):
         """Ring on the rim and a packing inside it; PACKED tells the continuum."""
@@ -100,7 +101,7 @@ class DiscreteSide:
         }
         if self.stones is not None:
             stones.mark(self.model, self.state, self.stones.outlines, discs.stone.density)
-            self.report |= stones.report(self.model, self.state, self.stones)
+            self.report |= stones.report(self.model, self.state, self.stones, nodes)
         log.info("packed %s", self.report)
         self.watch.to("computing")
         self._turn(messages.PACKED, self.report)

@@ -24,7 +24,7 @@ ARC = 64  # edges of a quarter of a circle: its area is exact to 1e-4
 
 
 def circle_stress_with_stones(state, outlines, centres, radius):
-    """Eq (2): (q, 3) xx, yy, xy [Pa] in circles `centres` (q, 2), `radius` [m]; outlines: polygons of the clumps where they are."""
+    """Eq (2): (q, 3) xx, yy, xy [Pa] in circles `centres` (q, 2), `radius` [m]; outlines: polygons of the clumps, as they lie."""
     start, line, moments, stone = _parted_branches(state)
     soil = stone < 0
     stress = stress_along(start[soil], line[soil], moments[soil], centres, radius)

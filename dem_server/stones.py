@@ -81,15 +81,20 @@ def of_one_stone(state, pairs):
     return (state.stone[pairs.disc_a] >= 0) & (state.stone[pairs.disc_a] == state.stone[pairs.disc_b])
 
 
-def report(model, state, found):
-    """Numbers for the run's report: stones, those too small for any disc, and both contents."""
+def report(model, state, found, window):
+    """Numbers for the run's report: stones, those too small for any disc, both contents, sizes, directions.
+
+    window (P, 2): its corners. The resultant of the directions is |<exp(2 i theta)>|, 0 for axes all round, 1 for parallel ones.
+    """
     free = np.arange(model.count) >= model.ring
     held = np.bincount(state.stone[state.stone >= 0], minlength=len(found.outlines))
-    area = state.radius**2
+    area, axes = state.radius**2, np.exp(2j * found.azimuth).mean()
     return {
         "stones": len(found.outlines),
         "stones_without_discs": int((held == 0).sum()),
-        "stone_content": found.area / polygon_area(state.x[: model.ring]),
+        "stone_content": found.area / polygon_area(window),
         "stone_content_discs": float(area[state.stone >= 0].sum() / area[free].sum()),
         "stone_sweeps": found.sweeps,
+        "stone_size": {"mean": float(found.size.mean()), "min": float(found.size.min()), "max": float(found.size.max())},
+        "stone_azimuth": {"mean": float(0.5 * np.degrees(np.angle(axes)) % 180.0), "resultant": float(abs(axes))},
     }

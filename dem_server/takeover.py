@@ -6,7 +6,7 @@ from dem_server import balance, bonding, insitu, stones
 from dem_server.contacts import contact_forces
 
 log = logging.getLogger(__name__)
-NOTICED = 0.05  # share of the weight that the zones' stress may lack without a word
+NOTICED = 0.05  # share of the weight that the zones' stress may miss without a word
 
 
 def take_over(model, state, target, gravity, mesostructure=None, body="clump", matching=True, stressed=True, note=None):
@@ -23,7 +23,8 @@ def take_over(model, state, target, gravity, mesostructure=None, body="clump", m
         found = insitu.bring_to_stress(model, state, target, gravity, note)
         report |= found._asdict()
         if max(abs(found.imbalance_x), abs(found.imbalance_y)) > NOTICED:
-            log.warning("the zones' stress does not bear the window's weight: it lacks %s of it", lacking(report))
+            left = 100.0 * found.imbalance_x, 100.0 * found.imbalance_y
+            log.warning("the zones' stress does not bear the window's weight: left over %+.1f %% along x, %+.1f %% along y", *left)
     if mesostructure is not None:
         model = stones.make(model, state, mesostructure.outlines, body)
         if stressed:
@@ -43,8 +44,3 @@ def bond(model, state):
     if model.law.parallel_bond is not None:
         bonding.add_parallel_bonds(model, state)
     contact_forces(model, state)
-
-
-def lacking(report):
-    """What the zones' stress lacks, in words."""
-    return f"{100.0 * report['imbalance_x']:+.1f} % along x and {100.0 * report['imbalance_y']:+.1f} % along y"

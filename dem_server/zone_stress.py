@@ -28,7 +28,7 @@ def tractions(rim, field):
 
 
 def imbalance(rim, field, weight):
-    """Eq (1) as a share of the weight [N]: (2,); without weight of the sum of the tractions."""
+    """f of Eq (1) as a share of the `weight` [N]: (2,); without weight of the sum of the tractions."""
     force = tractions(rim, field)
     scale = weight if weight > 0.0 else np.hypot(*force.T).sum()
     return (force.sum(axis=0) - [0.0, weight]) / scale if scale > 0.0 else np.zeros(2)

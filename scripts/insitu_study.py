@@ -2,9 +2,9 @@
 
     python scripts/insitu_study.py [--fast] [--json FILE]
 
-Fields of ground of 2700 kg/m3, all but the last two inside the cone of friction of Table 2: level ground with K0 = .571; ground whose
-principal axes are turned by 30 degrees everywhere; ground with linearly varying shear; level ground with K = .36, which
-needs the bonds; one with K = .25, of which the bonded discs can carry a part only.
+Fields of ground of 2700 kg/m3, all but the last two inside the cone of friction of Table 2: level ground with K0 = .571; ground
+whose principal axes are turned by 30 degrees everywhere; ground with linearly varying shear; level ground with K = .36, which
+needs the bonds; one with K = .25, of which the bonded discs can carry a part only (xx, yy, xy are errors of that part, side and segment of the whole).
 
 xx, yy, xy: rms error in circles of .25 m over the mean |yy|, before stones are made and at the end (lines: the same forces
 at the end counted along straight branches between centroids, yy); side: largest difference of the sum of the ring's
@@ -35,7 +35,10 @@ SCENE = Path(__file__).resolve().parent.parent / "configs" / "paper_slope.toml"
 GRAVITY, DENSITY, TOP = 9.81, 2700.0, 12.0
 UNIT = DENSITY * GRAVITY
 SEEDS, STEPS = 3, 300
-HEAD = f"{'field':<10}{'':<7}seed  before: xx   yy   xy   after: xx   yy   xy  lines  side  segment  broken   ratio    Z  projected  friction"
+HEAD = (
+    f"{'field':<10}{'':<7}seed  before: xx   yy   xy   after: xx   yy   xy  lines  side  segment  broken   ratio"
+    "     Z  projected  beyond friction   [errors in %]"
+)
 
 
 def level(x, y, K):
@@ -145,7 +148,7 @@ def line_of(name, stony, seed, row):
     """A row of the printed table."""
     before, after = ("".join(f"{100 * e:5.1f}" for e in row[key]) for key in ("before", "after"))
     rest = f"{100 * row['lines']:7.1f}{100 * row['side']:6.1f}{100 * row['segment']:9.1f}{row['broken']:8d}  {row['ratio']:.1e}"
-    shares = f"{row['coordination']:6.2f}{100 * row['projected']:8.1f} %{100 * row['beyond_friction']:8.1f} %"
+    shares = f"{row['coordination']:6.2f}{100 * row['projected']:8.1f} %{100 * row['beyond_friction']:13.1f} %"
     return f"{name:<10}{'stones' if stony else 'soil':<7}{seed:>4}  {before:>19}  {after:>18}{rest}{shares}"
 
 

@@ -40,7 +40,7 @@ def test_discs_belong_to_the_stone_their_centre_lies_in():
         inside = shapely.contains_xy(shapely.Polygon(outline), state.x)
         assert (inside == (state.stone == k)).all()
     assert (state.stone[: model.ring] == -1).all()
-    report = stones.report(model, state, found)
+    report = stones.report(model, state, found, TALL)
     assert report["stones"] == len(found.outlines)
     assert report["stone_content"] == pytest.approx(0.45, rel=1e-12)
     inner = shapely.Polygon(TALL).buffer(-state.radius[: model.ring].max()).area  # where free discs are
@@ -110,7 +110,6 @@ def test_clusters_are_bonded_whole():
 
 @pytest.mark.parametrize("body", ["clump", "cluster"])
 def test_with_stones_the_stress_is_still_that_of_the_zones(body):
-    """Over circles as large as the stones it scatters more than over soil, but its mean is the same."""
     model, state, found = packed_with_stones(TALL)
     target = level_ground(TALL)
     insitu.match_weight(model, state, target)
@@ -119,4 +118,4 @@ def test_with_stones_the_stress_is_still_that_of_the_zones(body):
     assert insitu.stress_error(state, aim).tolist() == [before.error_xx, before.error_yy, before.error_xy]
     model = stones.make(model, state, found.outlines, body)
     insitu.come_to_rest(model, state, GRAVITY)
-    assert max(insitu.stress_error(state, aim)) < 0.15
+    assert max(insitu.stress_error(state, aim, found.outlines)) < 0.05
