@@ -40,7 +40,9 @@ def times(info):
 def sentences(info):
     """What the tables do not say: windows, failure, memory, and how it ended."""
     for window in info.get("windows", []):
-        parts = [f"window {window['name']}: {window.get('discs', '?')} discs, {window.get('control_discs', '?')} on the ring"]
+        parts = [f"window {window['name']}: {window.get('discs', '?')} discs"]
+        if "control_discs" in window:
+            parts.append(f"{window['control_discs']} on the ring")
         if "porosity" in window:
             parts.append(f"porosity {window['porosity']:.3f}")
         if "stones" in window:

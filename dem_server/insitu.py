@@ -59,9 +59,9 @@ class Aim(NamedTuple):
 class Report(NamedTuple):
     """What came out.
 
-    Errors of the stress (rms over measuring circles, over mean |yy|); shares of the target beyond the
-    packing's strength and beyond that of friction alone; resultant of the target on the window and of the window's weight, over the latter;
-    rounds, unbalanced ratio, coordination number, porosity.
+    Errors of the stress (rms over measuring circles, over mean |yy|); shares of the target beyond the packing's
+    strength and beyond that of friction alone; what the target's force on the window and its weight leave over, over the
+    weight; rounds, unbalanced ratio, coordination number, porosity.
     """
 
     error_xx: float

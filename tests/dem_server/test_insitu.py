@@ -13,7 +13,6 @@ from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BONDED
 from dem_server.fields import contacts
 from dem_server.motion import move_free
-from dem_server.zone_stress import stress_field
 
 K0, DENSITY, GRAVITY, TOP = 0.571, 2700.0, 9.81, 5.0
 
@@ -97,13 +96,6 @@ def test_bonds_carry_what_friction_cannot():
     assert bonded.projected == 0.0
     assert max(bonded.error_xx, bonded.error_yy, bonded.error_xy) <= 0.06
     assert loose.projected == 1.0
-
-
-def test_linear_fields_are_met_exactly():
-    xy = np.random.default_rng(0).random((60, 2))
-    stress = np.column_stack([xy[:, 0], 3.0 - xy[:, 1], xy.sum(axis=1)])
-    field = stress_field(np.column_stack([xy, np.ones(60), stress, np.ones(60)]))
-    np.testing.assert_allclose(field(np.array([[0.3, 1.4]])), [[0.3, 1.6, 1.7]], atol=1e-9)
 
 
 def test_bins_share_out_the_whole_window():

@@ -1,16 +1,19 @@
 """Stones on a packing: who belongs to them, what they weigh, and that making them changes no force."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
-from window_case import SQUARE, packed_with_stones, stone_grain
+from window_case import OBLIQUE, SQUARE, packed_with_stones, stone_grain
 
 from coupler_protocol.interface import polygon_area
-from dem_server import insitu, stones
+from dem_server import energy, insitu, stones
 from dem_server.balance import unbalanced_ratio
 from dem_server.bins import bins_over
 from dem_server.effects import SOIL, STONE
 from dem_server.effects.bond import BONDED
+from dem_server.effects.spring import SpringTable
 from dem_server.fields import contacts, listed_pairs
 from dem_server.stress import mean_stress
 
@@ -82,6 +85,34 @@ def test_making_stones_changes_no_force(body):
     assert state.broken_tension + state.broken_shear == 0
     assert unbalanced_ratio(model, state, GRAVITY) < 1e-6
     np.testing.assert_allclose(mean_stress(contacts(state), polygon_area(TALL)), stress, atol=1e-3 * np.abs(stress).max())
+
+
+@pytest.mark.parametrize("ratio", [10.0, 1e3, 1e4])
+def test_stones_become_stiffer_under_stress_without_a_jump(ratio):
+    """Any ratio: no contact force changes by more than round-off, nothing moves, and the stress stays."""
+    model, state, found = packed_with_stones(OBLIQUE)
+    insitu.match_weight(model, state, level_ground(OBLIQUE))
+    insitu.bring_to_stress(model, state, level_ground(OBLIQUE), GRAVITY)
+    before = contacts(state)
+    stress = mean_stress(before, polygon_area(OBLIQUE))
+    spring = model.law.spring
+    own = np.arange(9) == STONE * 3 + STONE
+    stiffer = SpringTable(np.where(own, ratio * spring.normal[4], spring.normal), np.where(own, ratio * spring.shear[4], spring.shear))
+    model = stones.make(replace(model, law=model.law._replace(spring=stiffer)), state, found.outlines, "cluster")
+    after, scale = contacts(state), before.normal_force.max()
+    inside = stones.of_one_stone(state, after)
+    assert model.law.spring.normal[after.kind[inside]].min() == pytest.approx(ratio * spring.normal[4])
+    pairs = [dict(zip(zip(p.disc_a.tolist(), p.disc_b.tolist(), strict=True), p.force, strict=True)) for p in (before, after)]
+    changes = [np.abs(pairs[1][pair] - force).max() for pair, force in pairs[0].items()]
+    assert max(changes) <= 1e-9 * scale
+    stored, fastest = energy.stored(model, state), 0.0
+    for _ in range(300):
+        insitu.relax(model, state, GRAVITY, 1)
+        fastest = max(fastest, energy.kinetic(model, state))
+    assert fastest <= 1e-9 * stored
+    assert unbalanced_ratio(model, state, GRAVITY) <= 1e-5
+    assert state.broken_tension + state.broken_shear == 0
+    np.testing.assert_allclose(mean_stress(contacts(state), polygon_area(OBLIQUE)), stress, atol=1e-5 * np.abs(stress).max())
 
 
 def test_stiffening_without_the_reference_gap_would_be_a_blow():
