@@ -80,11 +80,11 @@ def sentences(info):
 def _beyond_reach(window):
     """What of the zones' stress no packing of these discs could have had."""
     if window.get("projected", 0.0) >= NOTICED:
-        yield f"{100 * window['projected']:.0f} % of it beyond the strength of the bonded discs and cut off"
+        yield f"which at {100 * window['projected']:.0f} % of its places is beyond the strength of the discs and was brought back to it"
     left = [window.get(f"imbalance_{axis}", 0.0) for axis in "xy"]
     if max(map(abs, left)) >= NOTICED:
         x, y = (f"{100 * share:+.0f} %" for share in left)
-        yield f"that stress does not bear the window's weight: {x} of it are left over along x, {y} along y"
+        yield f"that stress and the window's weight do not balance: {x} of the weight is left over along x, {y} along y"
 
 
 def print_table(info, console):
