@@ -80,7 +80,7 @@ def sentences(info):
 def _beyond_reach(window):
     """What of the zones' stress no packing of these discs could have had."""
     if window.get("projected", 0.0) >= NOTICED:
-        yield f"which at {100 * window['projected']:.0f} % of its places is beyond the strength of the discs and was brought back to it"
+        yield f"which at {100 * window['projected']:.0f} % of its places was beyond the discs' strength and brought back to it"
     left = [window.get(f"imbalance_{axis}", 0.0) for axis in "xy"]
     if max(map(abs, left)) >= NOTICED:
         x, y = (f"{100 * share:+.0f} %" for share in left)

@@ -87,7 +87,7 @@ def test_making_stones_changes_no_force(body):
     np.testing.assert_allclose(mean_stress(contacts(state), polygon_area(TALL)), stress, atol=1e-3 * np.abs(stress).max())
 
 
-@pytest.mark.parametrize("body", ["cluster"])
+@pytest.mark.parametrize("body", ["clump", "cluster"])
 @pytest.mark.parametrize("ratio", [10.0, 1e3, 1e4])
 def test_stones_become_stiffer_under_stress_without_a_jump(ratio, body):
     """Any ratio: no contact force changes by more than round-off, nothing moves, and the stress stays."""
@@ -111,8 +111,9 @@ def test_stones_become_stiffer_under_stress_without_a_jump(ratio, body):
     for _ in range(300):
         insitu.relax(model, state, GRAVITY, 1)
         fastest = max(fastest, energy.kinetic(model, state))
-    assert fastest <= 1e-9 * stored
-    assert unbalanced_ratio(model, state, GRAVITY) <= 1e-5
+    # A clump weighs at its centroid, its discs each at theirs: what that turns dies away in the first steps.
+    assert fastest <= (1e-7 if body == "clump" else 1e-9) * stored
+    assert unbalanced_ratio(model, state, GRAVITY) <= (1e-3 if body == "clump" else 1e-6)
     assert state.broken_tension + state.broken_shear == 0
     np.testing.assert_allclose(mean_stress(contacts(state), polygon_area(OBLIQUE)), stress, atol=1e-5 * np.abs(stress).max())
 
