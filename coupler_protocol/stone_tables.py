@@ -29,8 +29,8 @@ class Azimuth(Table):
     """Directions of the stones' long axes, counter-clockwise from x; axes, so that 10 and 190 degrees are one direction.
 
     mean and spread: wrapped normal, the angle is normal and counted modulo 180 degrees; twice the angle then has the mean
-    resultant exp(-2 spread^2), spread in radians. range: uniform between two angles. A stone keeps the direction it was
-    drawn with, wherever it is placed.
+    resultant exp(-2 spread^2), spread in radians. range: uniform between two angles. The directions drawn are those in the
+    window: to find room, stones move and exchange directions, but do not turn.
     """
 
     mean: float | None = quantity(None, unit="deg", meaning="mean direction", ge=-180, le=180)

@@ -1,6 +1,7 @@
 """Places for stones: the largest first, then Monte Carlo in which all move, turn and grow until they have their size.
 
-Stones are rows, as in intrusion.py. `azimuth` (S,) [rad]: the direction each keeps; None: any, and stones turn as they move.
+Stones are rows, as in intrusion.py. `azimuth` (S,) [rad]: the directions there shall be; stones do not turn then, but two whose
+directions follow each other exchange them where both have room, so that none is lost. None: any, and stones turn as they move.
 """
 
 import numpy as np
@@ -61,8 +62,11 @@ def grow(place, size, unit, corners, reach, domain, gap, azimuth, rng, report=No
     for k in range(len(size)):
         put(k, place, unit, corners, world)
     step, turn = 1.0, TURN if azimuth is None else 0.0
+    order = np.argsort(place[:, 2])
     for sweep in range(1, SWEEPS + 1):
         random = rng.random((len(size), 4))
+        if azimuth is not None:
+            swap_all(order, place, unit, corners, reach, world, there, domain, gap)
         moved = move_all(random, step, turn, place, size, unit, corners, reach, world, there, domain, gap)
         if (place[:, 3] == size).all():
             return sweep
@@ -98,3 +102,20 @@ def move_all(random, step, turn, place, size, unit, corners, reach, world, there
                 place[k, 3] = before
                 put(k, place, unit, corners, world)
     return moved
+
+
+@jit
+def swap_all(order, place, unit, corners, reach, world, there, domain, gap):
+    """Stones next to each other in the `order` (S,) of azimuths exchange them where both fit."""
+    for m in range(len(order) - 1):
+        i, j = order[m], order[m + 1]
+        place[i, 2], place[j, 2] = place[j, 2], place[i, 2]
+        put(i, place, unit, corners, world)
+        put(j, place, unit, corners, world)
+        both = fits(i, world, corners, place, reach, there, domain, gap)
+        if both and fits(j, world, corners, place, reach, there, domain, gap):
+            order[m], order[m + 1] = j, i
+        else:
+            place[i, 2], place[j, 2] = place[j, 2], place[i, 2]
+            put(i, place, unit, corners, world)
+            put(j, place, unit, corners, world)

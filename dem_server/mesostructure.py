@@ -9,7 +9,7 @@ the window. Azimuths are uniform on [0, pi), or a stone's is drawn once from the
     theta = mean + spread N(0, 1) mod pi,   |<exp(2 i theta)>| = exp(-2 spread^2)   (2)
 
 (wrapped normal on twice the angle; Mardia & Jupp 2000, Directional Statistics, section 3.5.7) or uniformly from a range,
-and kept: a stone that may turn would turn to where there is room, and leave the distribution.
+and kept, or exchanged for another stone's: one that turned freely would turn to where there is room.
 
 1. Largest first: each stone is tried at random places, a number of times, then again somewhat smaller.
 2. Where some had to shrink, Monte Carlo with growth: in each sweep every stone makes a random move and, if it
