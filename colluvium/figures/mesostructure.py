@@ -101,9 +101,9 @@ def azimuths(axes: Any, placed: Sequence[np.ndarray], stones: dict[str, Any]) ->
         mean, spread = len(placed) * share, 1.96 * np.sqrt(len(placed) * share * (1.0 - share))
         top = max(top, (mean + spread).max())
         name = "uniform" if stones.get("azimuth") is None else "distribution"
-        axes.stairs(mean, edges, color=DRAWN, label=f"{name}, drawn from", baseline=None)
-        for limit, words in ((mean - spread, None), (mean + spread, "95 % of samples")):
-            axes.stairs(limit, edges, color=DRAWN, linestyle=":", linewidth=1.0, label=words, baseline=None)
+        lines = ((mean, "-", f"{name}, drawn from"), (mean - spread, ":", None), (mean + spread, ":", "95 % of samples"))
+        for values, linestyle, words in lines:
+            axes.step(edges, np.append(values, values[-1]), linestyle, where="post", color=DRAWN, linewidth=1.0, label=words)
     axes.set_ylim(0.0, 1.3 * top)
     axes.set_title("azimuths")
     axes.set_xlabel("direction of the long axis [deg]")
