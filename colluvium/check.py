@@ -57,6 +57,14 @@ def sizes(scene):
     return {**counts, "windows": windows, "stones": stones}
 
 
+def _stones_in_words(stones):
+    if stones["file"]:
+        return f"stones: as mapped in {stones['file']}, each a {stones['body']}; beyond a window: {stones['outside']}"
+    words = f"stones: {100 * stones['content']:g} % of each window, each a {stones['body']}"
+    words += f", mean size {stones['size']['mean']:g} m"
+    return words + (f", shaped as in {stones['shapes']}" if stones["shapes"] else "")
+
+
 def stages(scene):
     """The procedure as it will run."""
     return [
@@ -105,11 +113,7 @@ def print_answer(found, console):
         of_stones = f" in {file['path']}, {file['stones']} stones" if file["stones"] else f" in {file['path']}"
         console.print(f"{file['discs']} discs{of_stones}", markup=False)
     if found["stones"]:
-        stones = found["stones"]
-        console.print(
-            f"stones: {100 * stones['content']:g} % of each window, each a {stones['body']}, "
-            f"mean size {stones['size']['mean']:g} m"
-        )
+        console.print(_stones_in_words(found["stones"]), markup=False)
     console.print("effects that act:")
     for row in found["effects"]:
         if row["acts"]:

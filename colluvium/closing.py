@@ -2,6 +2,7 @@
 
 OUTCOME = ("stage", "steps", "ended by", "gravity", "ratio\ngrid", "ratio\ndiscs", "P/l vs\nstress", "bonds\nbroken")
 SECONDS = ("stage", "grid\ncomputes", "grid\nwaits", "discs\ncompute", "discs\nwait", "both\nrecord")
+NOTICED = 0.05  # share of the zones' stress, or of the weight it should bear, that is worth a word
 TEXT_COLUMNS = ("stage", "ended by")
 
 
@@ -59,8 +60,11 @@ def sentences(info):
         if "stone_content" in window:
             both = 100 * window["stone_content"], 100 * window["stone_content_discs"]
             parts.append(f"{window['stones']} stones: {both[0]:.1f} % of the area, {both[1]:.1f} % of the discs")
+            if window.get("stones_without_discs"):
+                parts.append(f"{window['stones_without_discs']} of them too small to hold a disc's centre: they are soil")
         if "error_yy" in window:
             parts.append(f"stress brought within {100 * window['error_yy']:.1f} % (rms) of the slope's vertical stress")
+            parts += _beyond_reach(window)
         if "bonds_broken_tension" in window:
             parts.append(f"bonds broken {window['bonds_broken_tension']} in tension, {window['bonds_broken_shear']} in shear")
         yield ", ".join(parts)
@@ -83,6 +87,16 @@ def sentences(info):
         yield "peak memory: grid " + ", discs ".join(f"{value:.0f} MB" for value in memory)
     seconds = f"; {info['seconds']:.1f} s" if info.get("seconds") else ""
     yield f"{info.get('reason', '')}; exit code {info.get('exit_code')}{seconds}"
+
+
+def _beyond_reach(window):
+    """What of the zones' stress no packing of these discs could have had."""
+    if window.get("projected", 0.0) >= NOTICED:
+        yield f"which at {100 * window['projected']:.0f} % of its places was beyond the discs' strength and brought back to it"
+    left = [window.get(f"imbalance_{axis}", 0.0) for axis in "xy"]
+    if max(map(abs, left)) >= NOTICED:
+        x, y = (f"{100 * share:+.0f} %" for share in left)
+        yield f"that stress and the window's weight do not balance: {x} of the weight is left over along x, {y} along y"
 
 
 def print_table(info, console):

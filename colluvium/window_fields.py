@@ -16,6 +16,7 @@ import shapely
 from colluvium.rank_file import Fields
 from colluvium.results import Run
 from coupler_protocol import strain_bins
+from coupler_protocol.interface import polygon_area
 from coupler_protocol.strain_bins import Bins
 
 BRANCH_PARTS = (0.125, 0.375, 0.625, 0.875)  # points along a branch that stand for a quarter of it each
@@ -27,11 +28,15 @@ def bins(run: Run, frame: int, rank: int = 1) -> Bins:
 
 
 def outline_of(run: Run, frame: int, rank: int = 1) -> np.ndarray:
-    """(P, 2) corners of the window at the start: the control discs in their order, or a box."""
+    """(P, 2) corners of the window at the start: the control discs in their order, the scene's polygon, or a box."""
     discs = run.discs(frame, rank)
     start = starting_places(discs)
     if "control" in discs and (discs.control == 1).sum() > 2:
         return start[discs.control == 1]
+    windows = run.scene.get("window") or []
+    if rank <= len(windows) and windows[rank - 1].get("polygon"):
+        corners = np.array(windows[rank - 1]["polygon"])
+        return corners if polygon_area(corners) > 0.0 else corners[::-1]
     (x0, y0), (x1, y1) = start.min(axis=0), start.max(axis=0)
     return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
 

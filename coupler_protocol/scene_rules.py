@@ -57,17 +57,40 @@ def stones_need_their_material(scene):
     grain = scene.discs.stone if scene.discs else None
     if scene.stones is not None and grain is None:
         yield ("stones",), "stones without a material", "add a [discs.stone] table or remove [stones]"
-    if scene.stones is None and grain is not None and (scene.grid or scene.discs.file is None):
+    of_file = grain is not None and scene.grid is None and scene.discs.file is not None
+    if scene.stones is None and grain is not None and not of_file:
         yield ("discs", "stone"), "there are no stones to be made of it", "add a [stones] table or remove [discs.stone]"
-    if scene.stones is None or grain is None:
+    if grain is None or (scene.stones is None and not of_file):
         return
+    body = scene.discs.body if of_file else scene.stones.body
     if grain.spring is None:
         yield ("discs", "stone"), "the stones have no stiffness", "add spring = { normal = .., shear = .. }"
-    if scene.stones.body == "cluster" and grain.bond is None and grain.parallel_bond is None:
+    if body == "cluster" and grain.bond is None and grain.parallel_bond is None:
         yield ("discs", "stone"), "nothing holds a cluster together", "add bond = { tension = .., shear = .. }"
-    if scene.stones.size.min < 2.0 * scene.discs.radius:
+    if scene.stones is not None and scene.stones.size is not None and scene.stones.size.min < 2.0 * scene.discs.radius:
         smallest = f"at least {2.0 * scene.discs.radius:g} m, the size of a disc"
         yield ("stones", "size", "min"), f"stones of {scene.stones.size.min:g} m are smaller than a disc", smallest
+
+
+def stones_are_drawn_or_mapped(scene):
+    """Random stones have a content and sizes; mapped ones have neither, nor other keys that could not act."""
+    stones = scene.stones
+    if stones is None:
+        return
+    if stones.file is None:
+        for key in ("content", "size"):
+            if getattr(stones, key) is None:
+                remedy = "content = .., size = { mean = .., sigma = .., min = .., max = .. }, or file = .. with traced stones"
+                yield ("stones", key), "missing", remedy
+        idle = stones.changed("scale", "origin", "outside"), "this is for the stones of `file`"
+    else:
+        idle = stones.changed("content", "size", "gap", "azimuth", "shapes"), "the stones lie where the file maps them"
+    shaped = "shapes" if stones.shapes is not None else "file" if stones.file is not None else None
+    for key in idle[0]:
+        yield ("stones", key), idle[1], "remove the key"
+    for key in stones.changed("vertices", "flatness") if shaped else stones.changed("flip_y"):
+        why = f"the outlines come from `{shaped}`" if shaped else "there is no file of outlines"
+        yield ("stones", key), why, "remove the key"
 
 
 def pairs_name_what_there_is(scene):
@@ -86,7 +109,13 @@ def pairs_name_what_there_is(scene):
             yield at, f"says nothing about {names}", "add a table, for example friction = { coefficient = .. }"
 
 
-COMMON_RULES = (names_are_unique, stones_need_their_material, pairs_name_what_there_is, *DISC_RULES)
+COMMON_RULES = (
+    names_are_unique,
+    stones_need_their_material,
+    stones_are_drawn_or_mapped,
+    pairs_name_what_there_is,
+    *DISC_RULES,
+)
 GRID_RULES = (
     grid_needs_material,
     *WINDOW_RULES,

@@ -5,8 +5,9 @@ import shapely
 
 from coupler_protocol.interface import build_ring
 from coupler_protocol.problems import unfit
-from dem_server import imported, mesostructure, packing, stones
+from dem_server import imported, packing, stones
 from dem_server.contacts import contact_forces
+from dem_server.mapped import stones_of
 from dem_server.model import build_model
 
 STRAIGHT = 0.025  # of the distance of nodes: how far the rim may be from a polygon of short sides
@@ -26,7 +27,7 @@ def packed(scene, note):
     found = None
     if scene.stones is not None:
         rng = np.random.default_rng([scene.seed, 1, *b"stones"])
-        found = mesostructure.draw(nodes, scene.stones, rng, note)
+        found = stones_of(nodes, scene.stones, rng, note)
     ring = build_ring(nodes, discs.radius)
     rng = np.random.default_rng([scene.seed, 1])
     found_discs = packing.pack(nodes, ring.xy, ring.radius, discs, rng, note)
@@ -35,8 +36,8 @@ def packed(scene, note):
     if found is not None:
         contact_forces(model, state)
         stones.mark(model, state, found.outlines, discs.stone.density)
+        report |= stones.report(model, state, found, nodes)
         model = stones.make(model, state, found.outlines, scene.stones.body)
-        report |= {"stones": len(found.outlines)}
     return model, state, found, report
 
 

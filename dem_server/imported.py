@@ -1,8 +1,9 @@
 """Discs from a file (coupler_protocol/disc_file.py): free discs of their own, stones among them, or the packing of a window.
 
 Stones of a file have no polygons. A clump has the area A, the centroid and the radius of gyration of the *union* of its discs:
-where they overlap the stone counts once, gaps between them count as none. It weighs density x A, shared among its discs by their
-areas. Discs of a cluster weigh what they weigh, and all near pairs of one stone are bonded. Overlaps: overlaps.py.
+where they overlap the stone counts once, gaps between them count as none. It weighs density x A, shared among its discs as in
+stones.py, so that its weight acts at its centroid. Discs of a cluster weigh what they weigh, and all near pairs of one stone are
+bonded. Overlaps: overlaps.py.
 """
 
 from dataclasses import replace
@@ -81,11 +82,13 @@ def make_stones(model, state, stone, discs):
     area = np.pi * state.radius**2
     state.weight[:] = density * area
     if discs.body == "clump":
-        shapes = [shape_of(state.x[state.stone == k], state.radius[state.stone == k]) for k in range(len(numbers))]
-        solid = np.array([shape[0] for shape in shapes])
-        discs_area = np.bincount(own, weights=area[inside])
-        state.weight[inside] *= (solid / discs_area)[own]
-        state.clumps = make_clumps(state.stone, state.x, *(np.array(column) for column in list(zip(*shapes, strict=True))[1:]))
+        members = [np.flatnonzero(state.stone == k) for k in range(len(numbers))]
+        shapes = [shape_of(state.x[i], state.radius[i]) for i in members]
+        for i, (solid, centroid, _) in zip(members, shapes, strict=True):
+            shares = stones.weight_shares(state.x[i], area[i] / area[i].sum(), centroid)
+            state.weight[i] = discs.stone.density * solid * shares
+        centroid, gyration = (np.array([shape[column] for shape in shapes]) for column in (1, 2))
+        state.clumps = make_clumps(state.stone, state.x, centroid, gyration)
     rebuild(model, state)
     if discs.body == "cluster":
         stones.fasten(model, state)

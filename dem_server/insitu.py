@@ -21,7 +21,6 @@ bonded packing is brought inside first, and the share of it reported.
 from typing import NamedTuple
 
 import numpy as np
-import scipy.interpolate
 import shapely
 
 from coupler_protocol.interface import polygon_area
@@ -30,11 +29,13 @@ from dem_server.balance import unbalanced_ratio
 from dem_server.bins import bins_over
 from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BONDED, NONE
-from dem_server.fields import body_centres, contacts, coordination, porosity
+from dem_server.fields import contacts, coordination, porosity
 from dem_server.model import SHEAR_BREAKS, SPIN, TENSION_BREAKS, VX
 from dem_server.motion import move_free
+from dem_server.stone_stress import circle_stress_with_stones
 from dem_server.strength import friction_sine, inside_cone, tensile_strength
 from dem_server.stress import circle_stress, contact_moments
+from dem_server.zone_stress import imbalance, stress_field
 
 ROUNDS = 12
 STEPS = 300  # of relaxation a round
@@ -58,14 +59,18 @@ class Aim(NamedTuple):
 class Report(NamedTuple):
     """What came out.
 
-    Errors of the stress (rms over measuring circles, over mean |yy|), share of the target beyond the
-    packing's strength, rounds, unbalanced ratio, coordination number, porosity.
+    Errors of the stress (rms over measuring circles, over mean |yy|); shares of the target beyond the packing's
+    strength and beyond that of friction alone; what the target's force on the window and its weight leave over, over the
+    weight; rounds, unbalanced ratio, coordination number, porosity.
     """
 
     error_xx: float
     error_yy: float
     error_xy: float
     projected: float
+    beyond_friction: float
+    imbalance_x: float
+    imbalance_y: float
     rounds: int
     ratio: float
     coordination: float
@@ -98,12 +103,14 @@ def bring_to_stress(model, state, target, gravity, report=None):
     grid, aim = bins_over(polygon, size), aim_of(model, state, target)
     field, sine, tension = stress_field(target), friction_sine(model), tensile_strength(model, state)
     wanted, projected = inside_cone(field(grid.points), sine, tension)
+    held_by_friction, beyond_friction = inside_cone(wanted, sine)
+    left_over = imbalance(polygon, field, gravity * float(state.weight.sum()))
     for round_ in range(ROUNDS):
         if tension > 0.0 and round_ >= ROUNDS // 2:
             add_bonds(model, state)
             goal = grid.integral(wanted)
         else:
-            goal = grid.integral(inside_cone(wanted, sine)[0])
+            goal = grid.integral(held_by_friction)
         strain_contacts(model, state, grid, goal)
         relax(model, state, gravity, STEPS)
         if report:
@@ -113,6 +120,9 @@ def bring_to_stress(model, state, target, gravity, report=None):
     return Report(
         *stress_error(state, aim).tolist(),
         projected=projected,
+        beyond_friction=beyond_friction,
+        imbalance_x=float(left_over[0]),
+        imbalance_y=float(left_over[1]),
         rounds=ROUNDS,
         ratio=unbalanced_ratio(model, state, gravity),
         coordination=coordination(model, state)[0],
@@ -142,15 +152,6 @@ def relax(model, state, gravity, steps):
     for _ in range(steps):
         move_free(model, state, gravity)
         contact_forces(model, state)
-
-
-def stress_field(target):
-    """The zones' stresses as a function of points (m, 2), exact at centres and for linear fields."""
-    xy = target[:, :2]
-    plane = np.linalg.matrix_rank(xy - xy.mean(axis=0), tol=1e-9) == 2
-    return scipy.interpolate.RBFInterpolator(
-        xy, target[:, 3:6], neighbors=min(len(xy), 40), kernel="linear", degree=1 if plane else 0
-    )
 
 
 def strain_contacts(model, state, grid, goal):
@@ -190,10 +191,16 @@ def measuring_circles(polygon, radius):
     return np.vstack([widest.coords[0], grid[inside]]), radius
 
 
-def stress_error(state, aim):
-    """Root mean square over the circles of an Aim of stress - aimed stress, over the mean of its |yy|: xx, yy, xy (3,)."""
-    pairs = contacts(state)
-    found = circle_stress(body_centres(state)[pairs.disc_a], pairs, aim.centres, aim.radius)
+def stress_error(state, aim, outlines=None):
+    """Root mean square over the circles of an Aim of stress - aimed stress, over the mean of its |yy|: xx, yy, xy (3,).
+
+    outlines: polygons of the clumps, where there are any.
+    """
+    if state.clumps is not None:
+        found = circle_stress_with_stones(state, outlines, aim.centres, aim.radius)
+    else:
+        pairs = contacts(state)
+        found = circle_stress(state.x[pairs.disc_a], pairs, aim.centres, aim.radius)
     return np.sqrt(((found - aim.stress) ** 2).mean(axis=0)) / np.abs(aim.stress[:, 1]).mean()
 
 

@@ -4,17 +4,22 @@
 
 The size s of a stone is the diameter of the circle of its area. Sizes outside [min, max] are drawn again; when
 enough are drawn they are all scaled by one factor near 1 so that Eq (1) holds exactly. Centroids are uniform in
-the window, azimuths uniform on [0, pi).
+the window. Azimuths are uniform on [0, pi), or a stone's is drawn once from the distribution of the scene,
 
-1. Largest first: each stone is tried at random places, at most TRIES times, then again SHRINK times as large.
+    theta = mean + spread N(0, 1) mod pi,   |<exp(2 i theta)>| = exp(-2 spread^2)   (2)
+
+(wrapped normal on twice the angle; Mardia & Jupp 2000, Directional Statistics, section 3.5.7) or uniformly from a range,
+and kept, or exchanged for another stone's: one that turned freely would turn to where there is room.
+
+1. Largest first: each stone is tried at random places, a number of times, then again somewhat smaller.
 2. Where some had to shrink, Monte Carlo with growth: in each sweep every stone makes a random move and, if it
    is not yet what it should be, grows as far as it has room, until all have their size. This fills far more
-   than random placing can (.42 to .5); it ends where the fluid of hard polygons jams.
+   than random placing can (.42 to .5); it ends where the fluid of hard polygons jams (jostle.py).
 
 Stones that keep a gap g from each other and from the edge are stones with g/2 more all round in a domain with g/2
 less, so the share that counts is
 
-    Phi = sum A(stone + g/2) / A(domain - g/2)                                   (2)
+    Phi = sum A(stone + g/2) / A(domain - g/2)                                   (3)
 
 Above 1 nothing fits. Growth jams between REACHED and JAMMED, whatever the gap: beyond that a scene is refused at once.
 
@@ -29,19 +34,12 @@ import scipy.optimize
 import shapely
 
 from coupler_protocol.interface import polygon_area
-from coupler_protocol.jit import jit
 from coupler_protocol.problems import unfit
-from dem_server.intrusion import fits
-from dem_server.polygons import placed, random_outline
+from dem_server.jostle import SWEEPS, grow, largest_first
+from dem_server.outline_rules import outlines_of
+from dem_server.polygons import moments, normalised, placed, random_outline
 
-TRIES = 1000  # places tried for a stone
-SHRINK, SMALLEST = 0.85, 0.1  # factor of the next try, and the last one
-SWEEPS = 40000  # of Monte Carlo at most
-EARLY, NEAR = 10000, 0.99  # sweeps after which growth goes on only if this share of the area is covered
-REACHED, JAMMED = 0.80, 0.85  # of Phi, Eq (2): growth comes that far with nearly every seed, and with none
-GROWTH = 0.05  # of its size a stone grows at most in a sweep
-MOVE, TURN = 0.1, 0.5  # first step of a move in sizes, of a turn [rad]
-ACCEPTED = 0.4  # share of moves accepted, which the length of the step is adapted to
+REACHED, JAMMED = 0.80, 0.85  # of Phi, Eq (3): growth comes that far with nearly every seed, and with none
 
 
 class Mesostructure(NamedTuple):
@@ -70,16 +68,16 @@ def draw(domain, stones, rng, report=None):
     report(text, fraction): progress, if wanted.
     """
     size = draw_sizes(stones.content * polygon_area(domain), stones.size, rng)
-    flatness = rng.uniform(*stones.flatness, len(size))
-    corners = rng.integers(stones.vertices[0], stones.vertices[1] + 1, len(size))
-    outlines = [random_outline(n, f, rng) for n, f in zip(corners.tolist(), flatness, strict=True)]
+    outlines, flatness = draw_outlines(len(size), stones, rng)
+    azimuth = None if stones.azimuth is None else draw_azimuths(len(size), stones.azimuth, rng)
+    corners = np.array([len(outline) for outline in outlines], dtype=np.int64)
     reach = np.array([np.hypot(*placed(o, 0.0, 0.0, 1.0).T).max() for o in outlines])
     unit = np.zeros((len(size), corners.max(), 2))
     for k, outline in enumerate(outlines):
         unit[k, : corners[k]] = placed(outline, 0.0, 0.0, 1.0)
     domain = np.ascontiguousarray(domain, dtype=float)
     refuse_jams([s * unit[k, : corners[k]] for k, s in enumerate(size)], domain, stones)
-    pieces = unit, corners.astype(np.int64), reach, domain, float(stones.gap)
+    pieces = unit, corners, reach, domain, float(stones.gap), azimuth
     place, sweeps = largest_first(size, *pieces, rng), 0
     if place is not None and (place[:, 3] < size).any():
         sweeps = grow(place, size, *pieces, rng, report)
@@ -91,8 +89,27 @@ def draw(domain, stones, rng, report=None):
     return Mesostructure(world, size, flatness, place[:, 2] % np.pi, sweeps)
 
 
+def draw_outlines(number, stones, rng):
+    """Outlines of area 1 with the long axis along x, and their flatness (number,): random, or copies of traced ones."""
+    if stones.shapes is None:
+        flatness = rng.uniform(*stones.flatness, number)
+        corners = rng.integers(stones.vertices[0], stones.vertices[1] + 1, number)
+        return [random_outline(n, f, rng) for n, f in zip(corners.tolist(), flatness, strict=True)], flatness
+    library = [normalised(traced.corners) for traced in outlines_of(stones, "shapes")]
+    chosen, half_turn = rng.integers(len(library), size=number), rng.choice([-1.0, 1.0], number)
+    outlines = [sign * library[k] for k, sign in zip(chosen.tolist(), half_turn, strict=True)]
+    return outlines, np.array([moments(outline).flatness for outline in outlines])
+
+
+def draw_azimuths(number, azimuth, rng):
+    """Azimuths (number,) [rad], Eq (2) or uniform in a range."""
+    if azimuth.range is not None:
+        return np.radians(rng.uniform(*azimuth.range, number))
+    return np.radians(rng.normal(azimuth.mean, azimuth.spread, number))
+
+
 def filled(outlines, domain, gap):
-    """Phi, Eq (2): share of the room that stones with half a gap round them would take up; infinite without room."""
+    """Phi, Eq (3): share of the room that stones with half a gap round them would take up; infinite without room."""
     room = shapely.area(shapely.buffer(shapely.Polygon(domain), -0.5 * gap))
     grown = shapely.area(shapely.buffer([shapely.Polygon(outline) for outline in outlines], 0.5 * gap)).sum()
     return float(grown / room) if room > 0.0 else np.inf
@@ -142,84 +159,3 @@ def draw_sizes(area, size, rng):
         drawn = np.append(drawn, size.max)
     factor = scipy.optimize.brentq(excess, low, high, xtol=1e-15, rtol=1e-14)
     return np.sort(np.clip(factor * drawn, size.min, size.max))[::-1]
-
-
-def largest_first(size, unit, corners, reach, domain, gap, rng):
-    """Places (S, 4) of all stones, each at the first random place where it fits, if need be smaller; None without any room."""
-    place, world = np.zeros((len(size), 4)), np.zeros_like(unit)
-    there = np.zeros(len(size), dtype=np.bool_)
-    low, span = domain.min(axis=0), np.ptp(domain, axis=0)
-    for k, s in enumerate(size):
-        scale = 1.0
-        while not there[k]:
-            if scale < SMALLEST:
-                return None
-            tried = rng.random((TRIES, 3)) * [*span, np.pi] + [*low, 0.0]
-            there[k] = try_places(k, tried, scale * s, place, unit, corners, reach, world, there, domain, gap)
-            scale *= SHRINK
-    return place
-
-
-@jit
-def try_places(k, tried, size, place, unit, corners, reach, world, there, domain, gap):
-    """Put stone k at the first of the places `tried` (t, 3) where it fits; False if there is none."""
-    for t in range(len(tried)):
-        place[k, 0], place[k, 1], place[k, 2], place[k, 3] = tried[t, 0], tried[t, 1], tried[t, 2], size
-        put(k, place, unit, corners, world)
-        if fits(k, world, corners, place, reach, there, domain, gap):
-            return True
-    return False
-
-
-@jit
-def put(k, place, unit, corners, world):
-    """Corners of stone k where `place` says."""
-    c, s = place[k, 3] * np.cos(place[k, 2]), place[k, 3] * np.sin(place[k, 2])
-    for i in range(corners[k]):
-        world[k, i, 0] = place[k, 0] + c * unit[k, i, 0] - s * unit[k, i, 1]
-        world[k, i, 1] = place[k, 1] + s * unit[k, i, 0] + c * unit[k, i, 1]
-
-
-def grow(place, size, unit, corners, reach, domain, gap, rng, report=None):
-    """Move and grow all stones until they have their `size` (S,); returns the number of sweeps it took, SWEEPS + 1 in vain."""
-    world, there = np.zeros_like(unit), np.ones(len(size), dtype=np.bool_)
-    for k in range(len(size)):
-        put(k, place, unit, corners, world)
-    step = 1.0
-    for sweep in range(1, SWEEPS + 1):
-        random = rng.random((len(size), 4))
-        moved = move_all(random, step, place, size, unit, corners, reach, world, there, domain, gap)
-        if (place[:, 3] == size).all():
-            return sweep
-        covered = float(place[:, 3] @ place[:, 3] / (size @ size))
-        if sweep == EARLY and covered < NEAR:
-            break
-        if report and sweep % 100 == 0:
-            report("stones grow", covered)
-        step = min(max(step * (1.1 if moved > ACCEPTED * len(size) else 0.9), 1e-3), 5.0)
-    return SWEEPS + 1
-
-
-@jit
-def move_all(random, step, place, size, unit, corners, reach, world, there, domain, gap):
-    """One sweep: every stone moves, turns and grows at random where it fits; returns how many moved."""
-    moved = 0
-    for k in range(len(size)):
-        x, y, azimuth, before = place[k, 0], place[k, 1], place[k, 2], place[k, 3]
-        length = 2.0 * MOVE * step * size[k]
-        place[k, 0] += length * (random[k, 0] - 0.5)
-        place[k, 1] += length * (random[k, 1] - 0.5)
-        place[k, 2] += 2.0 * TURN * step * (random[k, 2] - 0.5)
-        put(k, place, unit, corners, world)
-        if fits(k, world, corners, place, reach, there, domain, gap):
-            moved += 1
-        else:
-            place[k, 0], place[k, 1], place[k, 2] = x, y, azimuth
-            put(k, place, unit, corners, world)
-        if before < size[k]:
-            place[k, 3] = min(before * (1.0 + GROWTH * random[k, 3]), size[k])
-            put(k, place, unit, corners, world)
-            if not fits(k, world, corners, place, reach, there, domain, gap):
-                place[k, 3] = before
-                put(k, place, unit, corners, world)
-    return moved

@@ -19,9 +19,11 @@ exactly the one asked for.
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 
 ROUGHNESS = 0.3  # variation of a corner's distance from the centre; not given in the paper
 JITTER = 0.3  # variation of the angle between two corners, the paper's delta
+SIMPLER = 0.01  # of its size an outline may move where a shape is simplified
 
 
 class Moments(NamedTuple):
@@ -35,6 +37,18 @@ class Moments(NamedTuple):
     def gyration(self):
         """Squared polar radius of gyration [m2]: inertia over mass."""
         return float(np.trace(self.second)) / self.area
+
+    @property
+    def flatness(self):
+        """Ratio of the principal radii of gyration [-]."""
+        least, largest = np.linalg.eigvalsh(self.second)
+        return float(np.sqrt(largest / least))
+
+    @property
+    def azimuth(self):
+        """Direction of the long axis [rad], in (-pi/2, pi/2]."""
+        (xx, xy), (_, yy) = self.second
+        return 0.5 * float(np.arctan2(2.0 * xy, xx - yy))
 
 
 def moments(corners):
@@ -60,6 +74,16 @@ def random_outline(corners, flatness, rng):
     xy = (xy - centroid) @ (axis / np.sqrt(value)) @ axis.T  # equal principal moments, nothing turned
     xy *= np.sqrt([flatness, 1.0 / flatness])
     return xy / np.sqrt(moments(xy).area)
+
+
+def normalised(corners):
+    """A traced outline (V, 2) of area 1 about its centroid, long axis along x, without corners that tell no shape."""
+    size = np.sqrt(4.0 * moments(corners).area / np.pi)
+    simple = shapely.simplify(shapely.Polygon(corners), SIMPLER * size)
+    xy = np.array(shapely.geometry.polygon.orient(simple).exterior.coords)[:-1]
+    shape = moments(xy)
+    c, s = np.cos(shape.azimuth), np.sin(shape.azimuth)
+    return (xy - shape.centroid) @ np.array([[c, -s], [s, c]]) / np.sqrt(shape.area)
 
 
 def placed(outline, centre, azimuth, size):

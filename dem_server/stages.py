@@ -17,12 +17,14 @@ from coupler_protocol.runfile import peak_memory
 from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
 from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
-from dem_server import balance, bonding, energy, imported, insitu, mesostructure, packing, record, restart, run, stones
+from dem_server import balance, energy, imported, packing, record, restart, run, stones
 from dem_server.contacts import contact_forces
 from dem_server.escape import RingGuard
+from dem_server.mapped import stones_of
 from dem_server.model import build_model
 from dem_server.rim import Rim
 from dem_server.strain import WindowStrain
+from dem_server.takeover import take_over
 
 log = logging.getLogger(__name__)
 FIELD_COLUMNS = 7  # x, y, area, sxx, syy, sxy, density
@@ -79,7 +81,7 @@ class DiscreteSide:
         """Where stones will be, if the scene has any."""
         if self.scene.stones is not None:
             rng = np.random.default_rng([self.scene.seed, self.rank, *b"stones"])
-            self.stones = mesostructure.draw(nodes, self.scene.stones, rng, self._note)
+            self.stones = stones_of(nodes, self.scene.stones, rng, self._note)
 
     def fill(self, nodes):
         """Ring on the rim and a packing inside it; PACKED tells the continuum."""
@@ -102,7 +104,7 @@ class DiscreteSide:
         } | packed.report()
         if self.stones is not None:
             stones.mark(self.model, self.state, self.stones.outlines, discs.stone.density)
-            self.report |= stones.report(self.model, self.state, self.stones)
+            self.report |= stones.report(self.model, self.state, self.stones, nodes)
         log.info("packed %s", self.report)
         self.watch.to("computing")
         self._turn(messages.PACKED, self.report)
@@ -115,26 +117,12 @@ class DiscreteSide:
         content = content_of(frame)
         field = unpack_array(content["field"], FIELD_COLUMNS)
         gravity = content["gravity"]
-        if self.scene.discs.density_matching:
-            self.report["density_factor"] = float(insitu.match_weight(self.model, self.state, field))
-        if content["insitu"]:
-            aim = insitu.aim_of(self.model, self.state, field)
-            found = insitu.bring_to_stress(self.model, self.state, field, gravity, self._note)
-            self.report |= {key: _plain(value) for key, value in found._asdict().items()}
-        if self.stones is not None:
-            self.model = stones.make(self.model, self.state, self.stones.outlines, self.scene.stones.body)
-            if content["insitu"]:
-                insitu.come_to_rest(self.model, self.state, gravity)
-                self.report["ratio"] = balance.unbalanced_ratio(self.model, self.state, gravity)
-                errors = insitu.stress_error(self.state, aim).tolist()
-                self.report |= dict(zip(("error_xx", "error_yy", "error_xy"), errors, strict=True))
-            insitu.forget_breakage(self.state)
-        if self.model.law.bond is not None:
-            insitu.add_bonds(self.model, self.state)
-        if self.model.law.parallel_bond is not None:
-            bonding.add_parallel_bonds(self.model, self.state)
+        self.model, found = take_over(
+            self.model, self.state, field, gravity, self.stones, self.scene.stones and self.scene.stones.body,
+            self.scene.discs.density_matching, content["insitu"], self._note,
+        )  # fmt: skip
+        self.report |= {key: _plain(value) for key, value in found.items()}
         self.rim.contacts_changed()
-        contact_forces(self.model, self.state)
         self.state.origin[:] = self.state.x
         self.answer = self.looked = self._answer(gravity)
 

@@ -1,8 +1,13 @@
 """Stones on a packing: which discs belong to them, what they weigh, and how they become stiff and whole.
 
 A disc belongs to the stone its centre lies in. A stone weighs density x area of its polygon, however many discs
-stand for it, and its discs share that weight by their areas. While the packing is brought to its stress all
-discs are as soft as soil; then the stones become stiff without any contact force changing:
+stand for it, and its discs share that weight so that its centre is the polygon's (else a stone at rest would turn when it
+becomes a clump, which weighs at its centroid):
+
+    w_i = W a_i (1 + c.(x_i - x)),   C c = X - x,   C = sum a_i (x_i - x)(x_i - x)^T  (2)
+
+with shares a_i of the discs' area, their centre x = sum a_i x_i and the polygon's X. While the packing is brought to its
+stress all discs are as soft as soil; then the stones become stiff without any contact force changing:
 
     Fn = -k (g - gr) = -k' (g - gr')    hence    gr' = gr + (g - gr) (1 - k/k')  (1)
 
@@ -27,6 +32,8 @@ from dem_server.model import SPIN, VX
 from dem_server.neighbours import kinds, rebuild
 from dem_server.polygons import moments
 
+LEAST = 0.8  # share of its weight that a disc may at most give to others of its stone
+
 
 def mark(model, state, outlines, density):
     """Give the free discs inside the polygons `outlines` to their stones, with their weight; `density` [kg/m3]."""
@@ -35,7 +42,17 @@ def mark(model, state, outlines, density):
     for k, outline in enumerate(outlines):
         inside = model.ring + np.flatnonzero(shapely.contains_xy(shapely.Polygon(outline), xy))
         state.stone[inside] = k
-        state.weight[inside] = density * polygon_area(outline) * area[inside] / area[inside].sum()
+        if len(inside):
+            shares = weight_shares(state.x[inside], area[inside] / area[inside].sum(), moments(outline).centroid)
+            state.weight[inside] = density * polygon_area(outline) * shares
+
+
+def weight_shares(xy, area, centroid):
+    """Eq (2): shares (m,) of a stone's weight for discs at xy (m, 2) with shares `area` (m,); as near as few discs can."""
+    centre = area @ xy
+    arm = xy - centre
+    tilt = arm @ (np.linalg.pinv((arm * area[:, None]).T @ arm, rcond=1e-9) @ (centroid - centre))
+    return area * (1.0 + tilt * min(1.0, LEAST / max(-tilt.min(), LEAST)))
 
 
 def make(model, state, outlines, body):
@@ -81,15 +98,20 @@ def of_one_stone(state, pairs):
     return (state.stone[pairs.disc_a] >= 0) & (state.stone[pairs.disc_a] == state.stone[pairs.disc_b])
 
 
-def report(model, state, found):
-    """Numbers for the run's report: stones, those too small for any disc, and both contents."""
+def report(model, state, found, window):
+    """Numbers for the run's report: stones, those too small for any disc, both contents, sizes, directions.
+
+    window (P, 2): its corners. The resultant of the directions is |<exp(2 i theta)>|, 0 for axes all round, 1 for parallel ones.
+    """
     free = np.arange(model.count) >= model.ring
     held = np.bincount(state.stone[state.stone >= 0], minlength=len(found.outlines))
-    area = state.radius**2
+    area, axes = state.radius**2, np.exp(2j * found.azimuth).mean()
     return {
         "stones": len(found.outlines),
         "stones_without_discs": int((held == 0).sum()),
-        "stone_content": found.area / polygon_area(state.x[: model.ring]),
+        "stone_content": found.area / polygon_area(window),
         "stone_content_discs": float(area[state.stone >= 0].sum() / area[free].sum()),
         "stone_sweeps": found.sweeps,
+        "stone_size": {"mean": float(found.size.mean()), "min": float(found.size.min()), "max": float(found.size.max())},
+        "stone_azimuth": {"mean": float(0.5 * np.degrees(np.angle(axes)) % 180.0), "resultant": float(abs(axes))},
     }

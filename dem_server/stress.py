@@ -13,7 +13,12 @@ import numpy as np
 
 def contact_moments(pairs):
     """Integral of stress along each contact's branch: -sym(F (x) l) as columns xx, yy, xy (m, 3) [N m]."""
-    (fx, fy), (lx, ly) = pairs.force.T, pairs.span.T
+    return moments_along(pairs.force, pairs.span)
+
+
+def moments_along(force, line):
+    """-sym(F (x) l) of forces (m, 2) [N] that act along lines (m, 2) [m]: xx, yy, xy (m, 3) [N m]."""
+    (fx, fy), (lx, ly) = force.T, line.T
     return -np.column_stack([fx * lx, fy * ly, 0.5 * (fx * ly + fy * lx)])
 
 
@@ -27,12 +32,16 @@ def circle_stress(start, pairs, centres, radius):
 
     start (m, 2): where the branches begin (centroids of the bodies a); centres (q, 2), radius [m].
     """
-    moments = contact_moments(pairs)
+    return stress_along(start, pairs.span, contact_moments(pairs), centres, radius)
+
+
+def stress_along(start, line, moments, centres, radius):
+    """Stress in circles (q, 3) [Pa] from `moments` (m, 3) [N m], each spread along its `line` (m, 2) from `start` (m, 2)."""
     stress = np.empty((len(centres), 3))
-    reach = radius + np.hypot(*pairs.span.T).max(initial=0.0)
+    reach = radius + np.hypot(*line.T).max(initial=0.0)
     for q, centre in enumerate(centres):
         near = np.flatnonzero(((start - centre) ** 2).sum(axis=1) < reach**2)
-        share = share_inside(start[near] - centre, pairs.span[near], radius)
+        share = share_inside(start[near] - centre, line[near], radius)
         stress[q] = share @ moments[near] / (np.pi * radius**2)
     return stress
 

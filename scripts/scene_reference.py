@@ -76,6 +76,14 @@ EXAMPLES = (
         "and discs from files: [packings.md](packings.md).",
     ),
     (
+        "Stones from a photograph",
+        "mapped_stones.toml",
+        "Trace the stones as polygons, in pixels or metres: GeoJSON from any drawing or mapping program, or a CSV file with one "
+        "corner a line. `colluvium check` names outlines that cross or overlap. The same keys serve windows in a grid, "
+        "in whose coordinates `origin` is then given. For random stones of traced shapes: `shapes = ..` with content and size "
+        "in place of `file`; for a preferred direction `azimuth = { mean = 30.0, spread = 15.0 }`.",
+    ),
+    (
         "A slide in softening soil",
         "softening_slide.toml",
         "Softening, a stage in real time with its own damping, and the ledger of energies. What softens fails in bands one "

@@ -32,8 +32,8 @@ def draw(run: Run) -> Any:
     figure = plt.figure(figsize=(8.5, 6.5), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.3))
     panel(figure.add_subplot(grid[:, 0]), window, placed)
-    sizes(figure.add_subplot(grid[0, 1]), placed, run.scene["stones"]["size"])
-    azimuths(figure.add_subplot(grid[1, 1]), placed)
+    sizes(figure.add_subplot(grid[0, 1]), placed, run.scene["stones"].get("size"))
+    azimuths(figure.add_subplot(grid[1, 1]), placed, run.scene["stones"])
     return figure
 
 
@@ -59,9 +59,24 @@ def panel(axes: Any, window: np.ndarray, placed: Sequence[np.ndarray], before: s
     domain.finish(axes, f"{before}C = {100 * content:.2f} %, {len(placed)} stones")
 
 
-def sizes(axes: Any, placed: Sequence[np.ndarray], size: dict[str, float]) -> None:
-    """Share of the stones smaller than a size: found, and drawn from."""
+def sizes(axes: Any, placed: Sequence[np.ndarray], size: dict[str, float] | None) -> None:
+    """Share of the stones smaller than a size: found, and drawn from, if they were drawn."""
     found = np.sort([np.sqrt(4.0 * polygon_area(outline) / np.pi) for outline in placed])
+    words, low, high = f"{len(found)} stones, mean {found.mean():.3f} m", found[0], found[-1]
+    title = "sizes, as mapped"
+    if size is not None:
+        low, high = size["min"], size["max"]
+        title = f"sizes: mean {size['mean']:g} m, sigma {size['sigma']:g}, {low:g} to {high:g} m"
+        words += "\n" + _drawn_sizes(axes, found, size)
+    axes.step([low, *found, high], np.append(np.arange(len(found) + 1) / len(found), 1.0), where="post", color=FOUND, label=words)
+    axes.set_title(title)
+    axes.set_xlabel("diameter of the circle of equal area [m]")
+    axes.set_ylabel("share of stones that are smaller [-]")
+    axes.legend(loc="lower right")
+
+
+def _drawn_sizes(axes: Any, found: np.ndarray, size: dict[str, float]) -> str:
+    """The distribution that sizes were drawn from; how far the sizes `found` are from it, in words."""
     mu = np.log(size["mean"]) - 0.5 * size["sigma"] ** 2
     s = np.linspace(size["min"], size["max"], 300)
     whole = norm(mu, size["sigma"]).cdf
@@ -70,36 +85,42 @@ def sizes(axes: Any, placed: Sequence[np.ndarray], size: dict[str, float]) -> No
     def smaller(s: np.ndarray) -> np.ndarray:
         return (whole(np.log(s)) - low) / (high - low)
 
-    apart, expected = kstest(found, smaller).statistic, 1.358 / np.sqrt(len(found))  # Kolmogorov's 95 %
-    words = f"{len(found)} stones, mean {found.mean():.3f} m\nat most {apart:.3f} apart (95 % of samples: {expected:.3f})"
     axes.plot(s, smaller(s), color=DRAWN, label="lognormal between its limits, drawn from")
-    axes.step(
-        [size["min"], *found, size["max"]],
-        np.append(np.arange(len(found) + 1) / len(found), 1.0),
-        where="post",
-        color=FOUND,
-        label=words,
-    )
-    axes.set_title(f"sizes: mean {size['mean']:g} m, sigma {size['sigma']:g}, {size['min']:g} to {size['max']:g} m")
-    axes.set_xlabel("diameter of the circle of equal area [m]")
-    axes.set_ylabel("share of stones that are smaller [-]")
-    axes.legend(loc="lower right")
+    apart, expected = kstest(found, smaller).statistic, 1.358 / np.sqrt(len(found))  # Kolmogorov's 95 %
+    return f"at most {apart:.3f} apart (95 % of samples: {expected:.3f})"
 
 
-def azimuths(axes: Any, placed: Sequence[np.ndarray]) -> None:
-    """Directions of the long axes in six classes, and the uniform distribution with its 95 % interval."""
-    second = np.array([moments(outline).second for outline in placed])
-    angle = np.degrees(0.5 * np.arctan2(2.0 * second[:, 0, 1], second[:, 0, 0] - second[:, 1, 1])) % 180.0
+def azimuths(axes: Any, placed: Sequence[np.ndarray], stones: dict[str, Any]) -> None:
+    """Directions of the long axes in six classes, and the distribution they were drawn from with its 95 % interval."""
+    angle = np.degrees([moments(outline).azimuth for outline in placed]) % 180.0
     edges = np.arange(0.0, 181.0, 30.0)
-    count, share = len(placed), 1.0 / (len(edges) - 1)
     number, *_ = axes.hist(angle, edges, color=FOUND, rwidth=0.92, label="stones")
-    spread = 1.96 * np.sqrt(count * share * (1.0 - share))
-    axes.axhline(count * share, color=DRAWN, label="uniform, drawn from")
-    for limit, words in ((count * share - spread, None), (count * share + spread, "95 % of samples")):
-        axes.axhline(limit, color=DRAWN, linestyle=":", linewidth=1.0, label=words)
-    axes.set_ylim(0.0, 1.3 * max(number.max(), count * share + spread))
+    top = number.max()
+    if stones.get("file") is None:
+        share = azimuth_shares(edges, stones.get("azimuth"))
+        mean, spread = len(placed) * share, 1.96 * np.sqrt(len(placed) * share * (1.0 - share))
+        top = max(top, (mean + spread).max())
+        name = "uniform" if stones.get("azimuth") is None else "distribution"
+        lines = ((mean, "-", f"{name}, drawn from"), (mean - spread, ":", None), (mean + spread, ":", "95 % of samples"))
+        for values, linestyle, words in lines:
+            axes.step(edges, np.append(values, values[-1]), linestyle, where="post", color=DRAWN, linewidth=1.0, label=words)
+    axes.set_ylim(0.0, 1.3 * top)
     axes.set_title("azimuths")
     axes.set_xlabel("direction of the long axis [deg]")
     axes.set_ylabel("number of stones [-]")
     axes.set_xticks(edges)
     axes.legend(loc="upper center", ncols=3, columnspacing=1.0, handlelength=1.2)
+
+
+def azimuth_shares(edges: np.ndarray, azimuth: dict[str, Any] | None) -> np.ndarray:
+    """Shares of the classes between `edges` [deg], 0 to 180, of what the scene's `stones.azimuth` table says (None: uniform)."""
+    turns = edges[:, None] + 180.0 * np.arange(-8, 9)  # the same axis, counted again
+    if azimuth is None:
+        return np.diff(edges) / 180.0
+    if azimuth["range"] is not None:
+        low, high = azimuth["range"]
+        below = np.clip((turns - low) / (high - low), 0.0, 1.0) if high > low else 1.0 * (turns > low)
+    else:
+        scale = max(azimuth["spread"], 1e-9)
+        below = norm(azimuth["mean"], scale).cdf(turns)
+    return np.diff(below.sum(axis=1))

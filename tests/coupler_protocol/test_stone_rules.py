@@ -7,6 +7,7 @@ import pytest
 
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene_reader import build_scene
+from coupler_protocol.scene_rules import doubts
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +42,35 @@ def test_no_tables_no_stones(paper):
     assert scene.discs.stone is None
 
 
+MAPPED = [(("stones",), key, None) for key in ("content", "size", "vertices", "flatness", "gap")]
+
+
+def mapped_by(paper, file, **keys):
+    return changed(paper, *MAPPED, (("stones",), "file", str(file)), *((("stones",), k, v) for k, v in keys.items()))
+
+
+def test_a_broken_map_is_a_problem_of_the_scene(paper, tmp_path):
+    """Missing, crossed and overlapping outlines are found with the scene's other problems, before anything runs."""
+    with pytest.raises(SceneError, match=r"stones.file.*no such file"):
+        build_scene(mapped_by(paper, tmp_path / "none.csv"))
+    (tmp_path / "crossed.csv").write_text("stone,x,y\na,0,0\na,1,1\na,1,0\na,0,1\n", encoding="utf-8")
+    with pytest.raises(SceneError, match=r"outline of stone a crosses .* at \(0.5 0.5\)"):
+        build_scene(mapped_by(paper, tmp_path / "crossed.csv"))
+    corners = "a,0,0\na,2,0\na,0,2\nb,1,0\nb,2,2\nb,0,1\n"
+    (tmp_path / "overlap.csv").write_text("stone,x,y\n" + corners, encoding="utf-8")
+    with pytest.raises(SceneError, match="stone a and stone b overlap by"):
+        build_scene(mapped_by(paper, tmp_path / "overlap.csv"))
+
+
+def test_a_map_and_its_small_stones(paper, tmp_path):
+    """Stones smaller than a disc are worth a second look; written out and read again the scene is the same."""
+    corners = "a,11.1,6\na,12.1,6\na,11.1,7\nb,12.5,6\nb,12.5001,6\nb,12.5,6.0001\n"
+    (tmp_path / "map.csv").write_text("stone,x,y\n" + corners, encoding="utf-8")
+    scene = build_scene(mapped_by(paper, tmp_path / "map.csv", outside="refuse"))
+    assert next(what for path, what, _ in doubts(scene) if path == ("stones", "file")).endswith("stone b")
+    assert build_scene(scene.resolved()).digest() == scene.digest()
+
+
 @pytest.mark.parametrize(
     ("changes", "key", "words"),
     [
@@ -54,6 +84,18 @@ def test_no_tables_no_stones(paper):
         ([(("stones",), "content", 0.9)], "stones.content", ["0.75"]),
         ([(("stones",), "body", "clumps")], "stones.body", ["clump"]),
         ([(("stones",), "sizes", 1)], "stones.sizes", ["size"]),
+        ([(("stones",), "content", None), (("stones",), "size", None)], "stones.size", ["missing", "file ="]),
+        ([(("stones",), "file", "none.geojson")], "stones.content", ["where the file maps them", "remove"]),
+        ([(("stones",), "file", "none.csv"), (("stones",), "flatness", [1, 2])], "stones.flatness", ["come from `file`"]),
+        ([(("stones",), "shapes", "none.csv")], "stones.shapes", ["no such file"]),
+        ([(("stones",), "shapes", "none.csv"), (("stones",), "vertices", [6, 9])], "stones.vertices", ["come from `shapes`"]),
+        ([(("stones",), "scale", 0.1)], "stones.scale", ["of `file`"]),
+        ([(("stones",), "flip_y", True)], "stones.flip_y", ["no file of outlines"]),
+        ([(("stones",), "outside", "cut")], "stones.outside", ["clip", "leave out"]),
+        ([(("stones",), "azimuth", {"mean": 30.0})], "stones.azimuth", ["mean and spread, or range"]),
+        ([(("stones",), "azimuth", {"mean": 3, "spread": 1, "range": [0, 9]})], "stones.azimuth", ["or range"]),
+        ([(("stones",), "azimuth", {"range": [0.0, 190.0]})], "stones.azimuth", ["180 degrees"]),
+        ([(("stones",), "azimuth", {"range": [9.0, 0.0]})], "stones.azimuth.range", ["larger than the second"]),
     ],
 )
 def test_problems_say_what_would_be_right(paper, changes, key, words):

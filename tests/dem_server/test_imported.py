@@ -90,6 +90,23 @@ def test_a_rigid_stone_falls_and_spins_as_its_discs_were_moving(tmp_path):
     np.testing.assert_allclose(state.clumps.motion[0, 2:5], [1.0, 2.0, spin], rtol=1e-6)
 
 
+def test_the_weight_of_a_stone_acts_at_its_centroid(tmp_path):
+    """Three discs of different sizes, two of which overlap: else the stone would turn under its own weight."""
+    rows = [[0.0, 0.0, R], [0.8 * R, 0.3 * R, 0.7 * R], [1.5 * R, 1.4 * R, 0.6 * R]]
+    lines = ["x,y,radius,stone", *(",".join(map(repr, row)) + ",0" for row in rows)]
+    _, state, _ = imported.free_discs(scene_of(written(tmp_path, lines), stone=ROCK))
+    centroid, by_areas = state.clumps.motion[0, :2], state.radius**2 @ state.x / (state.radius**2).sum()
+    np.testing.assert_allclose(state.weight @ state.x / state.weight.sum(), centroid, atol=1e-9 * R)
+    assert abs(centroid - by_areas).max() > 0.01 * R
+
+
+@pytest.mark.parametrize(("change", "why"), [({"spring": None}, "no stiffness"), ({"bond": None}, "nothing holds a cluster")])
+def test_stones_of_a_file_need_laws(tmp_path, change, why):
+    grain = {key: table for key, table in (ROCK | change).items() if table is not None}
+    with pytest.raises(SceneError, match=why):
+        scene_of(str(tmp_path / "discs.csv"), stone=grain, body="cluster")
+
+
 def test_a_cluster_is_bonded(tmp_path):
     lines = ["x,y,radius,stone", *(f"{x!r},0.0,{R!r},0" for x in (0.0, 2.0 * R, 4.001 * R))]
     _, state, _ = imported.free_discs(scene_of(written(tmp_path, lines), stone=ROCK, body="cluster"))

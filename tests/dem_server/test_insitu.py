@@ -98,13 +98,6 @@ def test_bonds_carry_what_friction_cannot():
     assert loose.projected == 1.0
 
 
-def test_linear_fields_are_met_exactly():
-    xy = np.random.default_rng(0).random((60, 2))
-    stress = np.column_stack([xy[:, 0], 3.0 - xy[:, 1], xy.sum(axis=1)])
-    field = insitu.stress_field(np.column_stack([xy, np.ones(60), stress, np.ones(60)]))
-    np.testing.assert_allclose(field(np.array([[0.3, 1.4]])), [[0.3, 1.6, 1.7]], atol=1e-9)
-
-
 def test_bins_share_out_the_whole_window():
     grid = bins_over(OBLIQUE, 0.24)
     assert grid.area().sum() == pytest.approx(polygon_area(OBLIQUE), rel=1e-12)

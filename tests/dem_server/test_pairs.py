@@ -4,17 +4,25 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from window_case import soil_discs, stone_grain
+from window_case import OBLIQUE, packed, rim, soil_discs, stone_grain, stones_table
 
+from coupler_protocol.interface import polygon_area
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene_reader import build_scene
+from dem_server.bins import bins_over
 from dem_server.effects import RING, SOIL, STONE, law_from
-from dem_server.effects.bond import Bond
+from dem_server.effects.bond import BONDED, Bond
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.friction import Friction
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
 from dem_server.effects.spring import Spring, in_series
+from dem_server.fields import contacts
+from dem_server.insitu import relax
+from dem_server.mapped import stones_of
+from dem_server.mesostructure import draw
+from dem_server.stones import mark
+from dem_server.takeover import take_over
 
 SOIL_SOIL, SOIL_STONE, STONE_SOIL, STONE_STONE = SOIL * 3 + SOIL, SOIL * 3 + STONE, STONE * 3 + SOIL, STONE * 3 + STONE
 RING_STONE = RING * 3 + STONE
@@ -94,6 +102,41 @@ def test_a_pair_may_change_one_effect_alone():
     assert found.rolling is None
     assert found.dashpot is None
     assert found.parallel_bond is None
+
+
+@pytest.mark.parametrize("path", ["clump", "cluster", "mapped"])
+def test_a_pair_of_soil_and_stone_acts_however_stones_are_made(path, tmp_path):
+    """Smooth, never bonded, its own spring: after the discs became stones each contact of soil and stone obeys its pair."""
+    discs = soil_discs(stone=stone_grain())
+    own = {"friction": Friction(coefficient=0.0), "bond": Bond(tension=0.0, shear=0.0), "spring": Spring(normal=7e7, shear=3e7)}
+    discs.pair = [SimpleNamespace(between=("soil", "stone"), **own)]
+    model, state = packed(OBLIQUE, discs)
+    found = draw(rim(OBLIQUE), stones_table(content=0.35), np.random.default_rng(0))
+    if path == "mapped":
+        rows = [f"{k},{x!r},{y!r}" for k, outline in enumerate(found.outlines) for x, y in outline.tolist()]
+        (tmp_path / "stones.csv").write_text("\n".join(["stone,x,y", *rows]), encoding="utf-8")
+        found = stones_of(rim(OBLIQUE), stones_table(file=str(tmp_path / "stones.csv")), None)
+    mark(model, state, found.outlines, 2700.0)
+    model, _ = take_over(model, state, level(OBLIQUE), 9.81, found, "cluster" if path == "cluster" else "clump")
+    relax(model, state, 9.81, 200)
+    pairs = contacts(state)
+    stony = np.column_stack([state.stone[pairs.disc_a] >= 0, state.stone[pairs.disc_b] >= 0])
+    free = (pairs.disc_a >= model.ring) & (pairs.disc_b >= model.ring)
+    mixed, soil = free & (stony.sum(axis=1) == 1), free & (stony.sum(axis=1) == 0)
+    assert mixed.sum() > 100
+    np.testing.assert_allclose(pairs.normal_force[mixed], -7e7 * pairs.gap[mixed], rtol=1e-9, atol=1e-6)
+    np.testing.assert_array_equal(pairs.shear_force[mixed], 0.0)
+    assert not pairs.bond_state[mixed].any()
+    assert (pairs.bond_state[soil] == BONDED).mean() > 0.9
+    assert np.abs(pairs.shear_force[soil]).max() > 0.0
+
+
+def level(corners):
+    """Zones (z, 7) of level ground of 2700 kg/m3 under a surface at y = 5 m."""
+    points = bins_over(corners, 0.125).points
+    yy = -2700.0 * 9.81 * (5.0 - points[:, 1])
+    area = np.full(len(points), polygon_area(corners) / len(points))
+    return np.column_stack([points, area, 0.571 * yy, yy, 0.0 * yy, np.full(len(points), 2700.0)])
 
 
 @pytest.mark.parametrize(

@@ -56,6 +56,8 @@ def stones_table(**changes):
     """The scene's `stones` table of the paper's slope."""
     size = SimpleNamespace(mean=0.25, sigma=0.35, min=0.12, max=0.6)
     table = {"content": 0.45, "body": "clump", "size": size, "vertices": (6, 12), "flatness": (1.0, 1.8), "gap": 0.03}
+    table |= {"azimuth": None, "shapes": None, "file": None, "scale": 1.0, "origin": (0.0, 0.0), "flip_y": False}
+    table |= {"outside": "clip"}
     return SimpleNamespace(**(table | changes))
 
 

@@ -55,7 +55,7 @@ def test_packing_is_dense_and_carries_the_slopes_stress(run):
     window = run.info["windows"][0]
     assert 3000 < window["discs"] < 3600
     assert 0.15 < window["porosity"] < 0.162
-    assert window["error_yy"] < 0.12  # over circles of .25 m that may lie in a stone; 4 % before there are stones
+    assert window["error_yy"] < 0.05  # over circles of .25 m, stones by their means
     assert window["projected"] < 0.05  # share of the slope's stress that the bonded discs could not carry
 
 

@@ -103,8 +103,8 @@ def largest_error(model, state, steps=1_000_000):
 def rows(fast):
     """A million steps (fast: 20,000)."""
     steps = 20_000 if fast else 1_000_000
-    for words, make in (("", gas), ("with stones, ", stones)):
-        for speed in (0.3, 3.0):
+    for words, make, speeds in (("", gas, (0.3, 3.0)), ("with stones, ", stones, (0.3, 3.0)), ("one disc, ", single, (1.0, 3.0))):
+        for speed in speeds:
             model, state = make(speed, default_fraction())
             start = mean_energy(model, state)
             advance(model, state, 0.0, steps)

@@ -64,10 +64,10 @@ def of_scene(friction, slope=SLOPE):
     press = 2000.0 * np.pi * R**2 * G * np.cos(slope) / KN
     discs = {"wall": [{"ends": [(-along).tolist(), (3.0 * along).tolist()]}]}
     discs["soil"] = scenes.SOIL | {"friction": {"coefficient": friction}}
-    stage = {"name": "run", "kind": "discs", "time": "real", "gravity": G, "until": {"steps": 4000}}
-    with scenes.of_file([[*((R - press) * normal), R]], "x,y,radius", [stage], discs, every=2000) as run:
+    stage = {"name": "run", "kind": "discs", "time": "real", "gravity": G, "until": {"steps": 8000}}
+    with scenes.of_file([[*((R - press) * normal), R]], "x,y,radius", [stage], discs, every=4000) as run:
         way = [np.hypot(*run.discs(frame).displacement[0]) for frame in (-2, -1)]
-        return (way[1] - 2.0 * way[0]) / (2000 * run.info["stages"][1]["time_step"]) ** 2
+        return (way[1] - 2.0 * way[0]) / (4000 * run.info["stages"][1]["time_step"]) ** 2
 
 
 def rows(fast):

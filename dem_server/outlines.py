@@ -1,0 +1,148 @@
+"""Outlines of stones from a file: GeoJSON, or CSV with the columns stone, x, y (corners in order), as traced from a photograph.
+
+    x_m = x0 + scale x,   y_m = y0 +- scale y                                    (1)
+
+origin (x0, y0): where the file's (0, 0) lies; minus with `flip_y`, for images count their rows downwards. Of GeoJSON every
+Polygon counts, of a MultiPolygon each part, and of each its exterior ring. GeoJSON: RFC 7946, in metres or pixels, not degrees.
+"""
+
+import csv
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from coupler_protocol.interface import polygon_area
+
+OVERLAP = 1e-9  # share of the smaller stone that may lie in another one: round-off of shared edges
+POLYGONS = {"Polygon", "MultiPolygon"}
+REMEDY = "a FeatureCollection of Polygons (.geojson, .json), or a table with the columns stone, x, y (.csv)"
+
+
+class Outline(NamedTuple):
+    """A traced stone: what the file calls it, and its corners (V, 2) [m], counter-clockwise."""
+
+    name: str
+    corners: np.ndarray
+
+
+class OutlineError(ValueError):
+    """A file that cannot be used; `problems`: list of (what is wrong, what would be right)."""
+
+    def __init__(self, path, problems):
+        self.problems = [(f"{path}: {why}", remedy) for why, remedy in problems]
+        super().__init__("\n".join(f"{why} ({remedy})" for why, remedy in self.problems))
+
+
+def read_outlines(path, scale=1.0, origin=(0.0, 0.0), flip_y=False):
+    """All stones of a file as Outlines, Eq (1); raises OutlineError with everything that is wrong in it."""
+    rings, problems = _rings(Path(path))
+    shapes = {}
+    for name, ring in rings:
+        shape, problem = _simple(name, ring)
+        if problem:
+            problems.append(problem)
+        else:
+            shapes[name] = shape
+    if problems or not shapes:
+        raise OutlineError(path, problems or [("there is no stone in it", REMEDY)])
+    stretch = np.array([scale, -scale if flip_y else scale])
+    return [Outline(name, _upright(origin + shape * stretch)) for name, shape in shapes.items()]
+
+
+def overlapping(outlines):
+    """Names and shared area [m2] of every two stones that overlap."""
+    shapes = [shapely.Polygon(outline.corners) for outline in outlines]
+    first, second = shapely.STRtree(shapes).query(shapes, predicate="intersects")
+    for a, b in sorted(zip(first[first < second].tolist(), second[first < second].tolist(), strict=True)):
+        shared = shapes[a].intersection(shapes[b]).area
+        if shared > OVERLAP * min(shapes[a].area, shapes[b].area):
+            yield outlines[a].name, outlines[b].name, shared
+
+
+def _upright(corners):
+    return corners if polygon_area(corners) > 0.0 else corners[::-1].copy()
+
+
+def _simple(name, ring):
+    """Corners of a ring without repetitions, or what is wrong with it."""
+    corners = np.asarray(ring, dtype=float)
+    if not np.isfinite(corners).all():
+        return None, (f"{name} has a corner that is no number", "two finite numbers a corner")
+    corners = corners[(corners != np.roll(corners, 1, axis=0)).any(axis=1)]
+    if len(corners) < 3:
+        return None, (f"{name} has {len(corners)} corners", "a stone has three corners or more")
+    shape = shapely.Polygon(corners)
+    if not shape.is_valid:
+        where = shapely.is_valid_reason(shape).replace("[", " at (").replace("]", ")").replace("  ", " ").lower()
+        return None, (f"the outline of {name} crosses or touches itself: {where}", "draw it once round, without crossings")
+    if not shape.area > 0.0:
+        return None, (f"{name} has no area", "draw it as an outline, not as a line")
+    return corners, None
+
+
+def _rings(path):
+    """Name and ring of every stone in a file, and what is wrong in it."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        if not path.is_file():
+            return [], [("there is no such file", "paths count from where the program was started")]
+        return [], [(f"cannot be read: {error}", REMEDY)]
+    if path.suffix.lower() == ".csv":
+        return _from_table(text)
+    try:
+        data = json.loads(text)
+    except ValueError as error:
+        return [], [(f"no JSON: {error}", REMEDY)]
+    return _from_geojson(data)
+
+
+def _from_geojson(data):
+    kind = data.get("type") if isinstance(data, dict) else None
+    if kind == "FeatureCollection":
+        features = data.get("features")
+    else:
+        features = [data if kind == "Feature" else {"geometry": data}]
+    rings, problems = [], []
+    for number, feature in enumerate(features if isinstance(features, list) else [], start=1):
+        name = _name_of(feature, number)
+        geometry = feature.get("geometry") if isinstance(feature, dict) else None
+        kind = geometry.get("type") if isinstance(geometry, dict) else None
+        if kind not in POLYGONS:
+            problems.append((f"{name} is {'a ' + str(kind) if kind else 'no geometry'}", "stones are Polygons or MultiPolygons"))
+            continue
+        try:
+            parts = [geometry["coordinates"]] if kind == "Polygon" else geometry["coordinates"]
+            found = [np.array([corner[:2] for corner in part[0]], dtype=float).reshape(-1, 2) for part in parts]
+        except (KeyError, TypeError, ValueError, IndexError):
+            problems.append((f"the coordinates of {name} are not those of a {kind}", "RFC 7946, section 3.1"))
+            continue
+        rings += [(name if len(found) == 1 else f"{name}, part {k}", ring) for k, ring in enumerate(found, start=1)]
+    return rings, problems
+
+
+def _name_of(feature, number):
+    """What a message calls a feature: its number in the file, and its name or id where it has one."""
+    own = None
+    if isinstance(feature, dict):
+        properties = feature.get("properties")
+        own = properties.get("name") if isinstance(properties, dict) else None
+        own = feature.get("id") if own is None else own
+    return f"feature {number}" + (f" ({own})" if own is not None else "")
+
+
+def _from_table(text):
+    table = csv.DictReader(text.splitlines(), skipinitialspace=True)
+    missing = [column for column in ("stone", "x", "y") if column not in (table.fieldnames or ())]
+    if missing:
+        return [], [(f"column {missing[0]!r} is missing", "a head line with stone, x, y, and one corner a line")]
+    rings, problems = {}, []
+    for row in table:
+        try:
+            rings.setdefault(row["stone"], []).append((float(row["x"]), float(row["y"])))
+        except (TypeError, ValueError):
+            problems.append((f"line {table.line_num} holds no corner", "stone, x, y"))
+    return [(f"stone {name}", ring) for name, ring in rings.items()], problems
