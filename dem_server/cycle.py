@@ -133,7 +133,7 @@ def cycle(
     """Kernel of `advance_alone`: steps done, bodies that were too fast in the last, whether its contact forces are known.
 
     It ends early if the list is out of date or, without `cap`, a body is too fast. No disc has moved farther than the sum
-    of the largest speeds; only where that exceeds `leeway` [m] all are looked at.
+    of the largest speeds; only where that comes to `leeway` [m], but for rounding, all are looked at.
     """
     fast, fresh, step, moved = 0, True, 0, leeway
     while step < steps and fresh and (fast == 0 or cap):
@@ -148,7 +148,7 @@ def cycle(
             if move_walls(walls, servo, listed_at, leeway, dt):
                 moved = leeway
         moved += quickest**0.5 * dt
-        if not moved < leeway:
+        if not moved < 0.999 * leeway:
             moved = farthest(disc, listed_at)
             fresh = moved <= leeway
         if fresh:
