@@ -4,15 +4,19 @@ Zones of l = .4 m, discs of R = l/8 on a lattice of spacing s = 2 R, control dis
 lattice are a continuum of plane stiffness C11 = kn, C12 = 0, G = kn/2: K = kn/3. Discs weigh what zones weigh: rho s^2.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from coupler_protocol.interface import build_ring
+from dem_server.contacts import contact_forces
 from dem_server.effects.bond import Bond
 from dem_server.effects.spring import Spring
+from dem_server.model import build_model
 from fdm_server.hole import cut_window
 from fdm_server.windows import rim_of
-from verification.coupling.joined import Joined, glue, rotation, zones
-from verification.discrete.discs import with_held
+from verification.coupling.joined import Joined, glue, keep_gaps, rotation, zones
+from verification.discrete.discs import soil_discs
 
 SIDE, R, KN, DENSITY = 0.4, 0.05, 1e8, 2000.0
 
@@ -29,13 +33,19 @@ def block(turned=0.5, around=2, across=3, held=None, mapping="work-consistent", 
     nodes = rim_of(grid, mask)
     model, state, _ = cut_window(model, state, mask)
     ring = build_ring(grid.xy[nodes], R)
-    if shift:
-        vector = (np.roll(grid.xy[nodes], -1, axis=0) - grid.xy[nodes])[ring.seg0] / SIDE
-        ring.xy[ring.node < 0] += shift * np.column_stack([vector[:, 1], -vector[:, 0]])[ring.node < 0]
     inside = around * SIDE + 2.0 * R * np.arange(1, round(across * SIDE / (2.0 * R)))
     xy = np.stack(np.meshgrid(inside, inside), axis=-1).reshape(-1, 2) @ rotation(turned).T
     laws = {"spring": Spring(normal=kn, shear=kn), "friction": None, "damping": None, "stiffness": "contact"}
     laws |= {"density": DENSITY * 4.0 / np.pi, "bond": Bond(tension=1e30, shear=1e30)}
-    disc_model, discs = with_held(ring.xy, ring.radius, xy, np.full(len(xy), R), **laws)
-    glue(discs, 1e-9 + shift)
+    packing = SimpleNamespace(xy=xy, radius=np.full(len(xy), R))
+    disc_model, discs = build_model(ring.xy, ring.radius, packing, soil_discs(**laws))
+    contact_forces(disc_model, discs)
+    glue(discs)
+    if shift:
+        between = np.flatnonzero(ring.node < 0)
+        along = (np.roll(grid.xy[nodes], -1, axis=0) - grid.xy[nodes])[ring.seg0[between]] / SIDE
+        discs.x[between] += shift * np.column_stack([along[:, 1], -along[:, 0]])
+        discs.origin[:] = discs.x
+        keep_gaps(discs)
+    contact_forces(disc_model, discs)
     return Joined((model, state), (disc_model, discs), nodes, ring, mapping)

@@ -58,23 +58,29 @@ class Joined:
         self.kick = 0.5 * dt if from_rest else None
 
     def step(self, gravity=0.0):
-        """One step; returns kinetic and stored energy [J] of the moment it began with, exact for leap-frog."""
+        """One step."""
         grid, discs = self.grid, self.discs
         self.hang(gravity)
-        whole = self.stored()
-        old, old_discs = grid.velocity.copy(), discs.disc[:, 2:5].copy()
         update_velocities(self.grid_model, grid, gravity, self.kick)
         self.kick = None
         move_free(self.disc_model, discs, gravity)
-        free = slice(self.disc_model.ring, None)
-        mass = (self.grid_model.weight_mass + grid.added_mass)[:, None]
-        kinetic = 0.5 * float(np.sum(mass * old * grid.velocity))
-        inertia = discs.disc[free][:, [6, 6, 7]]
-        kinetic += 0.5 * float(np.sum(inertia * old_discs[free] * discs.disc[free, 2:5]))
         self.rim.move(discs, grid.velocity[self.nodes])
         contact_forces(self.disc_model, discs)
         advance(self.grid_model, grid)
-        return kinetic, whole
+
+    def step_with_energy(self):
+        """One step; returns the energy [J] at its beginning: v- . M v+ / 2, v half a step before and after, and what is stored."""
+        stored, before = self.stored(), self.motion()
+        self.step()
+        mass = np.concatenate([np.repeat(self.grid_model.weight_mass + self.grid.added_mass, 2), self._inertia().ravel()])
+        return stored + 0.5 * float(np.sum(mass * before * self.motion()))
+
+    def motion(self):
+        """Velocities and spins of all that moves freely, flat."""
+        return np.concatenate([self.grid.velocity.ravel(), self.discs.disc[self.disc_model.ring :, 2:5].ravel()])
+
+    def _inertia(self):
+        return self.discs.disc[self.disc_model.ring :][:, [6, 6, 7]]
 
     def hang(self, gravity=0.0):
         """The discs' forces (K,2) [N] on the rim; they are applied there."""
@@ -111,8 +117,18 @@ def rotation(angle):
 
 
 def glue(state, near=1e-9):
-    """Bond all pairs closer than `near` [m]."""
+    """Bond all pairs closer than `near` [m], without force where there are reference gaps."""
+    state.bond_state[gaps(state) < near] = BONDED
+    if state.reference_gap is not None:
+        keep_gaps(state)
+
+
+def keep_gaps(state):
+    """Bonds carry no normal force at the gaps they have."""
+    state.reference_gap[:] = np.where(state.bond_state == BONDED, gaps(state), 0.0)
+
+
+def gaps(state):
+    """Gaps (m,) [m] of all listed pairs."""
     a, b = state.first.astype(int), state.second.astype(int)
-    gap = np.hypot(*(state.x[b] - state.x[a]).T) - state.radius[a] - state.radius[b]
-    state.bond_state[gap < near] = BONDED
-    return int((gap < near).sum())
+    return np.hypot(*(state.x[b] - state.x[a]).T) - state.radius[a] - state.radius[b]
