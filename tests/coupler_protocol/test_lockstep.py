@@ -26,7 +26,7 @@ from coupler_protocol.messages import (
 )  # fmt: skip
 from tests.peer import SESSION, Beside, Lossy, Peer, clocks, discrete_side, hub_side
 
-GONE = {"gravity": 9.81, "step": 3, "stage": 1}
+GONE = {"gravity": 9.81, "step": 3, "time": 3.0, "stage": 1}
 
 
 def test_an_answer_of_the_same_turn_is_heard():
