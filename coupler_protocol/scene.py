@@ -21,6 +21,7 @@ from coupler_protocol.stage_tables import Stage
 from coupler_protocol.stone_tables import Stones
 
 FORMAT = 1
+DAMPING = "damping of the grid in this stage (none: the scene's); in real time its local part is that of the discs too"
 
 
 @cache
@@ -148,7 +149,7 @@ def scene_class():
         stiffness=(Literal["disc", "contact"], quantity("disc", meaning="springs belong to discs (in series) or to contacts")),
         time_step=(
             float,
-            quantity(0.1, meaning="time = real: share of the discs' stable step that is taken at most, unless the stage says", gt=0, le=1),
+            quantity(0.1, meaning="time = real: share of the discs' stable step, unless the stage says", gt=0, le=1),
         ),
         file=(str | None, quantity(None, meaning="without a grid: CSV file of the discs (x, y, radius, vx, vy, spin)")),
         wall=(list[Wall], Field(default_factory=list, description="without a grid: segments that hold the discs")),
@@ -162,7 +163,7 @@ def scene_class():
         "Stage",
         __base__=Stage,
         __doc__=Stage.__doc__,
-        damping=(damping, Field(default=None, description="damping of the grid in this stage (none: the scene's), in real time its local part that of discs too")),
+        damping=(damping, Field(default=None, description=DAMPING)),
     )
     return create_model(
         "Scene",

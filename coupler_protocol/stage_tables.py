@@ -81,7 +81,9 @@ class Stage(Table):
     boundary: list[Boundary] = Field(default_factory=list, description="what holds, moves or loads sides from this stage on")
     large_strain: Literal[True] | None = quantity(None, meaning="zones follow their gridpoints from this stage on")
     time: Literal["static", "real"] = quantity("static", meaning="scaled masses on the way to rest, or real masses and seconds")
-    step_factor: float | None = quantity(None, meaning="time = real: share of the stable step that is taken (grid 0.5, discs their time_step; coupled: the shorter)", gt=0, le=1)
+    step_factor: float | None = quantity(
+        None, meaning="time = real: share of the stable step (grid 0.5, discs their time_step; coupled: the shorter)", gt=0, le=1
+    )
     discard: bool = quantity(False, meaning="forget the outcome: the next stage starts where this one did")
 
     @model_validator(mode="before")

@@ -52,7 +52,7 @@ def alone(velocity, dt, steps):
 
 
 def run(steps):
-    """Largest difference to the monolithic chain over its amplitude, energies (steps,) [J], momentum lost over that of its parts."""
+    """Largest difference to the monolithic chain over its amplitude, energies (steps,) [J], momentum lost over its parts."""
     joined, velocity, place = coupled()
     expected, energy, worst = alone(velocity, joined.grid.dt, steps), [], 0.0
     low = np.flatnonzero(joined.grid_model.grid.xy[:, 1] == 0.0)
