@@ -2,11 +2,18 @@
 
 from math import isfinite
 
+import numpy as np
+
 from coupler_protocol import messages
 from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.wire import WireError, content_of
 from dem_server.contacts import contact_forces
-from dem_server.motion import move_free
+from dem_server.motion import SPEED_CAP, move_free
+
+TOO_FAST = (
+    "move by more than a tenth of the smallest radius a step after step {}: give the stage a smaller step_factor, or less "
+    "violent loads"
+)
 
 
 def lockstep(side):
@@ -40,6 +47,7 @@ def lockstep(side):
         if not agreed:
             move_discs(side, gravity)
         rim.move(state, side.velocity)
+        refuse_fast_rim(side)
         contact_forces(side.model, state)
         side.check_step()
 
@@ -56,10 +64,14 @@ def move_discs(side, gravity):
     """Move the free discs; in real time nothing is slowed down, so a disc that is too fast ends the run."""
     fast = move_free(side.model, side.state, gravity)
     if fast and side.model.real_time is not None:
-        raise PhysicsFailed(
-            f"{fast} discs or stones move by more than a tenth of the smallest radius a step after step {side.steps}: "
-            f"give the stage a smaller step_factor, or less violent loads"
-        )
+        raise PhysicsFailed(f"{fast} discs or stones {TOO_FAST.format(side.steps)}")
+
+
+def refuse_fast_rim(side):
+    """Raise PhysicsFailed where the grid moves control discs so fast that others could pass through them."""
+    model, state = side.model, side.state
+    if model.real_time is not None and np.abs(state.v[: model.ring]).max() * state.dt > SPEED_CAP * model.smallest_radius:
+        raise PhysicsFailed(f"control discs {TOO_FAST.format(side.steps)}")
 
 
 def say_forces(side, order):

@@ -205,8 +205,8 @@ class DiscreteSide:
         """Raise PhysicsFailed where new contacts have made the agreed step too long for the discs."""
         if self.state.next_dt < self.step:
             raise PhysicsFailed(
-                f"the step of {self.step:.4g} s agreed for stage {self._name_of(self.stage)!r} is too long for the discs after step "
-                f"{self.steps}, whose contacts now ask for {self.state.next_dt:.4g} s: give the stage a smaller step_factor"
+                f"the step of {self.step:.4g} s agreed for stage {self._name_of(self.stage)!r} is too long after step "
+                f"{self.steps}: the discs' contacts now ask for {self.state.next_dt:.4g} s; give the stage a smaller step_factor"
             )
 
     def look(self, order):

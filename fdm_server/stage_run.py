@@ -146,6 +146,7 @@ class StageRun:
             "gravity": self.leg.gravity,
             "gravity_factor": self.factor,
             "seconds_simulated": self.time if self.stage.time == "real" else None,
+            "time_step": self.side.state.dt if self.stage.time == "real" else None,
             "ratio_continuum": self.ratio,
             "ratio_discrete": [rim.answer.ratio for rim in self.rims],
             "bonds_broken": [int(rim.answer.broken) for rim in self.rims],
