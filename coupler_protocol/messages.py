@@ -11,13 +11,16 @@
 A run that goes on from the end of a stage says so in HELLO (key `resume`). Where the discs existed then, PACKED and FIELD are
 left out; where both sides were coupled, GO follows READY at once.
 
+The first FORCE of a stage in real time says how long a step the discs can take, the VELOCITY that answers it how long the
+steps of the stage are.
+
 Where a stage may end by the state of the band, GO says how long bins are (key `bin`), and the FORCE that answers a VELOCITY with
 the flag STRAIN carries the window's strain in such bins as well (coupler_protocol.strain_bins.as_rows).
 """
 
 from typing import NamedTuple
 
-PROTOCOL_VERSION = 2
+PROTOCOL_VERSION = 3
 
 HELLO, WELCOME, REJECT, PACKED, FIELD, READY, GO, FORCE, VELOCITY, STOP, FAREWELL, FAILURE = range(1, 13)
 
@@ -36,7 +39,7 @@ CONTENT = {
     PACKED: {},
     FIELD: {"field": bytes, "gravity": float, "insitu": bool},
     READY: {"inner_mass": bytes, "report": dict},
-    GO: {"gravity": float, "step": int, "stage": int},
+    GO: {"gravity": float, "step": int, "time": float, "stage": int},
     STOP: {"reason": str},
     FAREWELL: {"report": dict, "stages": [{"name": str, "computing": float, "waiting": float, "recording": float}]},
     FAILURE: {"reason": str},
@@ -54,7 +57,7 @@ class Order(NamedTuple):
     step: float  # steps since the run began, this one included
     gravity: float  # [m/s2] for the NEXT step (the discrete side moves its free discs before it hears again)
     gravity_factor: float  # of this step
-    dt: float  # [s], 1 in static mode
+    dt: float  # [s], 1 in static mode; the same for all steps of a stage
     interval: float  # steps to the next exchange
     flags: float  # RECORD | END_OF_STAGE | CHECKPOINT | STRAIN
 
@@ -63,7 +66,7 @@ class Answer(NamedTuple):
     """Scalars of FORCE: how the discs fare."""
 
     ratio: float  # unbalanced force ratio of the free discs (that of the last look)
-    dt_limit: float  # largest stable step in units of dt
+    dt_limit: float  # [s] longest step that the discs took into the stage, decided before its first one; 1 in static mode
     kinetic: float  # [J] (in scaled masses in static mode)
     stored: float  # [J] in contact springs
     power: float  # [W] sum of P.v over the rim, as the discs see it

@@ -22,6 +22,7 @@ from coupler_protocol.stage_tables import Stage
 from coupler_protocol.stone_tables import Stones
 
 FORMAT = 1
+DAMPING = "damping of the grid in this stage (none: the scene's); in real time its local part is that of the discs too"
 
 
 @cache
@@ -143,7 +144,7 @@ def scene_class():
         "Stage",
         __base__=Stage,
         __doc__=Stage.__doc__,
-        damping=(damping, Field(default=None, description="damping of the grid in this stage; none: the scene's")),
+        damping=(damping, Field(default=None, description=DAMPING)),
     )
     return create_model(
         "Scene",

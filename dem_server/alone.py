@@ -6,7 +6,6 @@ hold, the rest is free. Or the discs are read from a file.
 
 import logging
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,9 +17,8 @@ from coupler_protocol.plugin import Moment
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
-from dem_server import balance, bonding, cycle, energy, filling, insitu, overlaps, record, wall_tables
+from dem_server import balance, bonding, clock, cycle, energy, filling, insitu, overlaps, record, wall_tables
 from dem_server.contacts import contact_forces
-from dem_server.effects.damping import DampingTable
 from dem_server.model import Model, State
 
 log = logging.getLogger(__name__)
@@ -122,13 +120,8 @@ class DiscsAlone:
 
     def _in_time_of(self, stage):
         """The model in the stage's mode, with the stage's damping."""
-        damping = stage.damping or self.scene.discs.damping
-        table = DampingTable(float(damping.local)) if damping is not None and damping.local > 0.0 else None
-        self.model = replace(self.model, law=self.model.law._replace(damping=table))
-        if stage.time == "real":
-            self.model = cycle.in_real_time(self.model, self.state, stage.step_factor or self.scene.discs.time_step)
-        else:
-            self.model = cycle.in_static_mode(self.model, self.state)
+        factor = (stage.step_factor or self.scene.discs.time_step) if stage.time == "real" else None
+        self.model = clock.begin(self.model, self.state, stage.damping or self.scene.discs.damping, factor)
         return self.model
 
     def _chunk(self, stage, leg, done, every, passed):

@@ -7,7 +7,8 @@ additional mass (dt = 1)
 
 over the contacts c of the ring (k_c: the larger of both stiffnesses), where N_I is the share of a control
 disc's translation that node I gives, L_I that of its spin, r its radius, and 2 stands for translation and
-rotation of the disc on the other end.
+rotation of the disc on the other end. In real time no mass is added: the same sums times dt^2 bound the step
+(fdm_server/agreement.py), and the nodes carry the mass of the control discs' inner shares.
 """
 
 from typing import NamedTuple
@@ -21,22 +22,22 @@ from dem_server.boundary import ring_contacts
 
 
 @jit
-def _move_ring(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper):
-    """One step (dt = 1) of the control discs and of the nodes that carry them."""
+def _move_ring(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper, dt):
+    """One step of the control discs and of the nodes that carry them."""
     velocities_to_discs(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper)
     for p in range(x.shape[0]):
-        x[p, 0] += v[p, 0]
-        x[p, 1] += v[p, 1]
+        x[p, 0] += v[p, 0] * dt
+        x[p, 1] += v[p, 1] * dt
     for i in range(nodes.shape[0]):
-        nodes[i, 0] += velocity[i, 0]
-        nodes[i, 1] += velocity[i, 1]
+        nodes[i, 0] += velocity[i, 0] * dt
+        nodes[i, 1] += velocity[i, 1] * dt
 
 
 class RimState(NamedTuple):
     """What changes on a rim of K nodes."""
 
     nodes: np.ndarray  # (K,2) [m] present positions
-    sums: np.ndarray  # (K,) [kg] additional masses by the mass rule
+    sums: np.ndarray  # (K,) [N/m] of the mass rule: additional masses [kg] at dt = 1
     builds: int  # lists built when the sums were
 
 
@@ -60,9 +61,9 @@ class Rim:
         return len(self.ring.radius)
 
     def move(self, state, velocity):
-        """Move the control discs with the nodes' velocities (K,2) [m/step]."""
+        """Move the control discs with the nodes' velocities (K,2) [m/step or m/s] over the step State.dt."""
         R = self.discs
-        _move_ring(self.nodes, velocity, *self._where, state.x[:R], state.v[:R], state.spin[:R], self.paper)
+        _move_ring(self.nodes, velocity, *self._where, state.x[:R], state.v[:R], state.spin[:R], self.paper, state.dt)
 
     def nodal_forces(self, state):
         """Contact forces on the ring, carried to the nodes (K,2) [N]; the array is used again."""
@@ -77,19 +78,19 @@ class Rim:
         return float(np.sum(state.force[:R] * state.v[:R]) + np.dot(state.moment[:R], state.spin[:R]))
 
     def inner_mass(self, state):
-        """Mass (K,) [kg/m] of the control discs' inner shares, at the nodes: their weight is the grid's to carry."""
+        """Mass (K,) [kg/m] of the control discs' inner shares, at the nodes: weight, in real time inertia, of the grid."""
         share, index = node_shares(self.ring)
         return _gathered(share * state.weight[: self.discs, None], index, len(self.nodes))
 
     def stiffness_sums(self, model, state):
-        """Additional mass (K,) of the nodes by the mass rule above; computed anew when the contact list has changed."""
+        """Sums (K,) [N/m] of the mass rule above; computed anew when the contact list has changed."""
         if state.builds != self._builds:
             self._builds = state.builds
             self._sums = self._mass_rule(*ring_contacts(model, state))
         return self._sums
 
     def contacts_changed(self):
-        """Forget the sums: bonds were added."""
+        """Forget the sums: bonds were added, or the step is another one."""
         self._builds = -1
 
     def _mass_rule(self, disc, stiffness):

@@ -2,30 +2,40 @@
 
 from math import isfinite
 
+import numpy as np
+
 from coupler_protocol import messages
 from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.wire import WireError, content_of
 from dem_server.contacts import contact_forces
-from dem_server.motion import move_free
+from dem_server.motion import SPEED_CAP, move_free
+
+TOO_FAST = (
+    "move by more than a tenth of the smallest radius a step after step {}: give the stage a smaller step_factor, or less "
+    "violent loads"
+)
 
 
 def lockstep(side):
     """Exchange forces and velocities with the continuum, step by step, until it says stop; returns its reason.
 
     The forces go out as soon as the contacts are known. Looks, records and the motion of the free discs come after that, while
-    the continuum computes the rim's velocities.
+    the continuum computes the rim's velocities. After the last step of a stage looks and records come first, for the forces say
+    how long a step of the next stage may be; in its first step the free discs wait to hear how long it is.
     """
-    model, state, rim, talk = side.model, side.state, side.rim, side.conversation
+    state, rim, talk = side.state, side.rim, side.conversation
     order = None
     while True:
+        last = order is not None and bool(int(order.flags) & messages.END_OF_STAGE)
+        if last:
+            finish_step(side, order)
         say_forces(side, order)
-        if order is not None:
-            side.look(order)
-            side.watch.to("computing")
-            side.record(order)
-            side.watch.to("recording")
+        if order is not None and not last:
+            finish_step(side, order)
         side.answer = side.looked
-        move_free(model, state, side.gravity)
+        gravity, agreed = side.gravity, side.step is not None
+        if agreed:
+            move_discs(side, gravity)
         side.watch.to("computing")
         kind, frame = talk.hear((messages.VELOCITY, messages.STOP), in_step=True)
         side.watch.to("waiting")
@@ -33,8 +43,35 @@ def lockstep(side):
             talk.sequence += 1
             return content_of(frame)["reason"]
         order = take_velocities(side, frame)
+        side.take_step(order.dt)
+        if not agreed:
+            move_discs(side, gravity)
         rim.move(state, side.velocity)
-        contact_forces(model, state)
+        refuse_fast_rim(side)
+        contact_forces(side.model, state)
+        side.check_step()
+
+
+def finish_step(side, order):
+    """Look at the step that is done and write what the continuum ordered."""
+    side.look(order)
+    side.watch.to("computing")
+    side.record(order)
+    side.watch.to("recording")
+
+
+def move_discs(side, gravity):
+    """Move the free discs; in real time nothing is slowed down, so a disc that is too fast ends the run."""
+    fast = move_free(side.model, side.state, gravity)
+    if fast and side.model.real_time is not None:
+        raise PhysicsFailed(f"{fast} discs or stones {TOO_FAST.format(side.steps)}")
+
+
+def refuse_fast_rim(side):
+    """Raise PhysicsFailed where the grid moves control discs so fast that others could pass through them."""
+    model, state = side.model, side.state
+    if model.real_time is not None and np.abs(state.v[: model.ring]).max() * state.dt > SPEED_CAP * model.smallest_radius:
+        raise PhysicsFailed(f"control discs {TOO_FAST.format(side.steps)}")
 
 
 def say_forces(side, order):

@@ -2,6 +2,7 @@
 
 import logging
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from coupler_protocol.runfile import peak_memory
 from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
 from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
-from dem_server import balance, energy, imported, packing, record, restart, run, stones
+from dem_server import balance, clock, energy, imported, packing, record, restart, run, stones
 from dem_server.contacts import contact_forces
 from dem_server.escape import RingGuard
 from dem_server.mapped import stones_of
@@ -38,7 +39,8 @@ class DiscreteSide:
         self.out, self.progress, self.origin = Path(out), progress, origin
         self.watch = Stopwatch()
         self.answer = self.looked = messages.Answer(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # with the next FORCE, and after it
-        self.steps = 0
+        self.steps, self.time = 0, 0.0  # time [s]; static steps count as 1
+        self.step = 1.0  # [s] agreed with the continuum, 1 in static mode; None: not yet, in a stage in real time
         self.stage = None
         self.recorder = None
         self.report, self.openings = {}, []
@@ -136,11 +138,11 @@ class DiscreteSide:
         self.conversation.sequence += 1
         self.watch.to("waiting")
         go = content_of(frame)
-        self.gravity, self.steps = go["gravity"], go["step"]
+        self.gravity, self.steps, self.time = go["gravity"], go["step"], float(go["time"])
         self.guard = RingGuard(self.model, self.state)
         self._prepare_frames(go.get("bin"))
         name, factor = self._begin_with()
-        self.recorder.frame(FrameInfo(self.steps, float(self.steps), name, factor), **record.frame(self.model, self.state))
+        self.recorder.frame(FrameInfo(self.steps, self.time, name, factor), **record.frame(self.model, self.state))
         if not self.saved:
             if self.plugin is not None:
                 self.plugin.stage(self._moment(name))
@@ -172,6 +174,9 @@ class DiscreteSide:
     def _begin_stage(self, index):
         self.stage = index
         self.watch.begin(self._name_of(index))
+        self.model = clock.begin_coupled(self.model, self.state, self.scene.discs, self.scene.stage[index])
+        self.step = 1.0 if self.model.real_time is None else None
+        self.answer, self.looked = (a._replace(dt_limit=self.state.next_dt) for a in (self.answer, self.looked))
 
     def _name_of(self, index):
         if not 0 <= index < len(self.scene.stage):
@@ -185,9 +190,29 @@ class DiscreteSide:
 
     # -- called by the loop ------------------------------------------------------------------------------------------
 
+    def take_step(self, dt):
+        """The step `dt` [s] of VELOCITY: in the first step of a stage in real time it is the stage's, afterwards it stays."""
+        if self.step is None:
+            if not 0.0 < dt <= self.state.next_dt:
+                raise PeerLost(f"the continuum takes steps of {dt:g} s, the discs can take {self.state.next_dt:g} s")
+            self.step = self.state.next_dt = dt
+            self.model = replace(self.model, real_time=1.0)  # from here on the whole stable step is the limit
+            self.rim.contacts_changed()
+        elif dt != self.step:
+            raise PeerLost(f"the continuum takes a step of {dt:g} s, {self.step:g} s were agreed for the stage")
+
+    def check_step(self):
+        """Raise PhysicsFailed where new contacts have made the agreed step too long for the discs."""
+        if self.state.next_dt < self.step:
+            raise PhysicsFailed(
+                f"the step of {self.step:.4g} s agreed for stage {self._name_of(self.stage)!r} is too long after step "
+                f"{self.steps}: the discs' contacts now ask for {self.state.next_dt:.4g} s; give the stage a smaller step_factor"
+            )
+
     def look(self, order):
         """Count the step; every few steps see how the discs fare."""
         self.steps = int(order.step)
+        self.time += order.dt
         self.watch.stages[-1].steps += 1
         if self.steps % self.scene.record.history == 0:
             self.looked = self._answer(order.gravity)
@@ -204,7 +229,7 @@ class DiscreteSide:
         broken = self.state.broken_tension + self.state.broken_shear
         return messages.Answer(
             ratio=ratio,
-            dt_limit=1.0,
+            dt_limit=self.looked.dt_limit,
             kinetic=energy.kinetic(self.model, self.state),
             stored=energy.stored(self.model, self.state),
             power=self.rim.power(self.state),
@@ -221,11 +246,12 @@ class DiscreteSide:
                 bonds_broken=int(self.looked.broken),
                 kinetic_energy=self.looked.kinetic,
                 velocity_caps=int(self.looked.warnings),
+                **({} if self.model.real_time is None else {"time": self.time}),
             )
         flags = int(order.flags)
         name = self._name_of(int(order.stage))
         if flags & messages.RECORD:
-            info = FrameInfo(self.steps, float(self.steps), name, order.gravity_factor)
+            info = FrameInfo(self.steps, self.time, name, order.gravity_factor)
             self.recorder.frame(info, **record.frame(self.model, self.state))
         if self.plugin is not None:
             self.plugin.step(self._moment(name))

@@ -62,7 +62,7 @@ def set_pair_masses(model, state):
 
 
 def contact_stiffnesses(model, state, pairs):
-    """Larger of kn + 2 cn and ks + 2 cs of listed pairs (m,) [N/m] (static mode, dt = 1)."""
+    """Larger of kn + 2 cn / dt and ks + 2 cs / dt of listed pairs (m,) [N/m], dt the next step."""
     law, kind, slot = model.law, pairs.kind, pairs.slot
     normal, shear = law.spring.normal[kind], law.spring.shear[kind]
     if law.parallel_bond is not None:
@@ -71,7 +71,7 @@ def contact_stiffnesses(model, state, pairs):
         width = 2.0 * bonded * law.parallel_bond.radius[kind] * smaller
         normal, shear = normal + width * law.parallel_bond.normal[kind], shear + width * law.parallel_bond.shear[kind]
     if law.dashpot is not None:
-        root = 2.0 * state.root_mass[slot]
+        root = 2.0 / state.next_dt * state.root_mass[slot]
         normal, shear = normal + root * law.dashpot.normal[kind], shear + root * law.dashpot.shear[kind]
     return np.maximum(normal, shear)
 

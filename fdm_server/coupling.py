@@ -5,7 +5,8 @@ While a window is handed over, the rim carries
     applied = (1 - s) R + s (P - g m_inner)                    s from 0 to 1 over the steps of the handover
 
 with R the reaction of the removed zones (stress and weight), P the nodal forces of the discs and m_inner the mass of the control
-discs' inner shares, whose weight belongs to the nodes.
+discs' inner shares, whose weight belongs to the nodes. In static mode the nodes get the additional mass of the mass rule
+(dem_server/rim.py), in real time m_inner: without it a wave that should pass is reflected in part.
 """
 
 import logging
@@ -26,8 +27,8 @@ log = logging.getLogger(__name__)
 
 
 @jit
-def _carry(nodes, values, share, gravity, inner_mass, reaction, reaction_mass, force, applied, added_mass):
-    """The equation above for the K gridpoints of a rim; `values` of FORCE: P, then the masses of the contact springs."""
+def _carry(nodes, values, added, share, gravity, inner_mass, reaction, reaction_mass, force, applied, added_mass):
+    """The equation above for the K gridpoints of a rim; `values` of FORCE begin with P; added (K,): mass each is to get [kg]."""
     K = nodes.shape[0]
     for i in range(K):
         n = nodes[i]
@@ -36,7 +37,7 @@ def _carry(nodes, values, share, gravity, inner_mass, reaction, reaction_mass, f
         force[i, 1] = values[2 * i + 1]
         applied[n, 0] = share * force[i, 0] + (1.0 - share) * reaction[i, 0]
         applied[n, 1] = share * force[i, 1] + (1.0 - share) * reaction[i, 1] - gravity * mass
-        added_mass[n] = values[2 * K + i]
+        added_mass[n] = added[i]
 
 
 class Rim:
@@ -52,6 +53,7 @@ class Rim:
         self.reaction = np.zeros((K, 2))  # R without weight [N]
         self.reaction_mass = np.zeros(K)  # [kg]
         self.inner_mass = np.zeros(K)  # [kg]
+        self.sums = np.zeros(K)  # [N/m] of the mass rule
         self.answer = messages.Answer(*[0.0] * len(messages.Answer._fields))
         self.report = {}
         self.strain_asked = False  # whether the next FORCE carries the window's strain
@@ -82,11 +84,11 @@ class Rim:
         self.inner_mass = unpack_array(content["inner_mass"], rows=len(self.nodes))
         self.report = content["report"]
 
-    def say_go(self, gravity, step, stage, bin_length=None):
-        """GO: the discs' first step comes next. bin_length [m]: of bins in which a stage will want their strain."""
+    def say_go(self, gravity, step, time, stage, bin_length=None):
+        """GO: the discs' first step comes next. time [s]; bin_length [m]: of bins in which a stage will want their strain."""
         self.prepare(bin_length)
         wanted = {} if bin_length is None else {"bin": bin_length}
-        self._answer(messages.GO, {"gravity": gravity, "step": step, "stage": stage} | wanted)
+        self._answer(messages.GO, {"gravity": gravity, "step": step, "time": time, "stage": stage} | wanted)
 
     def _hear_control(self, kind):
         return content_of(self.conversation.hear((kind,))[1])
@@ -106,8 +108,11 @@ class Rim:
         except WireError as error:
             raise PeerLost(f"the discs of {self.window.name!r} sent what cannot be used: {error}") from None
         self.answer = messages.Answer(*expected.scalars.tolist())
+        K = len(self.nodes)
+        self.sums = expected.values[2 * K : 3 * K]
+        added = self.sums if state.dt is None else self.inner_mass
         _carry(
-            self.nodes, expected.values, share, gravity, self.inner_mass, self.reaction, self.reaction_mass,
+            self.nodes, expected.values, added, share, gravity, self.inner_mass, self.reaction, self.reaction_mass,
             self.force, state.applied, state.added_mass,
         )  # fmt: skip
 

@@ -23,16 +23,11 @@ def laws_fit_together(scene):
 
 
 def time_fits_the_stages(scene):
-    """Seconds and Rayleigh damping belong to real time, real time to stages of the grid alone."""
-    coupled = False
+    """Seconds and Rayleigh damping belong to real time."""
     for i, stage in enumerate(scene.stage):
         at = ("stage", i)
-        coupled = coupled or stage.kind == "couple"
         real = stage.time == "real"
         damping = scene.damping if stage.damping is None else stage.damping
-        if real and coupled:
-            why = "real time is not built yet for coupled stages"
-            yield (*at, "time"), why, 'use time = "static", or put the stage before couple'
         if stage.kind == "fill":
             if real or stage.damping is not None:
                 yield at, "fill computes no steps of the grid", "remove time and damping here"

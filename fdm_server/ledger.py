@@ -111,8 +111,10 @@ class Ledger:
         self.old[:] = state.velocity
         self.stress[:] = state.stress
 
-    def book_motion(self, model, state, gravity):
-        """After velocities have changed."""
+    def book_motion(self, model, state, gravity, kick=None):
+        """After velocities have changed. kick [s]: where forces acted for less than a step, velocities count back a whole one."""
+        if kick is not None:
+            self.old[:] = state.velocity - (state.velocity - self.old) * (state.dt / kick)
         self.kinetic = point_work(
             state.force, state.applied, model.weight_mass, masses(model, state), state.added_mass, model.fixed,
             float(gravity), seconds(state), self.old, state.velocity, self.half_old, self.half_new,

@@ -57,17 +57,18 @@ def velocity_kernel(
             velocity[n, 1] = 0.0 if fixed[n, 1] else velocity[n, 1] + fy * inverse
 
 
-def update_velocities(model, state, gravity):
-    """Accelerate the gridpoints over one step; gravity [m/s2] acts downwards."""
+def update_velocities(model, state, gravity, kick=None):
+    """Accelerate the gridpoints over one step; gravity [m/s2] acts downwards. kick [s]: where forces act for less than a step."""
     law, mass, gravity = model.law, masses(model, state), float(gravity)
     half_combined = None if law.combined is None else 0.5 * law.combined
     mass_part = None if law.rayleigh is None else law.rayleigh.mass
-    half_drag = None if mass_part is None else 0.5 * mass_part * state.dt
+    dt = state.dt if kick is None else kick
+    half_drag = None if mass_part is None else 0.5 * mass_part * dt
 
     def accelerate(first, last):
         velocity_kernel(
             first, last, state.force, state.applied, mass, state.added_mass, model.weight_mass, model.fixed, gravity,
-            law.damping, half_combined, state.previous_force, half_drag, state.dt, state.velocity,
+            law.damping, half_combined, state.previous_force, half_drag, dt, state.velocity,
         )  # fmt: skip
 
     team.each(accelerate, model.partition.points)

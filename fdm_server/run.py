@@ -12,17 +12,18 @@ def run_stage(side, stage):
 
     Between the discs' forces and the answer to them stands only what the answer needs; everything else can wait.
     """
-    model, state, rims, ledger, watch = side.model, side.state, stage.rims, stage.ledger, side.watch
+    state, rims, ledger, watch = side.state, stage.rims, stage.ledger, side.watch
     while not stage.ended:
         for rim in rims:
             rim.hear_forces(state, stage.gravity, stage.share)
         watch.to("waiting")
+        model = stage.agree_on_step()
         if ledger:
             ledger.keep(state)
-        update_velocities(model, state, stage.gravity)
+        update_velocities(model, state, stage.gravity, stage.kick)
         stage.drive(state)
         if ledger:
-            ledger.book_motion(model, state, stage.gravity)
+            ledger.book_motion(model, state, stage.gravity, stage.kick)
         order = stage.order()
         for rim in rims:
             rim.say_velocities(state, order)

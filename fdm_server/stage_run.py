@@ -3,7 +3,7 @@
 from coupler_protocol import messages
 from coupler_protocol.ending import Ending
 from coupler_protocol.schedule import beginning, leg_of
-from fdm_server import clock
+from fdm_server import agreement, clock
 from fdm_server.band import BandWatch
 from fdm_server.conditions import NOTHING
 from fdm_server.motion import farthest, unbalanced_ratio
@@ -24,6 +24,8 @@ class StageRun:
         self.ledger = None  # a fdm_server.ledger.Ledger, where the scene asks for it
         self.energy = None  # a fdm_server.blowup.EnergyWatch
         self.ended = False
+        self.kick = None  # [s] that forces act in the first step of a coupled stage in real time; None: the whole step
+        self._step = self._step_before = 0.0  # [s] agreed with the discs; of the real-time stage before
         self.ratio = ([1.0] + [row["ratio_continuum"] for row in side.earlier + side.results])[-1]
         self.ended_by = ""
         self._last_step = False
@@ -90,7 +92,24 @@ class StageRun:
         side, stage = self.side, self.stage
         damping = side.scene.damping if stage.damping is None else stage.damping
         factor = None if stage.time == "static" else stage.step_factor or clock.STEP_FACTOR
+        self._step_before = side.state.dt or 0.0
         side.model = clock.begin(side.model, side.state, damping, factor)
+
+    def agree_on_step(self):
+        """Agree with the discs on the step of a stage in real time, later see that it still is short enough; returns the model.
+
+        Leap-frog: the first forces act for the mean of the steps before and after them, from rest for half a step.
+        """
+        side, state = self.side, self.side.state
+        if not self.rims or state.dt is None:
+            return side.model
+        if self.done == 0:
+            side.model = agreement.agree(side.model, state, self.rims)
+            self._step, self.kick = state.dt, 0.5 * (self._step_before + state.dt)
+        else:
+            self.kick = None
+            agreement.keep(side.model, state, self.rims, self._step)
+        return side.model
 
     def set_loads(self):
         """Applied forces of the next step, where they change."""
@@ -127,6 +146,7 @@ class StageRun:
             "gravity": self.leg.gravity,
             "gravity_factor": self.factor,
             "seconds_simulated": self.time if self.stage.time == "real" else None,
+            "time_step": self.side.state.dt if self.stage.time == "real" else None,
             "ratio_continuum": self.ratio,
             "ratio_discrete": [rim.answer.ratio for rim in self.rims],
             "bonds_broken": [int(rim.answer.broken) for rim in self.rims],

@@ -90,7 +90,7 @@ class ContinuumSide:
             rim.hear_ready()
         for rim in self.rims if self.coupled else ():
             gravity = leg_of(self.scene.stage[index + 1], *self.gravity).at(0)
-            rim.say_go(gravity, self.steps, index + 1, self.bin_length)
+            rim.say_go(gravity, self.steps, self.time, index + 1, self.bin_length)
         return index + 1
 
     # -- kinds of stages ---------------------------------------------------------------------------------------------
@@ -124,7 +124,7 @@ class ContinuumSide:
         """Windows become holes, discs take over gradually."""
         self.model, self.state = open_windows(self.model, self.state, self.rims)
         for rim in self.rims:
-            rim.say_go(stage.gravity, self.steps, stage.index, self.bin_length)
+            rim.say_go(stage.gravity, self.steps, self.time, stage.index, self.bin_length)
         self.coupled = True
         stage.rims = self.rims
         self.compute(stage)

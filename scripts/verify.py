@@ -1,6 +1,6 @@
 """Compare the codes with closed forms and published values; writes docs/verification.md.
 
-    python scripts/verify.py continuum|discrete|hard [--fast] [--json FILE] [--case NAME ...] [--page FILE]
+    python scripts/verify.py continuum|discrete|coupling|hard [--fast] [--json FILE] [--case NAME ...] [--page FILE]
 
 Exit code 1 if a row fails. Only the section's own part of the page is rewritten, and nothing of it where --case picks some cases.
 --fast: coarser meshes, no studies; the page says so.

@@ -7,4 +7,4 @@ A section is a package with TITLE, HEAD (a paragraph) and CASES, a list of modul
     study(pictures) -> Markdown, optional: what stands beside the table; it may draw into the folder `pictures`
 """
 
-SECTIONS = ("continuum", "discrete", "hard")
+SECTIONS = ("continuum", "discrete", "coupling", "hard")

@@ -1,4 +1,4 @@
-"""One message of every kind with fixed content, as version 2 of the protocol writes them."""
+"""One message of every kind with fixed content, as version 3 of the protocol writes them."""
 
 import numpy as np
 
@@ -13,7 +13,8 @@ WITH_STRAIN = np.concatenate((FORCES, [1.25, 2.25, 0.0125, 1.25, 2.75, -1.0]))  
 ANSWER = messages.Answer(1e-5, 1.0, 0.25, 12.5, -3.0, 17.0, 0.0)
 ORDER = messages.Order(3.0, 4711.0, 9.81, 1.5, 1.0, 1.0, 5.0)
 SCENE = {"seed": 1, "grid": {"profile": None}, "stage": [{"to": 9.0}]}
-GO_WITH_BIN = {"gravity": 9.81, "step": 400, "stage": 2, "bin": 0.5}
+GO_CONTENT = {"gravity": 9.81, "step": 400, "time": 400.0, "stage": 2}
+GO_WITH_BIN = GO_CONTENT | {"bin": 0.5}
 TIMES = {"name": "couple", "steps": 9, "computing": 1.5, "waiting": 0.5, "recording": 0.0}
 
 # (kind, session, sequence, content): those with a content of their own are control messages.
@@ -24,7 +25,7 @@ CONTROL = (
     (messages.PACKED, SESSION, 1, {"discs": 749, "control_discs": 120, "packing_seconds": 0.5}),
     (messages.FIELD, SESSION, 1, {"field": wire.pack_array(FIELD), "gravity": 9.81, "insitu": True}),
     (messages.READY, SESSION, 2, {"inner_mass": wire.pack_array(np.full(4, 0.125)), "report": {"porosity": 0.16, "sweeps": 3}}),
-    (messages.GO, SESSION, 2, {"gravity": 9.81, "step": 400, "stage": 2}),
+    (messages.GO, SESSION, 2, GO_CONTENT),
     (messages.STOP, SESSION, 2**40, {"reason": "all stages done"}),
     (messages.FAREWELL, SESSION, 2**40 + 1, {"report": {}, "stages": [TIMES], "velocities_capped": 0}),
     (messages.FAILURE, SESSION, 7, {"reason": "a zone turned inside out — µ"}),

@@ -26,7 +26,7 @@ from coupler_protocol.messages import (
 )  # fmt: skip
 from tests.peer import SESSION, Beside, Lossy, Peer, clocks, discrete_side, hub_side
 
-GONE = {"gravity": 9.81, "step": 3, "stage": 1}
+GONE = {"gravity": 9.81, "step": 3, "time": 3.0, "stage": 1}
 
 
 def test_an_answer_of_the_same_turn_is_heard():
@@ -167,7 +167,7 @@ def test_a_peer_of_another_protocol_version_is_not_waited_for(monkeypatch):
     frame = wire.control_frame(GO, SESSION, 1, 0, GONE)
     monkeypatch.undo()
     peer.send(frame)
-    with pytest.raises(PeerLost, match="another language: protocol version 3, not 2"):
+    with pytest.raises(PeerLost, match="another language: protocol version 4, not 3"):
         talk.hear((GO,))
 
 

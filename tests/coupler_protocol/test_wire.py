@@ -20,7 +20,7 @@ BITS = st.integers(0, 2**64 - 1).map(lambda i: struct.unpack("<d", struct.pack("
 AWKWARD = st.sampled_from([0.0, -0.0, 5e-324, -5e-324, 2.2e-308, 1.7976931348623157e308, 0.1])
 
 
-def recorded(version=2):
+def recorded(version=3):
     """{name: bytes} of a stored exchange."""
     text = (RECORDED / f"version{version}.txt").read_text(encoding="ascii")
     rows = (line.rpartition(": ") for line in text.splitlines() if line[0] != "#")
@@ -46,7 +46,7 @@ def control(kind, content):
 
 
 def test_the_record_is_of_the_version_spoken_and_complete():
-    assert messages.PROTOCOL_VERSION == 2
+    assert messages.PROTOCOL_VERSION == 3
     assert set(recorded()) == {*messages.NAMES[1:], "FORCE again", "FORCE with strain", "GO with bin"}
 
 
@@ -55,9 +55,23 @@ def test_version_1_is_refused_by_its_number_and_differs_in_nothing_else():
     earlier = recorded(1)
     assert set(earlier) == {*messages.NAMES[1:], "FORCE again"}
     for name, frame in earlier.items():
-        with pytest.raises(wire.VersionError, match="protocol version 1, not 2"):
+        with pytest.raises(wire.VersionError, match="protocol version 1, not 3"):
             wire.open_header(frame)
-        assert resealed(frame, 4, "<H", 2) == recorded()[name]
+        assert resealed(frame, 4, "<H", 2) == recorded(2)[name]
+
+
+def test_version_2_is_refused_by_its_number_and_differs_in_the_time_of_go_only():
+    """What is new in bytes in version 3 is the time in GO; what else is new is what lengths of steps mean."""
+    earlier = recorded(2)
+    assert set(earlier) == set(recorded())
+    for name, frame in earlier.items():
+        with pytest.raises(wire.VersionError, match="protocol version 2, not 3"):
+            wire.open_header(frame)
+        if name in ("GO", "GO with bin"):
+            now = wire.content_of(recorded()[name])
+            assert msgpack.unpackb(frame[wire.HEADER.size :]) == {key: value for key, value in now.items() if key != "time"}
+        else:
+            assert resealed(frame, 4, "<H", 3) == recorded()[name]
 
 
 @pytest.mark.parametrize("name", sorted(recorded()))
@@ -91,7 +105,7 @@ def test_what_a_message_may_hold_besides_has_its_type():
 def test_header_stands_where_the_document_says():
     frame = recorded()["VELOCITY"]
     assert frame[:4] == b"CLVM"
-    assert struct.unpack_from("<HH", frame, 4) == (2, messages.VELOCITY)
+    assert struct.unpack_from("<HH", frame, 4) == (3, messages.VELOCITY)
     assert struct.unpack_from("<Q", frame, 8) == (exchange.SESSION,)
     assert struct.unpack_from("<II", frame, 16) == (exchange.RANK, 0)
     assert struct.unpack_from("<Q", frame, 24) == (4711,)
@@ -132,7 +146,7 @@ def test_an_array_in_a_control_message_keeps_every_bit(values):
         (lambda f: f[:-8], "announces 120 bytes and carries 112"),
         (lambda f: f + b"\0", "announces 120 bytes and carries 121"),
         (lambda f: f[:50] + bytes([f[50] ^ 1]) + f[51:], "checksum"),
-        (lambda f: resealed(f, 4, "<H", 9), "protocol version 9, not 2"),
+        (lambda f: resealed(f, 4, "<H", 9), "protocol version 9, not 3"),
         (lambda f: resealed(f, 6, "<H", 0), "unknown kind of message 0"),
         (lambda f: resealed(f, 6, "<H", 13), "unknown kind of message 13"),
     ],
@@ -167,7 +181,7 @@ def test_a_number_that_is_not_finite_is_refused(value, place):
         wire.StepFrame(messages.FORCE, 1, 1, 2, 4).accept(bytes(frame.seal(0)))
 
 
-GO = {"gravity": 9.81, "step": 1, "stage": 0}
+GO = {"gravity": 9.81, "step": 1, "time": 1.0, "stage": 0}
 
 
 @pytest.mark.parametrize(

@@ -213,13 +213,6 @@ def test_seconds_belong_to_real_time(alone, stage, key):
     build_scene(alone)
 
 
-def test_coupled_stages_have_no_real_time_yet(quick):
-    data = copy.deepcopy(quick)
-    data["stage"][3]["time"] = "real"
-    ((key, reason),) = broken(data)
-    assert (key, reason) == ("stage[3].time", "real time is not built yet for coupled stages")
-
-
 @pytest.mark.parametrize("damping", [{"local": 0.5, "combined": 0.5}, {"combined": 1.0}, {"rayleigh": {"fraction": 0.05}}])
 def test_kinds_of_damping_exclude_each_other(alone, damping):
     alone["damping"] = damping

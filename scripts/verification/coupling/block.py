@@ -1,0 +1,52 @@
+"""A block of zones with a square window full of a bonded square lattice of discs, matched to the zones, at any angle.
+
+Zones of l = .4 m, discs of R = l/8 on a lattice of spacing s = 2 R, control discs among them. Contacts kn = ks in a square
+lattice are a continuum of plane stiffness C11 = kn, C12 = 0, G = kn/2: K = kn/3. Discs weigh what zones weigh: rho s^2.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from coupler_protocol.interface import build_ring
+from dem_server.contacts import contact_forces
+from dem_server.effects.bond import Bond
+from dem_server.effects.spring import Spring
+from dem_server.model import build_model
+from fdm_server.hole import cut_window
+from fdm_server.windows import rim_of
+from verification.coupling.joined import Joined, glue, keep_gaps, rotation, zones
+from verification.discrete.discs import soil_discs
+
+SIDE, R, KN, DENSITY = 0.4, 0.05, 1e8, 2000.0
+
+
+def block(turned=0.5, around=2, across=3, held=None, mapping="work-consistent", shift=0.0, kn=KN):
+    """Zones with a window of `across` x `across` of them and `around` on each side, joined with the lattice; not begun.
+
+    held: {side: components} of the block; shift: control discs between nodes stand so far outside their segment [m];
+    kn: stiffness [N/m].
+    """
+    cells = across + 2 * around
+    model, state = zones(cells * SIDE, cells * SIDE, SIDE, kn / 3.0, kn / 2.0, DENSITY, turned, held)
+    grid = model.grid
+    mask = np.all([(a >= around) & (a < around + across) for a in (grid.column, grid.row)], axis=0)
+    nodes = rim_of(grid, mask)
+    model, state, _ = cut_window(model, state, mask)
+    ring = build_ring(grid.xy[nodes], R)
+    inside = around * SIDE + 2.0 * R * np.arange(1, round(across * SIDE / (2.0 * R)))
+    xy = np.stack(np.meshgrid(inside, inside), axis=-1).reshape(-1, 2) @ rotation(turned).T
+    laws = {"spring": Spring(normal=kn, shear=kn), "friction": None, "damping": None, "stiffness": "contact"}
+    laws |= {"density": DENSITY * 4.0 / np.pi, "bond": Bond(tension=1e30, shear=1e30)}
+    packing = SimpleNamespace(xy=xy, radius=np.full(len(xy), R))
+    disc_model, discs = build_model(ring.xy, ring.radius, packing, soil_discs(**laws))
+    contact_forces(disc_model, discs)
+    glue(discs)
+    if shift:
+        between = np.flatnonzero(ring.node < 0)
+        along = (np.roll(grid.xy[nodes], -1, axis=0) - grid.xy[nodes])[ring.seg0[between]] / SIDE
+        discs.x[between] += shift * np.column_stack([along[:, 1], -along[:, 0]])
+        discs.origin[:] = discs.x
+        keep_gaps(discs)
+    contact_forces(disc_model, discs)
+    return Joined((model, state), (disc_model, discs), nodes, ring, mapping)

@@ -1,0 +1,134 @@
+"""Grid and discs in one process, joined by the product's own kernels, in the order of fdm_server/run.py and dem_server/run.py.
+
+For cases that no scene can say: bars, chains, lattices. A rim may be open: a bar has one end of two gridpoints, whose loop of
+two segments carries discs on the first only.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from colluvium import Scene
+from dem_server import clock as disc_clock
+from dem_server.contacts import contact_forces
+from dem_server.effects.bond import BONDED
+from dem_server.energy import stored
+from dem_server.motion import move_free
+from dem_server.rim import Rim
+from fdm_server import agreement
+from fdm_server import clock as grid_clock
+from fdm_server.advance import advance
+from fdm_server.effects.damping import Damping
+from fdm_server.energy import strain_energy
+from fdm_server.grid import build_grid
+from fdm_server.model import build_model, new_state
+from fdm_server.motion import update_velocities
+from verification import product
+
+
+class Joined:
+    """A grid and the discs on its rim. Velocities stand half a step before positions and forces.
+
+    grid, discs: (Model, State) of either code; nodes (K,): gridpoints of the rim; ring: the coupler_protocol.interface.Ring upon
+    them; half_mass: whether they carry the inner shares of the control discs, as in the product.
+    """
+
+    def __init__(self, grid, discs, nodes, ring, mapping="work-consistent", half_mass=True):
+        (self.grid_model, self.grid), (self.disc_model, self.discs) = grid, discs
+        self.nodes, self.rim, self.kick = nodes, Rim(ring, mapping), None
+        self.inner = self.rim.inner_mass(self.discs) if half_mass else np.zeros(len(nodes))
+
+    def begin(self, share, from_rest=True):
+        """Real time without damping, steps of `share` of the grid's, the rim's and the discs' stable ones.
+
+        from_rest: velocities are those of now and zero; otherwise they are set afterwards, half a step before now.
+        """
+        self.grid_model = grid_clock.begin(self.grid_model, self.grid, Damping(local=0.0), share)
+        self.disc_model = disc_clock.begin(self.disc_model, self.discs, None, share)
+        self.grid.added_mass[self.nodes] = self.inner
+        rim = SimpleNamespace(nodes=self.nodes, sums=self.rim.stiffness_sums(self.disc_model, self.discs))
+        rim.answer = SimpleNamespace(dt_limit=self.discs.next_dt)
+        self.grid_model = agreement.agree(self.grid_model, self.grid, [rim])
+        self.take(self.grid.dt, from_rest)
+
+    def take(self, dt, from_rest=True):
+        """Steps of `dt` [s] on both sides."""
+        self.grid.dt = self.discs.next_dt = dt
+        self.discs.dt = 0.0 if from_rest else dt
+        self.kick = 0.5 * dt if from_rest else None
+
+    def step(self, gravity=0.0):
+        """One step."""
+        grid, discs = self.grid, self.discs
+        self.hang(gravity)
+        update_velocities(self.grid_model, grid, gravity, self.kick)
+        self.kick = None
+        move_free(self.disc_model, discs, gravity)
+        self.rim.move(discs, grid.velocity[self.nodes])
+        contact_forces(self.disc_model, discs)
+        advance(self.grid_model, grid)
+
+    def step_with_energy(self):
+        """One step; returns the energy [J] at its beginning: v- . M v+ / 2 (half a step before and after), and what is stored."""
+        stored, before = self.stored(), self.motion()
+        self.step()
+        mass = np.concatenate([np.repeat(self.grid_model.weight_mass + self.grid.added_mass, 2), self._inertia().ravel()])
+        return stored + 0.5 * float(np.sum(mass * before * self.motion()))
+
+    def motion(self):
+        """Velocities and spins of all that moves freely, flat."""
+        return np.concatenate([self.grid.velocity.ravel(), self.discs.disc[self.disc_model.ring :, 2:5].ravel()])
+
+    def _inertia(self):
+        return self.discs.disc[self.disc_model.ring :][:, [6, 6, 7]]
+
+    def hang(self, gravity=0.0):
+        """The discs' forces (K,2) [N] on the rim; they are applied there."""
+        force = self.rim.nodal_forces(self.discs)
+        self.grid.applied[self.nodes] = force
+        self.grid.applied[self.nodes, 1] -= gravity * self.inner
+        return force
+
+    def stored(self):
+        """Elastic energy of zones and contacts [J]."""
+        return strain_energy(self.grid_model, self.grid) + stored(self.disc_model, self.discs)
+
+    def momentum(self):
+        """Momentum (2,) [N s] of everything that moves, and the sum of its parts' sizes."""
+        mass, free = self.grid_model.weight_mass + self.grid.added_mass, slice(self.disc_model.ring, None)
+        parts = np.vstack([mass[:, None] * self.grid.velocity, self.discs.mass[free, None] * self.discs.v[free]])
+        return parts.sum(axis=0), np.abs(parts).sum()
+
+
+def zones(length, height, size, bulk, shear, density, turned=0.0, boundary=None):
+    """Model and State of a box of elastic zones at rest, turned about the origin."""
+    ground = product.material(bulk, shear, density)
+    mesh = {"kind": "box", "length": length, "height": height, "zone_size": size}
+    scene = Scene(**product.tables(mesh, ground, product.IDLE, boundary))
+    grid = build_grid(scene)
+    model = build_model(scene, grid._replace(xy=grid.xy @ rotation(turned).T))
+    return model, new_state(model)
+
+
+def rotation(angle):
+    """Matrix (2,2) that turns by an angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s], [s, c]])
+
+
+def glue(state, near=1e-9):
+    """Bond all pairs closer than `near` [m], without force where there are reference gaps."""
+    state.bond_state[gaps(state) < near] = BONDED
+    if state.reference_gap is not None:
+        keep_gaps(state)
+
+
+def keep_gaps(state):
+    """Bonds carry no normal force at the gaps they have."""
+    state.reference_gap[:] = np.where(state.bond_state == BONDED, gaps(state), 0.0)
+
+
+def gaps(state):
+    """Gaps (m,) [m] of all listed pairs."""
+    a, b = state.first.astype(int), state.second.astype(int)
+    return np.hypot(*(state.x[b] - state.x[a]).T) - state.radius[a] - state.radius[b]
