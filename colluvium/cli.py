@@ -36,6 +36,8 @@ def parser():
     check.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     check.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
     check.add_argument("--no-locate", action="store_true", help="leave out what a stage of kind locate asks for (seconds)")
+    check.add_argument("--no-limits", action="store_true", help="leave out how long a coupled step may be (packs the windows)")
+    check.add_argument("--exact", action="store_true", help="how long a coupled step may be, exactly (Lanczos)")
     check.add_argument("--quiet", action="store_true", help="no progress")
     check.add_argument("--json", nargs="?", const="-", metavar="FILE", help="the answer as JSON to FILE or standard output")
     check.set_defaults(work=check_command)
@@ -177,8 +179,8 @@ def _conclude(out, target):
 
 
 def check_command(options):
-    """Say what a scene will compute, and where its band runs if it asks; problems end with exit code 3."""
-    from colluvium import check, locate
+    """Say what a scene will compute, where its band runs if it asks, how long a coupled step may be; problems: exit code 3."""
+    from colluvium import check, limits, locate
     from colluvium.picture import picture
     from coupler_protocol.scene_reader import read_scene
 
@@ -188,6 +190,8 @@ def check_command(options):
         show = picture(options.quiet)
         with show or _nothing():
             found["locate"] = locate.compute(scene, show)
+    if limits.concerned(scene) and (options.exact or not options.no_limits):
+        found["limits"] = limits.answer(scene, options.exact)
     if options.json:
         _write_json(found, options.json)
     else:

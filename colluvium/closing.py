@@ -62,6 +62,7 @@ def sentences(info):
                 f"warning: in stage {opened['stage']} the ring of window {window['name']} opened by {opened['radii']:.1f} "
                 f"smallest radii at ({x:.1f}, {y:.1f}) m; 2 let a disc through"
             )
+    yield from step_limits(info)
     if info.get("locate"):
         from colluvium.locate import in_words as located
 
@@ -85,6 +86,18 @@ def _beyond_reach(window):
     if max(map(abs, left)) >= NOTICED:
         x, y = (f"{100 * share:+.0f} %" for share in left)
         yield f"that stress and the window's weight do not balance: {x} of the weight is left over along x, {y} along y"
+
+
+def step_limits(info):
+    """How long a step may be for sure, at the end of each coupled stage."""
+    from coupler_protocol.stability import in_words
+
+    for stage in info.get("stages", []):
+        found = list((stage.get("limits") or {}).items())
+        discs = [row for window in info.get("windows", []) for row in window.get("limits", []) if row["stage"] == stage["name"]]
+        found += [("discs", min(discs, key=lambda row: row["share"]))] if discs else []
+        if found:
+            yield f"stage {stage['name']}: surely stable up to {', '.join(f'{name} {in_words(row)}' for name, row in found)}"
 
 
 def print_table(info, console):
