@@ -21,6 +21,7 @@ def parser():
     run.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME)")
     run.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
     program.plugin_option(run)
+    _exact_option(run)
     run.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
     run.set_defaults(work=run_command)
 
@@ -29,6 +30,7 @@ def parser():
     resume.add_argument("--quiet", action="store_true", help="no progress")
     resume.add_argument("--threads", metavar="N", type=program.positive, default=1, help="threads of each process (default 1)")
     resume.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
+    _exact_option(resume)
     resume.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
     resume.set_defaults(work=resume_command, plugin=None)
 
@@ -57,6 +59,10 @@ def parser():
     status.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output")
     status.set_defaults(work=status_command)
     return p
+
+
+def _exact_option(command):
+    command.add_argument("--exact", action="store_true", help="say how long steps may be, exactly, at the ends of coupled stages")
 
 
 def main(argv=None):
@@ -126,6 +132,8 @@ def _compute(options, scene, path, out, passed):
             code = launch.run_files(path, out, launch.windows_of(scene), passed, show)
     if code == exits.DONE and scene.grid:
         _add_band(scene, out)
+        if options.exact:
+            _add_exact_limits(scene, out)
     _conclude(out, options.json)
     return code
 
@@ -142,6 +150,19 @@ def _add_band(scene, out):
     if found:
         path = out / "run.json"
         write_json(path, json.loads(path.read_text(encoding="utf-8")) | found)
+
+
+def _add_exact_limits(scene, out):
+    """The exact limits of the step at the ends of coupled stages: into run.json."""
+    from colluvium import limits
+    from coupler_protocol.runfile import write_json
+
+    path, exact = out / "run.json", limits.exact_of_run(scene, out)
+    info = json.loads(path.read_text(encoding="utf-8"))
+    for row in info["stages"]:
+        if row["name"] in exact:
+            row["limits"] = (row.get("limits") or {}) | {"exact": exact[row["name"]]}
+    write_json(path, info)
 
 
 def _in_process(scene, out, show, options):

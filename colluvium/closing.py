@@ -89,15 +89,18 @@ def _beyond_reach(window):
 
 
 def step_limits(info):
-    """How long a step may be for sure, at the end of each coupled stage."""
+    """How long a step may be at the end of each coupled stage: for sure and, where that was asked for, exactly."""
     from coupler_protocol.stability import in_words
 
     for stage in info.get("stages", []):
-        found = list((stage.get("limits") or {}).items())
+        found = dict(stage.get("limits") or {})
+        exact = found.pop("exact", None)
         discs = [row for window in info.get("windows", []) for row in window.get("limits", []) if row["stage"] == stage["name"]]
-        found += [("discs", min(discs, key=lambda row: row["share"]))] if discs else []
-        if found:
-            yield f"stage {stage['name']}: surely stable up to {', '.join(f'{name} {in_words(row)}' for name, row in found)}"
+        found |= {"discs": min(discs, key=lambda row: row["share"])} if discs else {}
+        parts = ["surely stable up to: " + ", ".join(f"{name} {in_words(row)}" for name, row in found.items())] if found else []
+        parts += [f"exactly up to {in_words(exact)}"] if exact else []
+        if parts:
+            yield f"stage {stage['name']}: {'; '.join(parts)}"
 
 
 def print_table(info, console):

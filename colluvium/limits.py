@@ -1,9 +1,13 @@
-"""How long a coupled step may be: what `colluvium check` says about a scene before it is computed.
+"""How long a coupled step may be, of a scene before it is computed and of the ends of a run's stages.
 
-The grid is that of the scene with its windows open, at rest; the windows are packed as a run packs them, bonded, their stones
-stiff and whole, at the pressure of the packing. A run brings them to the slope's stress first, which closes and opens some
-contacts; at the end of each coupled stage it says its own safe limits.
+Before: the grid is that of the scene with its windows open, at rest; the windows are packed as a run packs them, bonded, their
+stones stiff and whole, at the pressure of the packing. A run brings them to the slope's stress first, which closes and opens
+some contacts; at the end of each coupled stage it says its own safe limits. The exact limit needs both sides in one process:
+after the run it comes from the States they saved.
 """
+
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -56,6 +60,44 @@ def open_model(scene, note=None):
     for window in windows:
         state.added_mass[window.nodes] = window.rim.stiffness_sums(window.model, window.state)
     return model, state, windows
+
+
+def exact_of_run(scene, folder):
+    """Exact limits at the ends of the coupled stages of the run in `folder`, by the stage's name, where States were saved."""
+    from colluvium import coupled
+    from coupler_protocol import restart
+
+    found = {}
+    for index, stage in enumerate(scene.stage):
+        paths = [Path(folder) / f"{name}.{stage.name}.h5" for name in restart.processes(scene, index)]
+        if restart.coupled(scene, index) and all(path.is_file() for path in paths):
+            found[stage.name] = coupled.exact_limit(*saved_model(scene, index, paths))
+    return found
+
+
+def saved_model(scene, index, paths):
+    """What `open_model` returns, as the checkpoints `paths` (grid, then windows) of the stage with number `index` have it."""
+    from colluvium.coupled import Window
+    from coupler_protocol import checkpoint
+    from coupler_protocol.interface import build_ring
+    from dem_server.restart import WindowState
+    from dem_server.rim import Rim
+    from fdm_server.effects import with_damping
+    from fdm_server.grid import build_grid
+    from fdm_server.restart import GridState, model_at
+    from fdm_server.windows import rim_of, window_zones
+
+    grid, stage, windows = build_grid(scene), scene.stage[index], []
+    saved, *discs = (checkpoint.load(path)[0] for path in paths)
+    saved = checkpoint.rebuild(GridState, saved)
+    model = model_at(scene, grid, saved.zone, index)
+    damping = scene.damping if stage.damping is None else stage.damping
+    model = replace(model, law=with_damping(model.law, damping))
+    for window, fields in zip(scene.window, discs, strict=True):
+        nodes, found = rim_of(grid, window_zones(grid, window)), checkpoint.rebuild(WindowState, fields)
+        rim = Rim(build_ring(grid.xy[nodes], scene.discs.radius), scene.coupling.mapping, found.rim)
+        windows.append(Window(nodes, found.model, found.discs, rim))
+    return model, saved.grid, windows
 
 
 def sentences(found):
