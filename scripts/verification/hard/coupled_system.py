@@ -6,17 +6,26 @@ from typing import NamedTuple
 import numpy as np
 
 from colluvium import coupled, limits
+from coupler_protocol.interface import build_ring
 from coupler_protocol.scene_reader import build_scene
 from coupler_protocol.stability import highest
 from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BONDED
 from dem_server.fields import contacts
+from dem_server.model import build_model as build_discs
 from dem_server.motion import move_free
 from dem_server.neighbours import rebuild
+from dem_server.packing import Packing
+from dem_server.rim import Rim
 from fdm_server.advance import advance
+from fdm_server.grid import build_grid
+from fdm_server.hole import cut_window
+from fdm_server.model import build_model, new_state
 from fdm_server.motion import update_velocities
+from fdm_server.windows import rim_of, window_zones
 
-MODULUS = 1e8 + 4.0 / 3.0 * 0.6e8  # K + 4G/3 of the zones [Pa]
+BULK, SHEAR = 1e8, 0.6e8  # of the zones [Pa]
+MODULUS = BULK + 4.0 / 3.0 * SHEAR
 STRONG = 1e30
 BOX = {"kind": "box", "length": 8.0, "height": 8.0, "zone_size": 1.0}
 RING = {"kind": "ring", "part": "quarter", "inner": 1.0, "outer": 6.0, "around": 8, "growth": 1.1}
@@ -31,14 +40,14 @@ class System(NamedTuple):
     state: object
     windows: list
 
-    def step(self):
-        """One step of the coupled scheme, without weight."""
+    def step(self, gravity=0.0):
+        """One step of the coupled scheme; `gravity` [m/s2] acts on the discs alone."""
         model, state = self.model, self.state
         for window in self.windows:
             state.applied[window.nodes] = window.rim.nodal_forces(window.state)
         update_velocities(model, state, 0.0)
         for window in self.windows:
-            move_free(window.model, window.state, 0.0)
+            move_free(window.model, window.state, gravity)
             window.rim.move(window.state, state.velocity[window.nodes])
         advance(model, state)
         for window in self.windows:
@@ -50,15 +59,40 @@ class System(NamedTuple):
 
 
 def system(stiffness, size, damping, shear=0.4, oblique=False):
-    """System with contacts of `stiffness` moduli of the zones and discs of `size` zones; shear: ks over kn."""
+    """System with a window full of discs of `size` zones; stiffness: of contacts over moduli of zones; shear: ks over kn."""
+    model, state, windows = limits.open_model(scene(stiffness, size, damping, shear, oblique))
+    for window in windows:
+        freeze(window)
+        state.added_mass[window.nodes] = window.rim.stiffness_sums(window.model, window.state)
+    return System(model, state, windows)
+
+
+def with_few_discs(place, stiffness, size, damping, shear=0.4):
+    """The same box with some discs in its window; place(ring) says where: (m, 2) [m], radii (m,) [m]."""
+    case = scene(stiffness, size, damping, shear)
+    grid = build_grid(case)
+    model, mask = build_model(case, grid), window_zones(grid, case.window[0])
+    model, state, _ = cut_window(model, new_state(model), mask)
+    nodes = rim_of(grid, mask)
+    ring = build_ring(grid.xy[nodes], size)
+    discs, packed = build_discs(ring.xy, ring.radius, Packing(*place(ring)), case.discs)
+    contact_forces(discs, packed)
+    window = coupled.Window(nodes, discs, packed, Rim(ring, "work-consistent"))
+    freeze(window)
+    state.added_mass[nodes] = window.rim.stiffness_sums(discs, packed)
+    return System(model, state, [window])
+
+
+def scene(stiffness, size, damping, shear=0.4, oblique=False):
+    """Scene of a box or a sector of a ring with one window."""
     spring = {"normal": 2.0 * stiffness * MODULUS, "shear": 2.0 * shear * stiffness * MODULUS}
     soil = {"density": 2000.0, "spring": spring, "bond": {"tension": STRONG, "shear": STRONG}}
     sides = ("left", "bottom", "inner", "outer") if oblique else ("left", "right", "bottom", "top")
-    scene = build_scene({
+    return build_scene({
         "format": 1,
         "seed": 1,
         "grid": RING if oblique else BOX,
-        "material": [{"name": "rock", "density": 2700.0, "elastic": {"bulk": 1e8, "shear": 0.6e8}}],
+        "material": [{"name": "rock", "density": 2700.0, "elastic": {"bulk": BULK, "shear": SHEAR}}],
         "boundary": [{"on": side, "fix": "xy"} for side in sides],
         "damping": {"local": damping},
         "window": [{"name": "hole", "polygon": SECTOR if oblique else SQUARE}],
@@ -69,11 +103,6 @@ def system(stiffness, size, damping, shear=0.4, oblique=False):
             {"name": "couple", "until": {"steps": 1}},
         ],
     })  # fmt: skip
-    model, state, windows = limits.open_model(scene)
-    for window in windows:
-        freeze(window)
-        state.added_mass[window.nodes] = window.rim.stiffness_sums(window.model, window.state)
-    return System(model, state, windows)
 
 
 def freeze(window):
