@@ -18,8 +18,8 @@ from verification.hard.coupled_system import at_share, excite, growth, system
 from verification.rows import row
 
 NAME = "step limit"
-STEPS = {True: 5_000, False: 100_000}  # by `fast`
-SIZES = {True: (1 / 4, 1 / 16), False: (1 / 4, 1 / 8, 1 / 16, 1 / 32)}
+STEPS = {True: 2_000, False: 100_000}  # by `fast`
+SIZES = {True: (1 / 4, 1 / 8), False: (1 / 4, 1 / 8, 1 / 16, 1 / 32)}
 STIFFNESSES = (0.1, 1.0, 1000.0)
 
 
