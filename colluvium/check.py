@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from coupler_protocol import disc_file
+from coupler_protocol.grading_table import grading_of
 from coupler_protocol.interface import polygon_area
 from coupler_protocol.scene import declared_effects
 from coupler_protocol.scene_rules import doubts
@@ -46,8 +48,7 @@ def sizes(scene):
     for window in scene.window:
         rim = grid.xy[rim_of(grid, window_zones(grid, window))]
         (width, height), area = np.ptp(rim, axis=0).tolist(), polygon_area(rim)
-        mean_square = scene.discs.radius**2 * (1 + scene.discs.spread**2 / 3)
-        discs = (1 - scene.discs.porosity) * area / (3.141592653589793 * mean_square)
+        discs = (1 - scene.discs.porosity) * area / (0.7853981633974483 * grading_of(scene.discs).moment(2))
         sizes = {"width": width, "height": height, "area": area, "segments": len(rim), "discs": round(discs)}
         windows.append({"name": window.name, **sizes})
     stones = scene.stones.model_dump(mode="json") if scene.stones else None
@@ -74,9 +75,19 @@ def stages(scene):
     ]
 
 
+def file_of_discs(scene):
+    """How many discs the scene's file holds, {} without one; raises SceneError where it cannot be read."""
+    if scene.discs is None or scene.discs.file is None:
+        return {}
+    found = disc_file.read(scene.discs.file)
+    stones = 0 if found.stone is None else len(np.unique(found.stone[found.stone >= 0]))
+    return {"file": {"path": scene.discs.file, "discs": len(found.radius), "stones": stones}}
+
+
 def answer(scene):
     """All of the above in one dictionary."""
-    found = {"title": scene.title, "hash": scene.digest(), **sizes(scene), "effects": effects(scene), "stages": stages(scene)}
+    found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
+    found |= {"effects": effects(scene), "stages": stages(scene)}
     return found | {"doubts": [{"what": what, "remedy": remedy} for _, what, remedy in doubts(scene)]}
 
 
@@ -98,6 +109,10 @@ def print_answer(found, console):
             f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['area']:.4g} m2, {w['segments']} segments, "
             f"about {w['discs']} discs"
         )
+    if "file" in found:
+        file = found["file"]
+        of_stones = f" in {file['path']}, {file['stones']} stones" if file["stones"] else f" in {file['path']}"
+        console.print(f"{file['discs']} discs{of_stones}", markup=False)
     if found["stones"]:
         console.print(_stones_in_words(found["stones"]), markup=False)
     console.print("effects that act:")

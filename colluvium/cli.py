@@ -1,4 +1,4 @@
-"""The front door's command line: run, resume, check, fos, report, status."""
+"""The front door's command line: run, resume, check, fos, report, export, status."""
 
 import argparse
 import json
@@ -53,6 +53,15 @@ def parser():
     report.add_argument("run_dir_b", metavar="RUN_DIR_B", nargs="?", help="the other directory, where the servers wrote to two")
     report.add_argument("--out", metavar="DIR", help="folder of the pictures (default RUN_DIR/report)")
     report.set_defaults(work=report_command)
+
+    export = commands.add_parser("export", help="write the discs of a frame as a CSV file that a scene can begin with")
+    export.add_argument("run_dir", metavar="RUN_DIR")
+    when = export.add_mutually_exclusive_group()
+    when.add_argument("--frame", type=int, metavar="F", help="number of the frame, from the end if negative (default: the last)")
+    when.add_argument("--stage", metavar="NAME", help="the last frame of this stage")
+    export.add_argument("--rank", type=program.positive, default=1, metavar="N", help="window of the discs, from 1 (default 1)")
+    export.add_argument("--out", metavar="FILE", help="file to write (default: standard output)")
+    export.set_defaults(work=export_command)
 
     status = commands.add_parser("status", help="how a run ended, or how far it is")
     status.add_argument("run_dir", metavar="RUN_DIR")
@@ -231,6 +240,18 @@ def report_command(options):
 
 def _not_drawn(name, lacking):
     print(f"not drawn: {name} ({lacking})", file=sys.stderr)
+
+
+def export_command(options):
+    """Write the discs of a frame."""
+    from colluvium import export
+    from colluvium.rank_file import NotRecordedError
+
+    try:
+        count = export.write(options.run_dir, options.frame, options.stage, options.rank, options.out)
+    except (FileNotFoundError, NotRecordedError, IndexError) as error:
+        raise exits.EnvironmentFailed(str(error)) from None
+    print(f"{count} discs", file=sys.stderr)
 
 
 def status_command(options):

@@ -16,7 +16,7 @@ def rows(info):
                 stage["name"],
                 str(stage["steps"] or ""),
                 stage["ended_by"],
-                f"{stage['gravity_factor']:.2f} g" if stage["steps"] else "",
+                _gravity(stage) if stage["steps"] else "",
                 f"{stage['ratio_continuum']:.1e}" if stage["steps"] and "ratio_continuum" in stage else "",
                 f"{max(stage['ratio_discrete']):.1e}" if coupled else "",
                 f"{100 * max(stage['traction_difference']):.1f} %" if coupled and "traction_difference" in stage else "",
@@ -24,6 +24,10 @@ def rows(info):
             ]
         )
     return table
+
+
+def _gravity(stage):
+    return "none" if stage.get("gravity") == 0.0 else f"{stage['gravity_factor']:.2f} g"
 
 
 def times(info):
@@ -43,9 +47,17 @@ def sentences(info):
         parts = [f"window {window['name']}: {window.get('discs', '?')} discs"]
         if "control_discs" in window:
             parts.append(f"{window['control_discs']} on the ring")
+        if "packing_porosity" in window and "porosity" not in window:
+            parts.append(f"packed at {window['packing_pressure'] / 1e3:.3g} kPa with porosity {window['packing_porosity']:.3f}")
+            parts += ["loose: they do not hold each other"] if window.get("loose") else []
+        if window.get("largest_overlap", 0.0) > 0.01:
+            deepest, energy = window["largest_overlap"], window["overlap_energy"]
+            parts.append(f"overlaps of the file up to {deepest:.2g} of the smaller radius, {energy:.3g} J in all")
+        if "overlap_left" in window:
+            parts.append(f"drawn apart in {window['drawn_apart_steps']} steps to {window['overlap_left']:.2g} of the radius")
         if "porosity" in window:
             parts.append(f"porosity {window['porosity']:.3f}")
-        if "stones" in window:
+        if "stone_content" in window:
             both = 100 * window["stone_content"], 100 * window["stone_content_discs"]
             parts.append(f"{window['stones']} stones: {both[0]:.1f} % of the area, {both[1]:.1f} % of the discs")
             if window.get("stones_without_discs"):

@@ -52,7 +52,7 @@ def open_model(scene, note=None):
         mask = window_zones(grid, window)
         nodes = rim_of(grid, mask)
         stones = drawn_stones(scene, rank, grid.xy[nodes], note)
-        discs, packed, rim = packed_window(scene, rank, grid.xy[nodes], stones, note)
+        discs, packed, rim, _ = packed_window(scene, rank, grid.xy[nodes], stones, note)
         body = scene.stones and scene.stones.body
         discs, _ = take_over(discs, packed, None, 0.0, stones, body, matching=False, stressed=False)
         model, state, _ = cut_window(model, state, mask)

@@ -85,8 +85,9 @@ class Run:
         corners, start = file.constant("stone_corners"), file.constant("stone_start")
         return [] if corners is None else np.split(corners, start[1:-1])
 
-    def history(self, name: str, rank: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """Steps and values of a history of one rank."""
+    def history(self, name: str, rank: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Steps and values of a history of one rank; none given: the continuum, or the discs where they are alone."""
+        rank = self._first() if rank is None else rank
         file = self._file(rank)
         if name not in file.history_names():
             elsewhere = [str(r) for r, other in self.files.items() if name in other.history_names()]
@@ -94,8 +95,9 @@ class Run:
             raise NotRecordedError(f"rank {rank} has no history {name!r}{hint}; it has {', '.join(file.history_names())}")
         return file.history(name)
 
-    def has_history(self, name: str, rank: int = 0) -> bool:
-        """Whether a rank has recorded a history."""
+    def has_history(self, name: str, rank: int | None = None) -> bool:
+        """Whether a rank has recorded a history; none given: as in `history`."""
+        rank = self._first() if rank is None else rank
         return rank in self.files and name in self.files[rank].history_names()
 
     def units(self, name: str) -> str:
@@ -153,6 +155,9 @@ class Run:
                 rows.setdefault((frame.step, self.stages.index(frame.stage)), {})[rank] = row
         moments = [rows[key] for key in sorted(rows)]
         return [self.files[min(moment)].frames[moment[min(moment)]] for moment in moments], moments
+
+    def _first(self) -> int:
+        return min(self.files)
 
     def _file(self, rank: int, kind: str | None = None) -> RankFile | RankParts:
         if rank not in self.files or (kind and self.files[rank].kind != kind):

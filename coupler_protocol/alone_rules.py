@@ -1,5 +1,7 @@
 """What a scene without a grid must fulfil, and what only such a scene may hold: one rule a function, as in scene_rules.py."""
 
+from coupler_protocol.disc_tables import names_of_walls
+
 KINDS = ("fill", "discs")
 
 
@@ -57,23 +59,58 @@ def stages_of_discs_alone(scene):
 
 
 def walls_have_a_length(scene):
-    """A wall runs from one point to another, and moves in one kind of time."""
-    for i, wall in enumerate(scene.discs.wall if scene.discs else []):
-        if wall.velocity != (0.0, 0.0) and len({stage.time for stage in scene.stage if stage.kind == "discs"}) > 1:
-            why = "its velocity would be in m/s in some stages and in m a step in others"
-            yield ("discs", "wall", i, "velocity"), why, "let all stages compute in real time, or all in static mode"
+    """A wall runs from one point to another, and has a name of its own."""
+    walls = scene.discs.wall if scene.discs else []
+    names = names_of_walls(walls)
+    for i, wall in enumerate(walls):
         if wall.ends[0] == wall.ends[1]:
             yield ("discs", "wall", i, "ends"), "both ends are the same point", "ends = [[x0, y0], [x1, y1]]"
+        if names[i] in names[:i]:
+            yield ("discs", "wall", i, "name"), f"{names[i]!r} stands twice", "give each wall its own name"
+
+
+def walls_move_in_one_kind_of_time(scene):
+    """What a stage says about walls is about those there are; a speed is in m/s or in m a step."""
+    walls = scene.discs.wall if scene.discs else []
+    names = names_of_walls(walls)
+    acting = {name: (("discs", "wall", i), wall) for i, (name, wall) in enumerate(zip(names, walls, strict=True))}
+    times = {}
+    for i, stage in enumerate(scene.stage):
+        for j, table in enumerate(stage.wall):
+            path = ("stage", i, "wall", j)
+            if table.name not in names:
+                yield (*path, "name"), f"there is no wall {table.name!r}", f"walls: {', '.join(names) or 'none'}"
+            elif stage.kind != "discs":
+                yield path, f"walls cannot change in a stage of kind {stage.kind!r}", "use a stage of kind discs"
+            else:
+                acting[table.name] = path, table
+        if stage.kind == "discs":
+            for path, table in acting.values():
+                times.setdefault(path, (table, set()))[1].add(stage.time)
+    for path, (table, kinds) in times.items():
+        if table.moves and len(kinds) > 1:
+            key = "velocity" if table.servo is None else "servo"
+            why = "its velocity would be in m/s in some stages and in m a step in others"
+            yield (*path, key), why, "say it anew where the time changes: [[stage.wall]], or let all stages compute in one time"
 
 
 def only_without_a_grid(scene):
     """Keys for discs alone in a scene with a grid."""
-    for key in ("wall", "file") if scene.discs else ():
-        if getattr(scene.discs, key):
-            yield ("discs", key), "this is for discs alone, in scenes without a grid", "remove it, or the [grid]"
+    if scene.discs and scene.discs.wall:
+        yield ("discs", "wall"), "this is for discs alone, in scenes without a grid", "remove it, or the [grid]"
+    if scene.discs and scene.discs.file is not None and len(scene.window) > 1:
+        yield ("discs", "file"), f"one file cannot fill {len(scene.window)} windows", "keep one [[window]], or remove the file"
     for i, stage in enumerate(scene.stage):
+        if stage.wall:
+            yield ("stage", i, "wall"), "this is for discs alone, in scenes without a grid", "remove it, or the [grid]"
         if stage.kind == "discs":
             yield ("stage", i, "kind"), "this is for discs alone, in scenes without a grid", 'use kind = "couple"'
 
 
-ALONE_RULES = (discs_alone_need, tables_of_the_grid, stages_of_discs_alone, walls_have_a_length)
+ALONE_RULES = (
+    discs_alone_need,
+    tables_of_the_grid,
+    stages_of_discs_alone,
+    walls_have_a_length,
+    walls_move_in_one_kind_of_time,
+)

@@ -15,6 +15,7 @@ from pydantic import AfterValidator, Field, create_model, model_validator
 
 from coupler_protocol.boundary_tables import Boundary, InitialStress
 from coupler_protocol.declare import Table, quantity
+from coupler_protocol.disc_tables import Discs
 from coupler_protocol.fos_table import FactorOfSafety
 from coupler_protocol.grid_tables import Grid, Point, Span
 from coupler_protocol.stage_tables import Stage
@@ -57,13 +58,6 @@ class Window(Table):
         if any(span is not None and span[0] > span[1] for span in (self.columns, self.rows)):
             raise ValueError("columns and rows are [first, last] with first <= last")
         return self
-
-
-class Wall(Table):
-    """A segment that holds discs back, in scenes without a grid; its contacts are of the material ring."""
-
-    ends: tuple[Point, Point] = quantity(unit="m", meaning="where it begins and ends")
-    velocity: Point = quantity((0.0, 0.0), unit="m/s", meaning="its velocity, in static stages in m a step")
 
 
 def _rightwards(line):
@@ -137,21 +131,8 @@ def scene_class():
     )
     discs = create_model(
         "Discs",
-        __base__=Table,
-        __doc__="What fills a window.",
-        radius=(float, quantity(unit="m", meaning="mean radius", gt=0)),
-        spread=(float, quantity(0.25, meaning="radii are uniform in radius (1 -+ spread)", ge=0, lt=0.8)),
-        packing=(Literal["relaxed", "inward"], quantity("relaxed", meaning="spread and relaxed, or placed from the ring inward")),
-        porosity=(float, quantity(0.16, meaning="porosity aimed at; packing inward fills what it can", gt=0.1, lt=0.4)),
-        confinement=(float, quantity(100e3, unit="Pa", meaning="mean pressure of the fresh packing", gt=0)),
-        density_matching=(bool, quantity(True, meaning="discs weigh what the zones they replace weighed")),
-        stiffness=(Literal["disc", "contact"], quantity("disc", meaning="springs belong to discs (in series) or to contacts")),
-        time_step=(
-            float,
-            quantity(0.05, meaning="time = real without a grid: share of the stable step, unless the stage says", gt=0, le=1),
-        ),
-        file=(str | None, quantity(None, meaning="without a grid: CSV file of the discs (x, y, radius, vx, vy, spin)")),
-        wall=(list[Wall], Field(default_factory=list, description="without a grid: segments that hold the discs")),
+        __base__=Discs,
+        __doc__=Discs.__doc__,
         soil=(discs_material, quantity(meaning="material of the discs")),
         stone=(discs_material | None, quantity(None, meaning="material of the discs in stones")),
         pair=(list[pair], Field(default_factory=list, description="contacts between two materials that have their own values")),

@@ -6,6 +6,7 @@ Rules that only a server knows come through the entry-point group `colluvium.rul
 from importlib.metadata import entry_points
 
 from coupler_protocol.alone_rules import ALONE_RULES, only_without_a_grid
+from coupler_protocol.disc_rules import DISC_RULES
 from coupler_protocol.stage_rules import STAGE_RULES
 from coupler_protocol.window_rules import WINDOW_RULES
 
@@ -56,15 +57,17 @@ def stones_need_their_material(scene):
     grain = scene.discs.stone if scene.discs else None
     if scene.stones is not None and grain is None:
         yield ("stones",), "stones without a material", "add a [discs.stone] table or remove [stones]"
-    if scene.stones is None and grain is not None:
+    of_file = grain is not None and scene.grid is None and scene.discs.file is not None
+    if scene.stones is None and grain is not None and not of_file:
         yield ("discs", "stone"), "there are no stones to be made of it", "add a [stones] table or remove [discs.stone]"
-    if scene.stones is None or grain is None:
+    if grain is None or (scene.stones is None and not of_file):
         return
+    body = scene.discs.body if of_file else scene.stones.body
     if grain.spring is None:
         yield ("discs", "stone"), "the stones have no stiffness", "add spring = { normal = .., shear = .. }"
-    if scene.stones.body == "cluster" and grain.bond is None and grain.parallel_bond is None:
+    if body == "cluster" and grain.bond is None and grain.parallel_bond is None:
         yield ("discs", "stone"), "nothing holds a cluster together", "add bond = { tension = .., shear = .. }"
-    if scene.stones.size is not None and scene.stones.size.min < 2.0 * scene.discs.radius:
+    if scene.stones is not None and scene.stones.size is not None and scene.stones.size.min < 2.0 * scene.discs.radius:
         smallest = f"at least {2.0 * scene.discs.radius:g} m, the size of a disc"
         yield ("stones", "size", "min"), f"stones of {scene.stones.size.min:g} m are smaller than a disc", smallest
 
@@ -106,7 +109,13 @@ def pairs_name_what_there_is(scene):
             yield at, f"says nothing about {names}", "add a table, for example friction = { coefficient = .. }"
 
 
-COMMON_RULES = (names_are_unique, stones_need_their_material, stones_are_drawn_or_mapped, pairs_name_what_there_is)
+COMMON_RULES = (
+    names_are_unique,
+    stones_need_their_material,
+    stones_are_drawn_or_mapped,
+    pairs_name_what_there_is,
+    *DISC_RULES,
+)
 GRID_RULES = (
     grid_needs_material,
     *WINDOW_RULES,

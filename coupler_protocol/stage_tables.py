@@ -6,6 +6,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from coupler_protocol.boundary_tables import Boundary
 from coupler_protocol.declare import Table, increasing, quantity
+from coupler_protocol.disc_tables import StageWall
 from coupler_protocol.grid_tables import Point, Span
 
 GRID_ONLY = ("equilibrium", "locate")
@@ -79,6 +80,7 @@ class Stage(Table):
     excavate: Excavation | None = quantity(None, meaning="kind excavate: what is dug away")
     surcharge: Surcharge | None = quantity(None, meaning="kind surcharge: what is put upon the ground")
     boundary: list[Boundary] = Field(default_factory=list, description="what holds, moves or loads sides from this stage on")
+    wall: list[StageWall] = Field(default_factory=list, description="walls that move otherwise from this stage on")
     large_strain: Literal[True] | None = quantity(None, meaning="zones follow their gridpoints from this stage on")
     time: Literal["static", "real"] = quantity("static", meaning="scaled masses on the way to rest, or real masses and seconds")
     step_factor: float | None = quantity(None, meaning="time = real: share of the stable step that is taken (0.5)", gt=0, le=1)

@@ -18,14 +18,14 @@ from coupler_protocol.plugin import Moment
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.schedule import plan
 from coupler_protocol.timing import Stopwatch
-from dem_server import balance, bonding, cycle, energy, filling, insitu, record
+from dem_server import balance, bonding, cycle, energy, filling, insitu, overlaps, record, wall_tables
 from dem_server.contacts import contact_forces
 from dem_server.effects.damping import DampingTable
 from dem_server.model import Model, State
-from dem_server.walls import make_walls
 
 log = logging.getLogger(__name__)
 NAME = "dem.rank1"
+NOTHING = 1e-9  # of the seconds of a stage: what is left of them when it ends
 
 
 class AloneState(NamedTuple):
@@ -66,7 +66,7 @@ class DiscsAlone:
             self._frame(self.origin.stage if self.saved else self.scene.stage[0].name, 1.0)
             if not self.saved:
                 self._end_stage(self.scene.stage[0].name, 1.0)
-                self.results.append(self._row(self.scene.stage[0], 0, 1.0, "", [], 0.0))
+                self.results.append(self._row(self.scene.stage[0], legs[0], 0, "", [], 0.0))
                 first = 1
             for stage, leg in list(zip(self.scene.stage, legs, strict=True))[first:]:
                 self._stage(stage, leg)
@@ -78,11 +78,11 @@ class DiscsAlone:
         """Discs, stones and walls as the scene says; bonds where discs touch."""
         begin = time.perf_counter()
         self.model, self.state, self.stones, self.report = filling.fill(self.scene, self._note)
-        walls = self.scene.discs.wall
-        if walls:
-            ends, velocity = [(*w.ends[0], *w.ends[1]) for w in walls], [w.velocity for w in walls]
-            self.state.walls = make_walls(ends, velocity, self.model)
+        self.state.walls = wall_tables.walls_of(self.scene, self.model, self.state)
         contact_forces(self.model, self.state)
+        if self.scene.discs.file is not None and self.scene.stage[1].time == "static":
+            self.model, left = overlaps.draw_apart(self.model, self.state)
+            self.report |= left
         if self.model.law.bond is not None:
             insitu.add_bonds(self.model, self.state)
         if self.model.law.parallel_bond is not None:
@@ -94,6 +94,7 @@ class DiscsAlone:
     def _stage(self, stage, leg):
         """One stage of the discs from its first step to its last."""
         self.watch.begin(stage.name)
+        wall_tables.begin_stage(self.scene, stage, self.model, self.state)
         model = self._in_time_of(stage)
         every, record_every = self.scene.record.history, self.scene.record.every
         ending, done, began, ended_by = Ending(stage.until, leg.over), 0, self.time, ""
@@ -103,12 +104,12 @@ class DiscsAlone:
             self.time += cycle.advance(model, self.state, leg.at(done), chunk)
             done, self.steps = done + chunk, self.steps + chunk
             ended_by = ending.out_of_steps(done)
-            ended_by = ended_by or ending.out_of_time(self.time - began, self.state.dt)
+            ended_by = ended_by or ending.out_of_time(self.time - began, 2.0 * NOTHING * (stage.until.time or 0.0))
             factor = leg.factor(done - 1)
             if self.steps % every == 0 or ended_by:
                 ratio = self._look(leg, done - 1)
                 farthest = float(np.hypot(*self.state.displacement.T).max())
-                ended_by = ended_by or ending.reached(done, [ratio], farthest)
+                ended_by = ended_by or ending.reached(done, [ratio, wall_tables.servo_error(self.state.walls)], farthest)
                 self.progress(stage.name, "", done, stage.until.steps, ratio, factor)
             self.watch.stages[-1].steps = done
             self.watch.to("computing")
@@ -117,7 +118,7 @@ class DiscsAlone:
             if self.plugin is not None:
                 self.plugin.step(self._moment(stage.name))
         self._end_stage(stage.name, factor)
-        self.results.append(self._row(stage, done, factor, ended_by, [ratio], self.time - began))
+        self.results.append(self._row(stage, leg, done, ended_by, [ratio], self.time - began))
 
     def _in_time_of(self, stage):
         """The model in the stage's mode, with the stage's damping."""
@@ -139,8 +140,15 @@ class DiscsAlone:
         if until.steps is not None:
             left = min(left, until.steps - done)
         if until.time is not None:
-            left = min(left, max(1, round((until.time - passed) / self.state.next_dt)))
+            left = min(left, self._steps_within(until.time - passed))
         return left
+
+    def _steps_within(self, seconds):
+        """Whole steps within `seconds`; where there is none the next step is made as short, so that the stage ends on time."""
+        whole = int(seconds / self.state.next_dt)
+        if whole == 0:
+            self.state.next_dt = seconds
+        return max(whole, 1)
 
     def _plugin_steps(self):
         return () if self.plugin is None or self.plugin.on_step is None else (self.plugin.every,)
@@ -165,6 +173,7 @@ class DiscsAlone:
         }
         if state.walls is not None:
             values["wall_force_x"], values["wall_force_y"] = state.walls.force.sum(axis=0).tolist()
+            values |= wall_tables.histories(self.scene, state.walls)
         self.recorder.history(self.steps, **values)
         return ratio
 
@@ -196,7 +205,7 @@ class DiscsAlone:
         self.steps = int(self.saved.about["step"])
         self.watch.begin(self.origin.stage)
 
-    def _row(self, stage, steps, factor, ended_by, ratios, seconds):
+    def _row(self, stage, leg, steps, ended_by, ratios, seconds):
         return {
             "name": stage.name,
             "kind": stage.kind,
@@ -204,7 +213,8 @@ class DiscsAlone:
             "time": seconds if stage.time == "real" else None,
             "time_step": self.state.dt if stage.time == "real" else None,
             "ended_by": ended_by,
-            "gravity_factor": factor,
+            "gravity": leg.gravity,
+            "gravity_factor": leg.factor(steps - 1),
             "ratio_discrete": ratios,
             "bonds_broken": [self.state.broken_tension + self.state.broken_shear],
         }

@@ -77,7 +77,7 @@ def advance_alone(model, state, gravity, steps):
         state.dt = dt
         done, fast, fresh = cycle(
             ahead, kick, *motion.arguments(model, state, gravity), model.ring, state.listed_at, 0.5 * skin(model),
-            *contacts.arguments(model, state)[2:], *walls.arguments(model, state)[:3],
+            *contacts.arguments(model, state)[2:], *walls.arguments(model, state)[:4],
         )  # fmt: skip
         steps -= done
         time += done * dt
@@ -96,7 +96,7 @@ def advance_together(model, state, gravity, steps):
             guarded(model, state, 1)
         fast = move_free(model, state, gravity)
         if state.walls is not None:
-            move_walls(state.walls, state.dt)
+            move_walls(state.walls, state.walls.servo, state.listed_at, 0.5 * skin(model), state.dt)
         time += state.dt
         contact_forces(model, state)
         if fast > 0 and model.real_time is not None:
@@ -128,12 +128,12 @@ def cycle(
     steps, kick, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, ring, listed_at, leeway,
     first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
     glued, glue_gap, glue_normal, glue_shear, glue_moment, counters, spring, friction, bond, rolling, dashpot, parallel_bond, dt,
-    walls, material, materials,
+    walls, servo, material, materials,
 ):  # fmt: skip
     """Kernel of `advance_alone`: steps done, bodies that were too fast in the last, whether its contact forces are known.
 
     It ends early if the list is out of date or, without `cap`, a body is too fast. No disc has moved farther than the sum
-    of the largest speeds; only where that exceeds `leeway` [m] all are looked at.
+    of the largest speeds; only where that comes to `leeway` [m], but for rounding, all are looked at.
     """
     fast, fresh, step, moved = 0, True, 0, leeway
     while step < steps and fresh and (fast == 0 or cap):
@@ -144,10 +144,11 @@ def cycle(
             quickest = max(quickest, other)
         if cap:
             counters[CAPS] += fast
-        if walls is not None:
-            move_walls(walls, dt)
+        if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if move_walls(walls, servo, listed_at, leeway, dt):
+                moved = leeway
         moved += quickest**0.5 * dt
-        if not moved < leeway:
+        if not moved < 0.999 * leeway:
             moved = farthest(disc, listed_at)
             fresh = moved <= leeway
         if fresh:
@@ -158,7 +159,7 @@ def cycle(
             )  # fmt: skip
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if fresh:
-                wall_pass(disc, load, dt, walls, material, materials, clumps, spring, friction, rolling, dashpot)
+                wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring, friction, rolling, dashpot)
         kick = dt
         step += 1
     return step, fast, fresh

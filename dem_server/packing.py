@@ -1,21 +1,15 @@
-"""Filling a window: discs spread evenly or placed from the ring inward, grown to the confining stress.
+"""Filling a window: discs spread evenly or placed from the ring inward, grown to a stress or to a porosity.
 
 packing = "relaxed":
 1. Points of the R2 sequence (additive recurrence of the plastic number, Roberts 2018) inside the window, as
-   many discs as the porosity asks for, radii uniform in radius (1 -+ spread); they start 2 % smaller.
+   many discs as the porosity asks for, radii uniform in radius (1 -+ spread) or of a grading; they start 2 % smaller.
 2. Relaxation without friction in the static mode; velocities are set to zero a few times, so that the first
    overlaps cannot throw discs about.
 packing = "inward": instead of 1 and 2 discs are placed one by one, each in touch with two, as many as there
 is room for (inward.py).
 
 Both:
-3. Servo: every 200 steps, while the mean stress is not the wanted one, all radii change by what an affine
-   deformation would need,
-
-       dr/r = 2 A dp / sum(kn d^2)                                               (1)
-
-   (A: area, dp: missing mean stress, d: distance of centres), and while stress is missing discs with fewer
-   than three contacts grow by 1 %, so that few stay loose. It ends when the discs are calm at that stress.
+3. Radii grow until the discs carry the wanted stress, or have the wanted porosity (growth.py).
 The ring stays where it is and the discs take its shape; there is no gravity.
 """
 
@@ -24,69 +18,89 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from coupler_protocol.grading_table import Grading, grading_of
 from coupler_protocol.interface import polygon_area
 from coupler_protocol.problems import unfit
-from dem_server import inward
+from dem_server import fields, growth, inward
 from dem_server.contacts import contact_forces
 from dem_server.effects import RING, SOIL, Law
 from dem_server.effects.damping import DampingTable
 from dem_server.effects.pairs import Pair
 from dem_server.effects.spring import SpringTable, spring_table
 from dem_server.fields import contacts
-from dem_server.model import RADIUS, Model, new_state
-from dem_server.motion import move_free
-from dem_server.neighbours import rebuild
+from dem_server.grading import places, radii
+from dem_server.growth import run
+from dem_server.model import Model, new_state
 from dem_server.ring import inner_share
 
 PLASTIC = 1.32471795724474602596  # real root of x^3 = x + 1
-STEPS = 200  # between two growths
-ROUNDS = 100  # growths at most
-LARGEST = 0.01  # growth of a radius in one go
+RETURNS = 5  # times that discs may be squeezed out of the window at first
 START = 0.98  # of its radius is every disc's size at first: they grow into contact
-ACCURACY = 0.01  # of the confining stress
-CALM = 5e-4  # mean resultant over mean force at the end; friction, switched on later, holds what still creeps
 
 
 class Packing(NamedTuple):
-    """Free discs: centres `xy` (n, 2), `radius` (n,) [m], sorted in space."""
+    """Free discs: centres `xy` (n, 2), `radius` (n,) [m], sorted in space.
+
+    pressure [Pa], porosity: of the window, the inner shares of its control discs counted; growth: of the radii since they were
+    drawn; loose: the discs do not hold each other (for a wanted porosity only).
+    """
 
     xy: np.ndarray
     radius: np.ndarray
+    pressure: float = 0.0
+    porosity: float = 0.0
+    growth: float = 1.0
+    loose: bool = False
+
+    def report(self):
+        """Numbers for the run's report."""
+        numbers = {"packing_pressure": self.pressure, "packing_porosity": self.porosity, "packing_growth": self.growth}
+        return numbers | ({"loose": True} if self.loose else {})
 
 
 def pack(polygon, ring_xy, ring_radius, discs, rng, report=None):
-    """Packing of a window in its ring at the stress `discs.confinement`.
+    """Packing of a window in its ring at the stress `discs.confinement` or at `discs.porosity`, as `discs.target` says.
 
     polygon (P, 2) counter-clockwise; ring_xy (R, 2), ring_radius (R,); discs: the scene's table; rng: numpy
     Generator; report(text, fraction): progress, if wanted.
     """
-    area, relaxed = polygon_area(polygon), discs.packing == "relaxed"
+    area, relaxed, grading = polygon_area(polygon), discs.packing == "relaxed", grading_of(discs)
     solid_ring = np.pi * ring_radius**2 @ inner_share(ring_xy)
-    radius = draw_radii(area * (1.0 - discs.porosity) - solid_ring if relaxed else area, discs, rng)
-    inset = shapely.Polygon(polygon).buffer(-(ring_radius.max() + discs.radius * (1.0 - discs.spread)))
-    if inset.is_empty or len(radius) < 1:
+    drawn = draw_radii(area * (1.0 - discs.porosity) - solid_ring if relaxed else area, grading, rng)
+    inset = shapely.Polygon(polygon).buffer(-(ring_radius.max() + grading.smallest))
+    if inset.is_empty or len(drawn) < 1:
         raise unfit("discs.radius", f"no disc of radius {discs.radius:g} m fits into the window", "choose a smaller radius")
     if relaxed:
-        xy, radius = spread_points(inset, len(radius), rng), START * radius
+        xy, radius = spread_points(inset, len(drawn), rng), START * drawn
+        if isinstance(grading, Grading):
+            radius = radius[places(xy, radius, inset, rng)]
     else:
-        xy, radius = inward.fill(polygon, ring_xy, ring_radius, START * radius)
+        xy, radius = inward.fill(polygon, ring_xy, ring_radius, START * drawn)
     order = in_strips(xy, 4.0 * discs.radius)
     model, state = smooth_discs(ring_xy, ring_radius, xy[order], radius[order], discs)
     if relaxed:
         settle(model, state, report)
+        bring_back(model, state, shapely.Polygon(polygon), inset)
     contact_forces(model, state)
-    press(model, state, area, discs.confinement, report)
+    loose = False
+    if getattr(discs, "target", "stress") == "porosity":
+        loose = growth.to_porosity(model, state, area, discs.porosity, report)
+    else:
+        growth.to_stress(model, state, area, discs.confinement, report)
     escaped = ~shapely.contains_xy(shapely.Polygon(polygon), state.x[model.ring :])
     if escaped.any():
         raise ArithmeticError(f"{escaped.sum()} discs left the ring while packing: porosity too small?")
-    return Packing(state.x[model.ring :].copy(), state.radius[model.ring :].copy())
+    xy, now = state.x[model.ring :].copy(), state.radius[model.ring :].copy()
+    grown = float(np.sqrt((now**2).sum() / (radius**2).sum())) * START
+    return Packing(xy, now, growth.pressure(contacts(state), area), fields.porosity(model, state), grown, loose)
 
 
-def draw_radii(area, discs, rng):
-    """Radii, uniform in radius (1 -+ spread), whose discs have `area` in all [m2]."""
-    mean = np.pi * discs.radius**2 * (1.0 + discs.spread**2 / 3.0)
-    number = max(round(area / mean), 0)
-    return rng.uniform(discs.radius * (1.0 - discs.spread), discs.radius * (1.0 + discs.spread), number)
+def draw_radii(area, grading, rng):
+    """Radii, uniform or of a Grading, whose discs have `area` in all [m2]."""
+    number = max(round(area / (0.25 * np.pi * grading.moment(2))), 0)
+    if isinstance(grading, Grading):
+        return radii(number, grading, rng)
+    return rng.uniform(grading.smallest, grading.largest, number)
 
 
 def spread_points(region, number, rng):
@@ -117,18 +131,20 @@ def smooth_discs(ring_xy, ring_radius, xy, radius, discs):
     law = Law(SpringTable(spring.normal, 0.0 * spring.shear), damping=DampingTable(0.7))
     material = np.repeat(np.array([RING, SOIL], dtype=np.int32), (len(ring_xy), len(xy)))
     density = np.full(len(material), discs.soil.density)
-    smallest = float(min(ring_radius.min(), discs.radius * (1.0 - discs.spread)))
+    smallest = float(min(ring_radius.min(), grading_of(discs).smallest))
     model = Model(law, len(ring_xy), material, density, smallest)
-    return model, new_state(
-        model, np.concatenate([ring_xy, xy]), np.concatenate([ring_radius, radius]), reference_gap=False
-    )
+    return model, new_state(model, np.concatenate([ring_xy, xy]), np.concatenate([ring_radius, radius]), reference_gap=False)
 
 
-def run(model, state, steps):
-    """`steps` steps without gravity."""
-    for _ in range(steps):
-        move_free(model, state, 0.0)
-        contact_forces(model, state)
+def bring_back(model, state, window, inset):
+    """Discs that were squeezed out of the window (small ones beside much larger ones) come back to the nearest place in it."""
+    for _ in range(RETURNS):
+        out = model.ring + np.flatnonzero(~shapely.contains_xy(window, state.x[model.ring :]))
+        if not len(out):
+            return
+        way = shapely.shortest_line(shapely.points(state.x[out]), inset)
+        state.x[out] = shapely.get_coordinates(shapely.get_point(way, 1))
+        settle(model, state, None)
 
 
 def settle(model, state, report):
@@ -142,41 +158,3 @@ def settle(model, state, report):
     run(model, state, 1100)
     if report:
         report("discs at rest", 0.4)
-
-
-def press(model, state, area, target, report):
-    """Change radii, Eq (1), until the discs are calm at the mean stress `target` [Pa]."""
-    for round_ in range(ROUNDS):
-        pairs = contacts(state)
-        length = np.hypot(*pairs.branch.T)
-        stress = pairs.normal_force @ length / (2.0 * area)
-        if report:
-            report(f"mean stress {stress / 1e3:.1f} of {target / 1e3:.1f} kPa", 0.4 + 0.6 * round_ / ROUNDS)
-        if abs(target - stress) > ACCURACY * target:
-            stiffness = model.law.spring.normal[pairs.kind] @ length**2
-            growth = 2.0 * area * (target - stress) / stiffness if len(length) else LARGEST
-            grow(model, state, pairs, np.clip(growth, -LARGEST, LARGEST))
-        elif unrest(model, state, pairs) < CALM:
-            return
-        run(model, state, STEPS)
-    raise ArithmeticError(
-        f"the packing is at {stress:.0f} Pa instead of {target:.0f} Pa after {ROUNDS} growths: "
-        "a higher discs.confinement or more discs are easier to bring to rest"
-    )
-
-
-def unrest(model, state, pairs):
-    """Mean resultant over mean sum of forces on the free discs [-]; a few loose ones do not rule it."""
-    resultant = np.hypot(*state.force[model.ring :].T).sum()
-    return resultant / (2.0 * pairs.normal_force.sum())
-
-
-def grow(model, state, pairs, growth):
-    """Change the radii of the free discs by the share `growth`; if it is positive loose discs grow more."""
-    free = np.arange(model.count) >= model.ring
-    state.disc[free, RADIUS] *= 1.0 + growth
-    if growth > 0.0:
-        number = np.bincount(np.concatenate([pairs.disc_a, pairs.disc_b]), minlength=model.count)
-        state.disc[free & (number < 3), RADIUS] *= 1.0 + LARGEST
-    rebuild(model, state)
-    contact_forces(model, state)

@@ -78,12 +78,12 @@ class DiscreteSide:
         """Ring on the rim and a packing inside it; PACKED tells the continuum."""
         self.watch.begin("fill")
         begin = time.perf_counter()
-        self.model, self.state, self.rim = packed_window(self.scene, self.rank, nodes, self.stones, self._note)
+        self.model, self.state, self.rim, packed = packed_window(self.scene, self.rank, nodes, self.stones, self._note)
         self.report = {
             "discs": self.model.count - self.model.ring,
             "control_discs": self.model.ring,
             "packing_seconds": time.perf_counter() - begin,
-        }
+        } | packed.report()
         if self.stones is not None:
             self.report |= stones.report(self.model, self.state, self.stones, nodes)
         log.info("packed %s", self.report)

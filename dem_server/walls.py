@@ -1,4 +1,4 @@
-"""Walls: segments that hold discs back, at rest or moving with a prescribed velocity.
+"""Walls: segments that hold discs back, at rest, moving with a prescribed velocity, or held to a pressure by a servo (servo.py).
 
 With c the point of the segment nearest to the disc's centre x, d = |c - x|, n from the disc to the wall, t = (-ny, nx):
 
@@ -20,6 +20,7 @@ from dem_server.effects import dashpot as dashpot_law
 from dem_server.effects import friction as friction_law
 from dem_server.effects import rolling as rolling_law
 from dem_server.effects import spring as spring_law
+from dem_server.servo import Servo, steer
 
 normal_force = jit(spring_law.normal_force)
 shear_force = jit(spring_law.shear_force)
@@ -34,7 +35,8 @@ viscous_force = jit(dashpot_law.viscous_force)
 class Walls(NamedTuple):
     """W walls of the State: `ends` (W, 4) x0, y0, x1, y1 [m], `velocity` (W, 2), `force` (W, 2) of the discs on each [N].
 
-    Histories (n, W): `normal`, `shear` [N], `rolled` [N m] (None without rolling resistance).
+    Histories (n, W): `normal`, `shear` [N], `rolled` [N m] (None without rolling resistance). summed_at (W, 4): `ends` when the
+    masses were last set; servo: None where no wall has one.
     """
 
     ends: np.ndarray
@@ -43,14 +45,16 @@ class Walls(NamedTuple):
     normal: np.ndarray
     shear: np.ndarray
     rolled: np.ndarray | None
+    summed_at: np.ndarray
+    servo: Servo | None = None
 
 
-def make_walls(ends, velocity, model):
+def make_walls(ends, velocity, model, servo=None):
     """Walls from `ends` (W, 4) [m] that move with `velocity` (W, 2); nothing touches them yet."""
-    count, number = len(ends), model.count
+    count, number, ends = len(ends), model.count, np.array(ends, dtype=float)
     rolled = np.zeros((number, count)) if model.law.rolling is not None else None
     history = np.zeros((number, count)), np.zeros((number, count))
-    return Walls(np.array(ends, dtype=float), np.array(velocity, dtype=float), np.zeros((count, 2)), *history, rolled)
+    return Walls(ends, np.array(velocity, dtype=float), np.zeros((count, 2)), *history, rolled, ends.copy(), servo)
 
 
 def wall_kinds(model):
@@ -60,16 +64,24 @@ def wall_kinds(model):
 
 def arguments(model, state):
     """What `wall_pass` takes beside discs and loads."""
-    law = model.law
-    return state.walls, model.material, model.materials, state.clumps, law.spring, law.friction, law.rolling, law.dashpot
+    law, walls = model.law, state.walls
+    servo = None if walls is None else walls.servo
+    return walls, servo, model.material, model.materials, state.clumps, law.spring, law.friction, law.rolling, law.dashpot
 
 
 @jit
-def move_walls(walls, dt):
-    """One step of the walls."""
+def move_walls(walls, servo, listed_at, leeway, dt):
+    """One step of the walls; whether one is more than `leeway` [m] from where masses were set: then the list is out of date."""
+    if servo is not None:
+        steer(walls, servo, dt)
+    strayed = False
     for w in range(len(walls.ends)):
         for end in range(4):
             walls.ends[w, end] += walls.velocity[w, end % 2] * dt
+            strayed |= abs(walls.ends[w, end] - walls.summed_at[w, end]) > leeway
+    if strayed:
+        listed_at[0, 0] = np.inf
+    return strayed
 
 
 @jit
@@ -82,12 +94,14 @@ def nearest(ends, w, x, y):
 
 
 @jit
-def wall_pass(disc, load, dt, walls, material, materials, clumps, spring, friction, rolling, dashpot):
+def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring, friction, rolling, dashpot):
     """Eqs (1) and (2) for every disc at every wall, added to the loads."""
     ends, velocity, force, before_n, before_s = walls.ends, walls.velocity, walls.force, walls.normal, walls.shear
     rolled = walls.rolled
     for w in range(len(ends)):
         force[w, 0] = force[w, 1] = 0.0
+        if servo is not None:
+            servo.stiffness[w] = servo.dashpot[w] = 0.0
         for i in range(disc.shape[0]):
             dx, dy = nearest(ends, w, disc[i, 0], disc[i, 1])
             r, d2 = disc[i, 5], dx * dx + dy * dy
@@ -103,6 +117,8 @@ def wall_pass(disc, load, dt, walls, material, materials, clumps, spring, fricti
             du, dv = velocity[w, 0] - disc[i, 2], velocity[w, 1] - disc[i, 3]
             rate = dv * nx - du * ny - disc[i, 4] * arm
             Fn = normal_force(spring.normal[k], d - r)
+            if servo is not None:
+                servo.stiffness[w] += spring.normal[k]
             Fs, limit = shear_force(spring.shear[k], rate * dt, before_s[i, w]), 0.0
             if friction is not None:
                 limit = slip_limit(friction.coefficient[k], Fn)
@@ -118,6 +134,8 @@ def wall_pass(disc, load, dt, walls, material, materials, clumps, spring, fricti
                 if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
                     if clumps.body[i] >= 0:
                         root = clumps.motion[clumps.body[i], 6] ** 0.5
+                if servo is not None:
+                    servo.dashpot[w] += dashpot.normal[k] * root
                 Fn += viscous_force(dashpot.normal[k], root, du * nx + dv * ny)
                 if not dashpot.tension[k]:
                     Fn = max(Fn, 0.0)
@@ -145,6 +163,7 @@ def near(state, reach):
 
 def add_to_sums(model, state, found, reach, with_masses):
     """Add the walls closer than `reach` [m] to the Sums `found` of dem_server.stiffness."""
+    state.walls.summed_at[:] = state.walls.ends
     law, (disc, _, normal, distance) = model.law, near(state, reach)
     kind = wall_kinds(model)[model.material[disc]]
     kn, ks, r = law.spring.normal[kind], law.spring.shear[kind], state.radius[disc]

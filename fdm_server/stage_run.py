@@ -124,6 +124,7 @@ class StageRun:
             "kind": self.stage.kind,
             "steps": self.done,
             "ended_by": self.ended_by,
+            "gravity": self.leg.gravity,
             "gravity_factor": self.factor,
             "seconds_simulated": self.time if self.stage.time == "real" else None,
             "ratio_continuum": self.ratio,

@@ -70,6 +70,12 @@ EXAMPLES = (
         "stress p in all directions use `xx = -p`, `yy = -p` in the four places, or `pressure = p` on inner and outer.",
     ),
     (
+        "A biaxial test on discs alone",
+        "quick_biaxial.toml",
+        "No grid: discs, walls with servos, and a wall that moves otherwise from a stage on. More about packings, sizes, walls "
+        "and discs from files: [packings.md](packings.md).",
+    ),
+    (
         "Stones from a photograph",
         "mapped_stones.toml",
         "Trace the stones as polygons, in pixels or metres: GeoJSON from any drawing or mapping program, or a CSV file with one "

@@ -16,7 +16,7 @@ def test_counts_and_sides_of_a_scene_without_windows(configs):
 
 
 def test_scenes_with_boundaries_survive_as_toml(configs):
-    for name in ("hole", "footing", "layered_slope"):
+    for name in ("hole", "footing", "layered_slope", "quick_biaxial"):
         scene = read_scene(configs / f"{name}.toml")
         text = launch.as_toml(scene.model_dump(mode="json", exclude_none=True))
         assert build_scene(tomllib.loads(text)) == scene

@@ -21,6 +21,7 @@ from dem_server.bonding import add_parallel_bonds
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
+from dem_server.servo import make_servo
 from dem_server.walls import make_walls
 
 cement = ParallelBond(normal_stiffness=1e9, shear_stiffness=5e8, tension=1.2e5, shear=2e5, radius=0.8)
@@ -36,7 +37,9 @@ for changes in ({}, tables):
         stones.mark(model, state, [square], 2700.0)
         model = stones.make(model, state, [square], "clump")
         add_parallel_bonds(model, state)
-        state.walls = make_walls([[-1.0, -0.0295, 1.0, -0.0295]], [[0.0, 0.0]], model)
+        ends = np.array([[-1.0, -0.0295, 1.0, -0.0295]])
+        state.walls = make_walls(ends, [[0.0, 0.0]], model, make_servo(ends, state.x))
+        state.walls.servo.pressure[:] = state.walls.servo.fastest[:] = 1e-3
     neighbours.rebuild(model, state)  # with what the lines above made
     cycle.advance(model, state, 9.81, 5)
     guards.quickest(model, state)

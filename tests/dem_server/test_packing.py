@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 import shapely
-from window_case import ANGLE, OBLIQUE, SQUARE, packed, rim, soil_discs
+from window_case import ANGLE, OBLIQUE, SQUARE, packed, packing_of, rim, soil_discs
 
+from coupler_protocol.grading_table import Grading
 from coupler_protocol.interface import build_ring, polygon_area
+from coupler_protocol.problems import SceneError
 from dem_server.balance import unbalanced_ratio
 from dem_server.contacts import contact_forces
 from dem_server.fields import contacts, coordination, porosity
@@ -60,6 +62,61 @@ def test_radii_follow_the_scene():
     radius = state.radius[model.ring :]
     assert radius.max() / radius.min() < 1.1 / 0.9 * 1.2
     assert radius.mean() == pytest.approx(0.03, rel=0.03)
+
+
+CIRCLE = 0.75 * np.column_stack([np.cos(np.arange(24) * np.pi / 12.0), np.sin(np.arange(24) * np.pi / 12.0)])
+TOE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.4], [1.4, 1.4], [0.6, 0.6], [0.0, 0.6]])  # of a slope, 45 degrees
+SHAPES = {"oblique": OBLIQUE, "L": ANGLE, "circle": CIRCLE, "toe": TOE}
+
+
+@pytest.mark.parametrize("how", ["relaxed", "inward"])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_porosity_is_reached_exactly_in_any_polygon(shape, how):
+    discs = soil_discs(packing=how, target="porosity", porosity=0.15)
+    found = packing_of(SHAPES[shape], discs)
+    model, state = found.model, found.state
+    assert porosity(model, state) == pytest.approx(0.15, abs=1e-12)
+    assert shapely.contains_xy(shapely.Polygon(SHAPES[shape]), state.x[model.ring :]).all()
+    number, few = coordination(model, state)
+    assert 4.0 < number < 4.5
+    assert few < 0.02
+    stress = mean_stress(contacts(state), polygon_area(found.nodes))
+    assert -0.5 * (stress[0] + stress[1]) == pytest.approx(found.packing.pressure, rel=1e-9)
+    assert 1e5 < found.packing.pressure < 3e5
+    assert not found.packing.loose
+
+
+@pytest.mark.parametrize("how", ["relaxed", "inward"])
+def test_discs_too_few_to_hold_each_other_are_called_loose(how):
+    found = packing_of(SQUARE, soil_discs(packing=how, target="porosity", porosity=0.2))
+    assert found.packing.loose
+    assert found.packing.pressure < 25.0
+    assert found.packing.porosity == pytest.approx(0.2, abs=1e-12)
+
+
+def test_a_porosity_that_squeezes_the_discs_is_refused():
+    with pytest.raises(SceneError, match=r"overlap by .* on average to reach 0.03") as refused:
+        packing_of(SQUARE, soil_discs(target="porosity", porosity=0.03))
+    about = float(refused.value.problems[0].remedy.rpartition(" ")[2])
+    assert 0.15 < about < 0.19  # where discs of these sizes touch without force
+
+
+def test_denser_packings_carry_more():
+    pressures = [packing_of(SQUARE, soil_discs(target="porosity", porosity=n)).packing.pressure for n in (0.16, 0.15, 0.14)]
+    assert (np.diff(pressures) > 50e3).all()
+
+
+@pytest.mark.parametrize("how", ["relaxed", "inward"])
+def test_a_wide_grading(how):
+    """Diameters from 20 to 200 mm in equal shares of area a decade: denser than equal discs, none outside, none lost."""
+    grading = Grading(curve=[[0.02, 0.0], [0.2, 1.0]])
+    corners = 1.5 * OBLIQUE
+    found = packing_of(corners, soil_discs(grading=grading, radius=grading.mean_radius, packing=how))
+    radius = found.packing.radius
+    assert found.packing.pressure == pytest.approx(100e3, rel=0.03)
+    assert 0.10 < found.packing.porosity < 0.14
+    assert shapely.contains_xy(shapely.Polygon(corners), found.packing.xy).all()
+    assert radius.max() / radius.min() > 8.0
 
 
 def test_same_seed_same_bits_other_seed_other_packing():

@@ -70,14 +70,20 @@ def rim(corners):
     return np.array(nodes)
 
 
-def packed(corners, discs, seed=0, insitu=True):
-    """Model and State of a packed window, contacts found."""
+def packing_of(corners, discs, seed=0, insitu=False):
+    """The `packing` of a window, its `model` and `state` with contacts found, and the `nodes` of its rim."""
     nodes = rim(corners)
     ring = build_ring(nodes, discs.radius)
     packing = pack(nodes, ring.xy, ring.radius, discs, np.random.default_rng(seed))
     model, state = build_model(ring.xy, ring.radius, packing, discs, insitu=insitu)
     contact_forces(model, state)
-    return model, state
+    return SimpleNamespace(packing=packing, model=model, state=state, nodes=nodes)
+
+
+def packed(corners, discs, seed=0, insitu=True):
+    """Model and State of a packed window, contacts found."""
+    found = packing_of(corners, discs, seed, insitu)
+    return found.model, found.state
 
 
 def packed_with_stones(corners, seed=0, **changes):

@@ -7,15 +7,19 @@ import pytest
 from verification.discrete import collision, incline
 from verification.discrete.scenes import SOIL, disc_file
 
-from colluvium import launch
+from colluvium import check, closing, export, launch
 from colluvium.inprocess import run
 from colluvium.results import open_run
+from coupler_protocol import disc_file as disc_files
 from coupler_protocol.checkpoint import load
 from coupler_protocol.exits import PHYSICS, PhysicsFailed
 from coupler_protocol.plugin import Plugin
 from coupler_protocol.problems import SceneError
 from coupler_protocol.restart import Origin
 from coupler_protocol.scene_reader import build_scene
+from dem_server.contacts import contact_forces
+from dem_server.fields import contacts
+from dem_server.filling import fill
 
 G, R = 9.81, 0.03
 GROUND = {"ends": [[-2.0, 0.0], [4.0, 0.0]]}
@@ -125,8 +129,8 @@ def test_stones_and_bonds(tmp_path):
 
 
 def test_discs_that_fly_apart_end_with_code_6(tmp_path):
-    """Overlap of half a radius under springs as stiff as these: no sensible step."""
-    file = disc_file(tmp_path, [[0.0, 0.0, R, 1e7, 0.0, 0.0], [1.0 * R, 0.0, R, -1e7, 0.0, 0.0]])
+    """Two discs that hit each other at 1e7 m/s: no sensible step."""
+    file = disc_file(tmp_path, [[0.0, 0.0, R, 1e7, 0.0, 0.0], [2.0 * R, 0.0, R, -1e7, 0.0, 0.0]])
     stage = {"name": "burst", "kind": "discs", "time": "real", "until": {"time": 1.0}}
     with pytest.raises(PhysicsFailed, match="too fast"):
         computed(scene_of([stage], window=False, file=file), tmp_path / "run")
@@ -159,15 +163,73 @@ def test_what_discs_alone_refuse(change, why):
         build_scene(scene_of([STAGE]) | change)
 
 
-@pytest.mark.parametrize(
-    ("rows", "head", "why"),
-    [
-        ([[0.0, 0.0]], "x,y", "'radius' is missing"),
-        ([[0.0, 0.0, 1.0, 2.0]], "x,y,radius,mass", "'mass' is not known"),
-        ([[0.0, 0.0, -1.0]], "x,y,radius", "radius is not positive"),
-    ],
-)
-def test_files_that_cannot_be_read(tmp_path, rows, head, why):
-    file = disc_file(tmp_path, rows, head)
-    with pytest.raises(SceneError, match=why):
-        computed(scene_of([STAGE], window=False, file=file), tmp_path / "run")
+def test_check_reads_the_file_of_discs(tmp_path):
+    scene = build_scene(scene_of([STAGE], window=False, file=disc_file(tmp_path, [[0.0, 0.0]], "x,y")))
+    with pytest.raises(SceneError, match="'radius' is missing"):
+        check.answer(scene)
+    scene = build_scene(scene_of([STAGE], window=False, file=str(tmp_path / "none.csv")))
+    with pytest.raises(SceneError, match="there is no file"):
+        check.answer(scene)
+    scene = build_scene(scene_of([STAGE], window=False, file=disc_file(tmp_path, [[0.0, 0.0, R]], "x,y,radius")))
+    assert check.answer(scene)["file"]["discs"] == 1
+
+
+def contacts_of(scene_tables):
+    """Positions, radii and contacts of the discs of a scene after the first force pass."""
+    model, state, _, _ = fill(build_scene(scene_tables), lambda *_: None)
+    contact_forces(model, state)
+    pairs = contacts(state)
+    return state.x.copy(), state.radius.copy(), pairs.disc_a, pairs.disc_b, pairs.gap
+
+
+def test_exported_discs_come_back_with_the_same_bits(pile, tmp_path):
+    data, out = pile
+    assert export.write(out, stage="fill", out=tmp_path / "discs.csv") > 50
+    file = {key: value for key, value in data.items() if key != "window"}
+    file["discs"] = data["discs"] | {"file": str(tmp_path / "discs.csv")}
+    for before, after in zip(contacts_of(data), contacts_of(file), strict=True):
+        assert before.tobytes() == after.tobytes()
+
+
+def test_exported_motion_and_stones(tmp_path):
+    """Velocities come from stages in real time only; stones keep their numbers."""
+    grain = SOIL | {"density": 2700.0}
+    rows = [[0.0, 1.0, R, 0.5, 0.0, 2.0], [2.0 * R, 1.0, R, 0.5, 2.0 * 2.0 * R, 2.0], [1.0, 1.0, R, 0.0, 0.0, 0.0]]
+    path = tmp_path / "in.csv"
+    lines = ["x,y,radius,vx,vy,spin,stone", *(f"{','.join(map(repr, row))},{k}" for row, k in zip(rows, (0, 0, -1), strict=True))]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    stages = [{"name": "fly", "kind": "discs", "time": "real", "until": {"time": 1e-3}}]
+    stages += [{"name": "stop", "kind": "discs", "until": {"steps": 1}}]
+    with computed(scene_of(stages, window=False, file=str(path), stone=grain), tmp_path / "run") as found:
+        last = found.discs(found.last_frame("fly"))
+        export.write(tmp_path / "run", stage="fly", out=tmp_path / "fly.csv")
+        read = disc_files.read(tmp_path / "fly.csv")
+        assert read.motion.tobytes() == np.column_stack([last.velocity, last.spin]).tobytes()
+        assert read.stone.tolist() == [0, 0, -1]
+        assert read.motion[1, 2] == pytest.approx(2.0, rel=1e-9)
+    export.write(tmp_path / "run", out=tmp_path / "stop.csv")
+    assert not disc_files.read(tmp_path / "stop.csv").motion.any()
+
+
+def test_a_stage_in_real_time_ends_on_time(tmp_path):
+    """Free fall for .01 s from rest: g t^2 / 2 whatever the length of the steps, though no whole number of them fits."""
+    file = disc_file(tmp_path, [[0.0, 1.0, R, 0.0, 0.0, 0.0]])
+    stage = {"name": "fall", "kind": "discs", "time": "real", "gravity": G, "until": {"time": 0.01}}
+    with computed(scene_of([stage], window=False, file=file), tmp_path / "run") as found:
+        row = found.info["stages"][1]
+        assert row["time"] == pytest.approx(0.01, rel=1e-9)
+        fallen = 1.0 - found.discs(-1).xy[0, 1]
+        assert fallen == pytest.approx(0.5 * G * 0.01**2, rel=1e-9)
+        assert found.frames[-1].time == pytest.approx(0.01, rel=1e-9)
+        assert found.history("kinetic_energy")[0].size > 0  # the only rank there is
+
+
+def test_the_closing_table_of_discs_alone(tmp_path):
+    file = disc_file(tmp_path, [[0.0, 1.0, R, 0.0, 0.0, 0.0]])
+    stages = [{"name": "rest", "kind": "discs", "until": {"steps": 3}}]
+    stages += [{"name": "fall", "kind": "discs", "gravity": G, "until": {"steps": 3}}]
+    with computed(scene_of(stages, window=False, file=file), tmp_path / "run") as found:
+        assert [row[3] for row in closing.rows(found.info)] == ["", "none", "1.00 g"]
+        first = next(closing.sentences(found.info))
+        assert "1 discs" in first
+        assert "ring" not in first

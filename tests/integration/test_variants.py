@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import colluvium
+from colluvium import export
+from coupler_protocol.problems import SceneError
 
 
 @pytest.fixture(scope="module")
@@ -138,3 +140,28 @@ def test_discs_with_every_law_couple_and_say_what_they_keep(compute):
     at_ring = (discs.control[contacts.ends] == 1).any(axis=1)
     assert not contacts.rolling_moment[at_ring].any()
     assert np.abs(contacts.rolling_moment[~at_ring]).max() > 0.0
+
+
+def test_the_window_takes_its_discs_from_a_file(compute, tmp_path):
+    """Discs of one run, exported after the hand-over, are those of another, and are brought to the slope's stress again."""
+    first = compute(lambda data: None, "first")
+    file = tmp_path / "discs.csv"
+    export.write(tmp_path / "first", stage="couple", out=file)
+    second = compute(lambda data: data["discs"].update(file=str(file)), "second")
+    packed, taken = (run.discs(run.last_frame("fill")) for run in (first, second))
+    assert taken.radius.tobytes() == packed.radius.tobytes()
+    window = second.info["windows"][0]
+    assert window["discs"] == first.info["windows"][0]["discs"]
+    assert window["error_yy"] < 1.2 * first.info["windows"][0]["error_yy"]
+    last = second.frames[second.last_frame("couple")]
+    assert last.step > 0
+    with pytest.raises(SceneError, match=r"outside the window|overlaps of"):
+        compute(lambda data: (data["discs"].update(file=str(file)), data["window"][0].update(rows=[7, 13])), "third")
+
+
+def test_one_file_cannot_fill_two_windows(tables):
+    data = copy.deepcopy(tables)
+    data["discs"]["file"] = "discs.csv"
+    data["window"].append({"name": "other", "columns": [20, 22], "rows": [8, 12]})
+    with pytest.raises(SceneError, match="cannot fill 2 windows"):
+        colluvium.Scene(**data)

@@ -1,0 +1,116 @@
+"""CSV files of discs: one disc a line under a head line of column names.
+
+x, y, radius [m] must be there. vx, vy [m/s], spin [rad/s] are motion for stages in real time. material is soil or stone; discs of
+one number in the column `stone` are one stone, -1 or nothing stands for soil. Numbers are written so that they are read with the
+same bits.
+"""
+
+import csv
+from math import isfinite
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from coupler_protocol.problems import Problem, SceneError, unfit
+
+PLACE = ("x", "y", "radius")  # columns that must be there
+MOTION = ("vx", "vy", "spin")
+MATERIALS = ("soil", "stone")
+COLUMNS = (*PLACE, *MOTION, "material", "stone")
+SHOWN = 5  # problems of a file that are named
+
+
+class DiscFile(NamedTuple):
+    """Discs of a file: xy (n, 2), radius (n,) [m]; motion (n, 3): vx, vy, spin; stone (n,): its number or -1, None: no stones."""
+
+    xy: np.ndarray
+    radius: np.ndarray
+    motion: np.ndarray
+    stone: np.ndarray | None
+
+
+def read(path, key="discs.file"):
+    """The DiscFile at `path`; raises SceneError that names lines and columns."""
+    path = Path(path)
+    if not path.is_file():
+        raise unfit(key, f"there is no file {path}", "paths count from where the program was started")
+    try:
+        with open(path, encoding="utf-8", newline="") as file:
+            rows = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if row]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise unfit(key, f"{path} is no table of text: {error}", f"columns: {', '.join(COLUMNS)}") from None
+    head = [name.strip() for name in rows[0][1]] if rows else []
+    _check_head(path, key, head)
+    wrong, table = [], {name: [] for name in head}
+    for number, row in rows[1:]:
+        try:
+            if len(row) != len(head):
+                raise ValueError(f"{len(row)} columns instead of {len(head)}")
+            for name, text in zip(head, row, strict=True):
+                table[name].append(_value(name, text.strip()))
+        except ValueError as error:
+            wrong.append((number, str(error)))
+    if wrong:
+        more = f" ({len(wrong)} lines are wrong)" if len(wrong) > SHOWN else ""
+        raise SceneError([Problem(str(path), number, key, why + more, "one disc a line") for number, why in wrong[:SHOWN]])
+    if len(rows) < 2:
+        raise unfit(key, f"{path} holds no discs", "one disc a line under the head line")
+    return _discs(path, key, table)
+
+
+def _check_head(path, key, head):
+    missing = [name for name in PLACE if name not in head]
+    strange = [name for name in head if name not in COLUMNS]
+    twice = [name for name in head if head.count(name) > 1]
+    for names, what in ((missing, "missing"), (strange, "not known"), (twice, "there twice")):
+        if names:
+            raise unfit(key, f"{path}: column {names[0]!r} is {what}", f"columns: {', '.join(COLUMNS)}")
+
+
+def _value(name, text):
+    """The value of one entry; raises ValueError in words."""
+    if name == "material":
+        if text not in MATERIALS:
+            raise ValueError(f"material {text!r} is not known: soil or stone")
+        return text
+    if name == "stone":
+        if not text.removeprefix("-").isdecimal() and text:
+            raise ValueError(f"stone {text!r} is no whole number")
+        return int(text or -1)
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not isfinite(value):
+        raise ValueError(f"{name} {text!r} is no number")
+    if name == "radius" and value <= 0.0:
+        raise ValueError("the radius is not positive")
+    return value
+
+
+def _discs(path, key, table):
+    radius = np.array(table["radius"])
+    motion = np.column_stack([np.array(table.get(name, np.zeros(len(radius)))) for name in MOTION])
+    stone = np.array(table["stone"], dtype=np.int64) if "stone" in table else None
+    if "material" in table:
+        marked = np.array(table["material"]) == "stone"
+        number = np.full(len(radius), -1) if stone is None else stone
+        wrong = np.flatnonzero(marked != (number >= 0))
+        if len(wrong):
+            first = int(wrong[0])
+            what = f"disc {first + 1} is of material {table['material'][first]} and has stone {number[first]}"
+            raise unfit(key, f"{path}: {what}", "give discs of stone the number of their stone, from 0, and discs of soil -1")
+    if stone is not None and (stone < 0).all():
+        stone = None
+    return DiscFile(np.column_stack([table["x"], table["y"]]), radius, motion, stone)
+
+
+def write(file, xy, radius, stone=None, motion=None):
+    """Write discs to an open text file, as `read` reads them; stone (n,): numbers or -1, motion (n, 3)."""
+    out = csv.writer(file, lineterminator="\n")
+    out.writerow([*PLACE, *(MOTION if motion is not None else ()), "material", "stone"])
+    number = np.full(len(radius), -1) if stone is None else np.asarray(stone)
+    columns = np.column_stack([xy, radius] + ([] if motion is None else [motion]))
+    for values, k in zip(columns.tolist(), number.tolist(), strict=True):
+        out.writerow([*map(repr, values), MATERIALS[k >= 0], k])

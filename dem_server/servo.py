@@ -1,0 +1,107 @@
+"""Walls that hold a pressure: a servo moves them along their normal, a little in every step.
+
+With F the force with which the discs press on the wall, averaged over N steps, L the length of the wall that counts, p the
+wanted pressure, and the stiffness and dashpots of the discs that touch the wall now,
+
+    F <- F + (force - F) / N,   V = G / N (p L - F) / (dt sum kn + sum cn),   |V| <= fastest         (1)
+
+is the velocity towards the discs; a wall that touches nothing moves at `fastest`. In one step a wall takes back a share G / N of
+what is missing, if the discs stay where they are. With G = 1/4 the averaged force and the wall that follows it are a critically
+damped pair for every N (their equation is z^2 + z / N + G / N^2 = 0), and their answer to the motion of the discs only takes
+energy from them. Source of servo walls: Itasca, PFC2D 3.1 Theory, "Numerical servo-mechanism".
+
+Walls may be longer than the side they close: only the part on the discs' side of the walls that cross it counts. In a box whose
+walls cross beyond its corners, p L is then the pressure on the side of the box at any time.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from coupler_protocol.jit import jit
+
+GAIN = 0.25  # G of Eq (1)
+
+
+class Servo(NamedTuple):
+    """Servos of all W walls of a State.
+
+    pressure (W,) [Pa], 0: the wall has none now; fastest (W,) [m/s]; average (W,): N; inward (W, 2): unit normals to the discs.
+    From the contacts: force (W,), averaged [N]; stiffness [N/m], dashpot [N s/m] (W,), of the last pass; length (W,): L of the
+    last step [m].
+    """
+
+    pressure: np.ndarray
+    fastest: np.ndarray
+    average: np.ndarray
+    inward: np.ndarray
+    force: np.ndarray
+    stiffness: np.ndarray
+    dashpot: np.ndarray
+    length: np.ndarray
+
+
+def make_servo(ends, xy):
+    """Servo of walls `ends` (W, 4), all without a pressure; the discs at `xy` (n, 2) say which side is theirs."""
+    along = ends[:, 2:] - ends[:, :2]
+    inward = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
+    away = xy.mean(axis=0) - 0.5 * (ends[:, 2:] + ends[:, :2])
+    inward[(inward * away).sum(axis=1) < 0.0] *= -1.0
+    pressure, fastest, force, stiffness, dashpot, length = np.zeros((6, len(ends)))
+    return Servo(pressure, fastest, np.ones(len(ends)), inward, force, stiffness, dashpot, length)
+
+
+def pressures(walls):
+    """Pressure of the discs on each wall now (W,) [Pa]."""
+    servo = walls.servo
+    measure(walls.ends, servo.inward, servo.length)
+    return -(walls.force * servo.inward).sum(axis=1) / servo.length
+
+
+def error(walls):
+    """Largest relative difference between wanted and present pressure of the walls that have a servo now, else 0."""
+    on = walls.servo.pressure > 0.0
+    if not on.any():
+        return 0.0
+    return float(np.abs(pressures(walls)[on] / walls.servo.pressure[on] - 1.0).max())
+
+
+@jit
+def steer(walls, servo, dt):
+    """Eq (1) for all walls that have a pressure to hold."""
+    velocity, inward = walls.velocity, servo.inward
+    measure(walls.ends, inward, servo.length)
+    for w in range(len(velocity)):
+        if servo.pressure[w] <= 0.0:
+            continue
+        nx, ny = inward[w, 0], inward[w, 1]
+        N = servo.average[w]
+        servo.force[w] += (-(walls.force[w, 0] * nx + walls.force[w, 1] * ny) - servo.force[w]) / N
+        speed = servo.fastest[w]
+        if servo.stiffness[w] > 0.0:
+            missing = servo.pressure[w] * servo.length[w] - servo.force[w]
+            wanted = GAIN / N * missing / (dt * servo.stiffness[w] + servo.dashpot[w])
+            speed = min(max(wanted, -speed), speed)
+        velocity[w, 0], velocity[w, 1] = speed * nx, speed * ny
+
+
+@jit
+def measure(ends, inward, length):
+    """Length (W,) [m] of each wall on the discs' side of the walls that cross it."""
+    for w in range(len(ends)):
+        x, y = ends[w, 0], ends[w, 1]
+        ex, ey = ends[w, 2] - x, ends[w, 3] - y
+        first, last = 0.0, 1.0
+        for v in range(len(ends)):
+            ax, ay = ends[v, 0] - x, ends[v, 1] - y
+            fx, fy = ends[v, 2] - ends[v, 0], ends[v, 3] - ends[v, 1]
+            cross = ex * fy - ey * fx
+            if v == w or cross * cross < 1e-12 * (ex * ex + ey * ey) * (fx * fx + fy * fy):
+                continue
+            here, there = (ax * fy - ay * fx) / cross, (ax * ey - ay * ex) / cross
+            if 0.0 < here < 1.0 and -1e-9 <= there <= 1.0 + 1e-9:
+                if ex * inward[v, 0] + ey * inward[v, 1] > 0.0:
+                    first = max(first, here)
+                else:
+                    last = min(last, here)
+        length[w] = max(last - first, 1e-3) * (ex * ex + ey * ey) ** 0.5
