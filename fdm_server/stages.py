@@ -197,7 +197,8 @@ class ContinuumSide:
                 traction_difference(self.model, self.state, rim, stress) for rim in self.rims
             ]
             nodes = np.concatenate([rim.nodes for rim in self.rims])
-            result["limits"] = safe_limits(self.model, self.state, nodes, self.state.added_mass[nodes])
+            sums = np.concatenate([rim.sums for rim in self.rims])
+            result["limits"] = safe_limits(self.model, self.state, nodes, sums)
         if self.plugin is not None:
             self.plugin.stage(Moment(0, stage.stage.name, self.steps, self.model, self.state))
         self.results.append(result)
