@@ -44,7 +44,8 @@ def test_without_the_rule_the_same_chain_blows_up():
 
 def test_the_agreed_step_is_that_of_the_law():
     """End of the bar: M = rho dx^2 / 2, half at each of two gridpoints; static masses m of triangles. One contact with a share of
-    1/2 of each, lever l/2. Normal: b = (1/2, 0), w = 1. Shear, ks = .4 k: b = (+-1/2, 1/2), w = sqrt 2, k w b b^T / |b| = 2 ks b b^T.
+    1/2 of each, lever l/2. Normal: b = (1/2, 0), w = 1. Shear, ks = .4 k: b = (+-1/2, 1/2), w = sqrt 2, and with that
+    k w b b^T / |b| = 2 ks b b^T.
     """
     k = 100.0 * M
     joined = light_end(100.0, 1e4)
