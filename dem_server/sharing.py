@@ -1,7 +1,7 @@
 """How the discs of a step are shared among threads.
 
 Free discs are numbered in space and taken in runs of `RUN` discs. To wake a thread three times a step takes about as long as one
-thread needs for 20,000 discs, so a second one is asked only where there are many (docs/design/0007).
+thread needs for 30,000 discs, so a second one is asked only where there are many (docs/design/0007).
 """
 
 from itertools import pairwise
