@@ -17,6 +17,7 @@ from dem_server import overlap_rules, stones
 from dem_server.clumps import make_clumps
 from dem_server.contacts import contact_forces
 from dem_server.effects import SOIL, STONE
+from dem_server.fields import listed_pairs
 from dem_server.model import SPIN, VX, build_model
 from dem_server.neighbours import rebuild
 from dem_server.packing import Packing
@@ -93,6 +94,9 @@ def make_stones(model, state, stone, discs):
     rebuild(model, state)
     if discs.body == "cluster":
         stones.fasten(model, state)
+        pairs = listed_pairs(state)
+        own = stones.of_one_stone(state, pairs)
+        state.reference_gap[pairs.slot[own]] += pairs.gap[own]  # a stone is free of stress in the shape that it came in
     contact_forces(model, state)
     return model
 
