@@ -37,10 +37,8 @@ def times(info):
     for stage in stages:
         s = stage["seconds"]
         recording = s["recording"] + s["recording_discrete"]
-        both = grid and discs
-        values = (
-            (grid, s["continuum"]), (both, s["waiting"]), (discs, s["discrete"]), (both, s["waiting_discrete"]), (True, recording),
-        )  # fmt: skip
+        waits = ((grid and discs, s[name]) for name in ("waiting", "waiting_discrete"))
+        values = ((grid, s["continuum"]), next(waits), (discs, s["discrete"]), next(waits), (True, recording))
         table.append([stage["name"], *(f"{seconds:.2f}" if there else "" for there, seconds in values)])
     return table
 
@@ -126,8 +124,8 @@ def print_table(info, console):
     console.print(_table(columns, texts))
     if OUTCOME[6] in columns:
         console.print(
-            "P/l vs stress: rms difference between the discs' forces on the rim and the stress of the zones beside it, over the rms "
-            "stress."
+            "P/l vs stress: rms difference between the discs' forces on the rim and the stress of the zones beside it, over the "
+            "rms stress."
         )
     console.print(_table(*filled(SECONDS, times(info))))
     for sentence in sentences(info):

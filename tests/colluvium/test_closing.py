@@ -28,7 +28,8 @@ def test_discs_alone_have_no_ring():
     assert "ring" not in next(sentences({"windows": [{"name": "dem.rank1", "discs": 7} | STONES]}))
 
 
-STAGE = {"name": "rest", "steps": 5, "ended_by": "ratio 1e-6", "gravity_factor": 1.0, "ratio_discrete": [1e-6], "bonds_broken": [2]}
+STAGE = {"name": "rest", "steps": 5, "ended_by": "ratio 1e-6", "gravity_factor": 1.0}
+STAGE |= {"ratio_discrete": [1e-6], "bonds_broken": [2]}
 TIMES = {"continuum": 0.1, "waiting": 0.2, "recording": 0.3, "discrete": 0.4, "waiting_discrete": 0.5, "recording_discrete": 0.6}
 
 
