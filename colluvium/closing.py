@@ -74,6 +74,12 @@ def sentences(info):
                 f"warning: in stage {opened['stage']} the ring of window {window['name']} opened by {opened['radii']:.1f} "
                 f"smallest radii at ({x:.1f}, {y:.1f}) m; 2 let a disc through"
             )
+    for stage in info.get("stages", []):
+        if "exchanges" in stage:
+            yield f"stage {stage['name']}: {stage['steps']} steps in {stage['exchanges']} exchanges"
+        if stage.get("fell_back"):
+            yield f"warning: from stage {stage['name']} on there was an exchange in every step: {stage['fell_back']}"
+            break
     if info.get("locate"):
         from colluvium.locate import in_words as located
 

@@ -81,7 +81,7 @@ class Discs(Table):
     density_matching: bool = quantity(True, meaning="discs weigh what the zones they replace weighed")
     stiffness: Literal["disc", "contact"] = quantity("disc", meaning="springs belong to discs (in series) or to contacts")
     time_step: float = quantity(
-        0.05, meaning="time = real without a grid: share of the stable step, unless the stage says", gt=0, le=1
+        0.05, meaning="time = real: share of the discs' stable step, unless the stage says", gt=0, le=1
     )
     file: str | None = quantity(
         None, meaning="CSV file of the discs, in place of packing: x, y, radius, vx, vy, spin, material, stone (docs/packings.md)"

@@ -22,6 +22,7 @@ from coupler_protocol.stage_tables import Stage
 from coupler_protocol.stone_tables import Stones
 
 FORMAT = 1
+DAMPING = "damping of the grid in this stage (none: the scene's); in real time its local part is that of the discs too"
 
 
 @cache
@@ -70,7 +71,9 @@ class Coupling(Table):
     """How motion and force cross the interface."""
 
     mapping: Literal["work-consistent", "paper"] = quantity("work-consistent", meaning="docs/theory.md says what each keeps")
-    exchange_every: int = quantity(1, unit="steps", meaning="steps between exchanges", ge=1, le=1)
+    exchange_every: int = quantity(
+        1, unit="steps", meaning="longest pause between exchanges, in static mode (docs/theory.md says where)", ge=1, le=50
+    )
 
 
 class Link(Table):
@@ -143,7 +146,7 @@ def scene_class():
         "Stage",
         __base__=Stage,
         __doc__=Stage.__doc__,
-        damping=(damping, Field(default=None, description="damping of the grid in this stage; none: the scene's")),
+        damping=(damping, Field(default=None, description=DAMPING)),
     )
     return create_model(
         "Scene",

@@ -83,7 +83,9 @@ class Stage(Table):
     wall: list[StageWall] = Field(default_factory=list, description="walls that move otherwise from this stage on")
     large_strain: Literal[True] | None = quantity(None, meaning="zones follow their gridpoints from this stage on")
     time: Literal["static", "real"] = quantity("static", meaning="scaled masses on the way to rest, or real masses and seconds")
-    step_factor: float | None = quantity(None, meaning="time = real: share of the stable step that is taken (0.5)", gt=0, le=1)
+    step_factor: float | None = quantity(
+        None, meaning="time = real: share of the stable step (grid 0.5, discs their time_step; coupled: the shorter)", gt=0, le=1
+    )
     discard: bool = quantity(False, meaning="forget the outcome: the next stage starts where this one did")
 
     @model_validator(mode="before")

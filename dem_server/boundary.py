@@ -9,7 +9,7 @@ from dem_server.stiffness import contact_stiffnesses
 def ring_contacts(model, state):
     """Springs of the ring for the interface's mass rule: control disc (m,), stiffness (m,) [N/m].
 
-    The larger of kn and ks, bonds and dashpots included (a dashpot counts with twice its constant over dt, as in timestep.py). As for
+    The larger of kn and ks, bonds and dashpots included (a dashpot with twice its constant over dt, as in timestep.py). As for
     the discs' own masses all listed pairs count, so that no contact can close unseen; they change only when the list is
     built (`state.builds`) or bonds are made.
     """

@@ -78,12 +78,12 @@ class Rim:
         return float(np.sum(state.force[:R] * state.v[:R]) + np.dot(state.moment[:R], state.spin[:R]))
 
     def inner_mass(self, state):
-        """Mass (K,) [kg/m] of the control discs' inner shares, at the nodes: weight, and in real time inertia, that is the grid's."""
+        """Mass (K,) [kg/m] of the control discs' inner shares, at the nodes: weight, in real time inertia, of the grid."""
         share, index = node_shares(self.ring)
         return _gathered(share * state.weight[: self.discs, None], index, len(self.nodes))
 
     def stiffness_sums(self, model, state):
-        """Sums (K,) [N/m] of the mass rule above for the nodes; computed anew when the contact list has changed."""
+        """Sums (K,) [N/m] of the mass rule above; computed anew when the contact list has changed."""
         if state.builds != self._builds:
             self._builds = state.builds
             self._sums = self._mass_rule(*ring_contacts(model, state))

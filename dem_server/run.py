@@ -2,11 +2,18 @@
 
 from math import isfinite
 
+import numpy as np
+
 from coupler_protocol import messages
 from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.wire import WireError, content_of
 from dem_server.contacts import contact_forces
-from dem_server.motion import move_free
+from dem_server.motion import SPEED_CAP, move_free
+
+TOO_FAST = (
+    "move by more than a tenth of the smallest radius a step after step {}: give the stage a smaller step_factor, or less "
+    "violent loads"
+)
 
 
 def lockstep(side):
@@ -14,9 +21,10 @@ def lockstep(side):
 
     The forces go out as soon as the contacts are known. Looks, records and the motion of the free discs come after that, while
     the continuum computes the rim's velocities. After the last step of a stage looks and records come first, for the forces say
-    how long a step of the next stage may be; in its first step the free discs wait to hear how long it is.
+    how long a step of the next stage may be; in its first step the free discs wait to hear how long it is. A VELOCITY may be for
+    several steps: the rim's mean velocities in them.
     """
-    state, rim, talk = side.state, side.rim, side.conversation
+    talk = side.conversation
     order = None
     while True:
         last = order is not None and bool(int(order.flags) & messages.END_OF_STAGE)
@@ -36,12 +44,34 @@ def lockstep(side):
             talk.sequence += 1
             return content_of(frame)["reason"]
         order = take_velocities(side, frame)
-        side.take_step(order.dt)
+        side.take_step(order)
         if not agreed:
             move_discs(side, gravity)
-        rim.move(state, side.velocity)
-        contact_forces(side.model, state)
-        side.check_step()
+        for between in steps_between(order, gravity):
+            move_rim(side)
+            finish_step(side, between)
+            side.answer = side.looked
+            move_discs(side, between.gravity)
+        move_rim(side)
+
+
+def steps_between(order, gravity):
+    """Orders of the steps before the last one that a VELOCITY is for; gravity [m/s2]: of the first of them.
+
+    Nothing is ordered after them; from the first step to the one after the last gravity changes linearly.
+    """
+    steps = int(order.interval)
+    for n in range(1, steps):
+        now = gravity + (order.gravity - gravity) * (n / steps)
+        yield order._replace(step=order.step - steps + n, gravity=now, flags=0.0)
+
+
+def move_rim(side):
+    """The second half of a step: control discs move with the rim, contacts follow."""
+    side.rim.move(side.state, side.velocity)
+    refuse_fast_rim(side)
+    contact_forces(side.model, side.state)
+    side.check_step()
 
 
 def finish_step(side, order):
@@ -56,10 +86,14 @@ def move_discs(side, gravity):
     """Move the free discs; in real time nothing is slowed down, so a disc that is too fast ends the run."""
     fast = move_free(side.model, side.state, gravity)
     if fast and side.model.real_time is not None:
-        raise PhysicsFailed(
-            f"{fast} discs or stones move by more than a tenth of the smallest radius a step after step {side.steps}: "
-            f"give the stage a smaller step_factor, or less violent loads"
-        )
+        raise PhysicsFailed(f"{fast} discs or stones {TOO_FAST.format(side.steps)}")
+
+
+def refuse_fast_rim(side):
+    """Raise PhysicsFailed where the grid moves control discs so fast that others could pass through them."""
+    model, state = side.model, side.state
+    if model.real_time is not None and np.abs(state.v[: model.ring]).max() * state.dt > SPEED_CAP * model.smallest_radius:
+        raise PhysicsFailed(f"control discs {TOO_FAST.format(side.steps)}")
 
 
 def say_forces(side, order):

@@ -190,8 +190,12 @@ class DiscreteSide:
 
     # -- called by the loop ------------------------------------------------------------------------------------------
 
-    def take_step(self, dt):
-        """The step `dt` [s] of VELOCITY: in the first step of a stage in real time it is the stage's, afterwards it stays."""
+    def take_step(self, order):
+        """How long steps of VELOCITY are (in real time the first one of a stage says it), and how many."""
+        dt, steps = order.dt, order.interval
+        most = 1 if self.model.real_time is not None else self.scene.coupling.exchange_every
+        if not 1 <= steps <= most or order.step != self.steps + steps:
+            raise PeerLost(f"the continuum takes {steps:g} steps to step {order.step:g}, after {self.steps} and at most {most}")
         if self.step is None:
             if not 0.0 < dt <= self.state.next_dt:
                 raise PeerLost(f"the continuum takes steps of {dt:g} s, the discs can take {self.state.next_dt:g} s")
@@ -205,8 +209,8 @@ class DiscreteSide:
         """Raise PhysicsFailed where new contacts have made the agreed step too long for the discs."""
         if self.state.next_dt < self.step:
             raise PhysicsFailed(
-                f"the step of {self.step:.4g} s agreed for stage {self._name_of(self.stage)!r} is too long for the discs after step "
-                f"{self.steps}, whose contacts now ask for {self.state.next_dt:.4g} s: give the stage a smaller step_factor"
+                f"the step of {self.step:.4g} s agreed for stage {self._name_of(self.stage)!r} is too long after step "
+                f"{self.steps}: the discs' contacts now ask for {self.state.next_dt:.4g} s; give the stage a smaller step_factor"
             )
 
     def look(self, order):

@@ -167,7 +167,7 @@ def test_a_peer_of_another_protocol_version_is_not_waited_for(monkeypatch):
     frame = wire.control_frame(GO, SESSION, 1, 0, GONE)
     monkeypatch.undo()
     peer.send(frame)
-    with pytest.raises(PeerLost, match="another language: protocol version 3, not 2"):
+    with pytest.raises(PeerLost, match="another language: protocol version 4, not 3"):
         talk.hear((GO,))
 
 

@@ -68,13 +68,14 @@ def test_exit_code_and_page(tmp_path, monkeypatch, value, code):
     assert text.index("discrete") < text.index("continuum") < text.index("hard")
 
 
-def test_the_discrete_section_passes(tmp_path):
+@pytest.mark.parametrize("section", ["discrete", "coupling"])
+def test_a_fast_section_passes(tmp_path, section):
     page, file = tmp_path / "page.md", tmp_path / "rows.json"
-    assert verify.main(["discrete", "--fast", "--page", str(page), "--json", str(file)]) == 0
+    assert verify.main([section, "--fast", "--page", str(page), "--json", str(file)]) == 0
     rows = json.loads(file.read_text())
-    assert {found["case"] for found in rows} == {case.NAME for case in runner.section("discrete").CASES}
+    assert {found["case"] for found in rows} == {case.NAME for case in runner.section(section).CASES}
     assert all(found["passed"] for found in rows)
-    assert "<!-- begin discrete -->" in page.read_text()
+    assert f"<!-- begin {section} -->" in page.read_text()
 
 
 @pytest.mark.parametrize("section", SECTIONS)

@@ -1,10 +1,10 @@
 """The coupled run is one leap-frog, to the bit, however it is cut: messages, processes, restarts.
 
-The quick slope (configs/quick_slope.toml, cut short), coupled in static mode, then in real time with 1.2 g at once and without
-damping. From the States at the end of the static stage a plain loop, without messages and without overlap, takes the steps of the
-next one: all forces, all velocities, all places, all new forces. Its gridpoints, zones, discs and contacts are those of the
-product, whose sides work at the same time, in one process or two, in one go or from a stage's end on. Rows count arrays with other
-bits.
+The quick slope (configs/quick_slope.toml, cut short), coupled in static mode, then in real time with 1.2 g at once and
+without damping. From the States at the end of the static stage a plain loop, without messages and without overlap, takes the
+steps of the next one: all forces, all velocities, all places, all new forces. Its gridpoints, zones, discs and contacts are
+those of the product, whose sides work at the same time, in one process or two, in one go or from a stage's end on. Rows count
+arrays with other bits.
 """
 
 import json
@@ -99,7 +99,8 @@ def differing(one, two, stage="sway"):
     count = 0
     for name in (GRID, DISCS):
         a, b = (flat(checkpoint.load(Path(folder) / f"{name}.{stage}.h5")[0]) for folder in (one, two))
-        count += len(a.keys() ^ b.keys()) + sum(np.asarray(a[k]).tobytes() != np.asarray(b[k]).tobytes() for k in a.keys() & b.keys())
+        count += len(a.keys() ^ b.keys())
+        count += sum(np.asarray(a[key]).tobytes() != np.asarray(b[key]).tobytes() for key in a.keys() & b.keys())
     return count
 
 

@@ -24,7 +24,8 @@ SIDE, R, KN, DENSITY = 0.4, 0.05, 1e8, 2000.0
 def block(turned=0.5, around=2, across=3, held=None, mapping="work-consistent", shift=0.0, kn=KN):
     """Zones with a window of `across` x `across` of them and `around` on each side, joined with the lattice; not begun.
 
-    held: {side: components} of the block; shift: control discs between nodes stand so far outside their segment [m]; kn: stiffness [N/m].
+    held: {side: components} of the block; shift: control discs between nodes stand so far outside their segment [m];
+    kn: stiffness [N/m].
     """
     cells = across + 2 * around
     model, state = zones(cells * SIDE, cells * SIDE, SIDE, kn / 3.0, kn / 2.0, DENSITY, turned, held)

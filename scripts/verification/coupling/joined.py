@@ -69,7 +69,7 @@ class Joined:
         advance(self.grid_model, grid)
 
     def step_with_energy(self):
-        """One step; returns the energy [J] at its beginning: v- . M v+ / 2, v half a step before and after, and what is stored."""
+        """One step; returns the energy [J] at its beginning: v- . M v+ / 2 (half a step before and after), and what is stored."""
         stored, before = self.stored(), self.motion()
         self.step()
         mass = np.concatenate([np.repeat(self.grid_model.weight_mass + self.grid.added_mass, 2), self._inertia().ravel()])
@@ -103,8 +103,8 @@ class Joined:
 def zones(length, height, size, bulk, shear, density, turned=0.0, boundary=None):
     """Model and State of a box of elastic zones at rest, turned about the origin."""
     ground = product.material(bulk, shear, density)
-    scene = Scene(**product.tables({"kind": "box", "length": length, "height": height, "zone_size": size}, ground, product.IDLE,
-                                   boundary))
+    mesh = {"kind": "box", "length": length, "height": height, "zone_size": size}
+    scene = Scene(**product.tables(mesh, ground, product.IDLE, boundary))
     grid = build_grid(scene)
     model = build_model(scene, grid._replace(xy=grid.xy @ rotation(turned).T))
     return model, new_state(model)

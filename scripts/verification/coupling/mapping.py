@@ -6,8 +6,8 @@ the discs' velocities v and spins w from random velocities V of the gridpoints:
 
     sum F = sum P,    sum X x F = sum x x P + M,    sum F.V = sum P.v + M w
 
-and discs on the rim of a stretched or turned body move as it does. The paper's mapping keeps force and moment of P alone (it drops
-M) and, off the segments, no power: its row says how much is lost.
+and discs on the rim of a stretched or turned body move as it does. The paper's mapping keeps force and moment of P alone (it
+drops M) and, off the segments, no power: its row says how much is lost.
 """
 
 import numpy as np
@@ -81,6 +81,6 @@ def rows(fast):
     for name, error in zip(("force", "moment", "power"), errors(count), strict=True):
         yield row(f"{name}, largest error", error, 0.0, 1e-13, SOURCE)
     yield row("rigid motion of discs with their segments, largest error", rigid(count), 0.0, 1e-12, SOURCE)
-    force, moment, power = errors(count // 10, paper=True)
+    force, _, power = errors(count // 10, paper=True)
     yield row("paper's mapping: force", force, 0.0, 1e-13, SOURCE)
     yield row("paper's mapping: power that is lost, largest", power, 0.0, [1e-3, 1.0], "none: not the transpose off the segments")

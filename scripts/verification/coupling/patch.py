@@ -1,9 +1,10 @@
 """A uniform stress passes the interface of a matched lattice.
 
-Zones and lattice have the same moduli (block.py). All gridpoints and discs are moved by the same uniform strain along the lattice,
-at 0 and 29 degrees. Then zones have the stress kn eps, and what is left on gridpoints of the rim and on free discs is nothing. An
-exception are the rim's four corners: control discs have no contacts with each other, so the strip of half a disc along the
-rim carries no stress, and a corner lacks kn eps R of each such strain, R times the traction on the side across.
+Zones and lattice have the same moduli (block.py). All gridpoints and discs are moved by the same uniform strain along the
+lattice, at 0 and 29 degrees. Then zones have the stress kn eps, and what is left on gridpoints of the rim and on free discs
+is nothing. An exception are the rim's four corners: control discs have no contacts with each other, so the strip of half a
+disc along the rim carries no stress, and a corner lacks kn eps R of each such strain, R times the traction on the side
+across.
 """
 
 import numpy as np
@@ -44,8 +45,8 @@ def rows(fast):
         error = np.abs(fields.stress(joined.grid_model, joined.grid) - wanted)[:, [0, 1, 3]].max() / traction
         yield row(f"at {words} degrees: stress of the zones, largest error", error, 0.0, 1e-8, SOURCE)
         free = joined.discs.force[joined.disc_model.ring :]
-        yield row(f"at {words} degrees: forces on free discs, over kn eps s", np.abs(free).max() / (traction * 2.0 * R), 0.0, 1e-8,
-                  SOURCE)
+        size = np.abs(free).max() / (traction * 2.0 * R)
+        yield row(f"at {words} degrees: forces on free discs, over kn eps s", size, 0.0, 1e-8, SOURCE)
         own = left @ turn  # along the lattice
         xy = joined.rim.nodes @ turn
         low, high = xy.min(axis=0), xy.max(axis=0)
@@ -54,4 +55,5 @@ def rows(fast):
         size = np.abs(own[straight]).max() / (traction * SIDE)
         yield row(f"at {words} degrees: forces on straight rims, over kn eps l", size, 0.0, 1e-8, SOURCE)
         lacks = np.abs(own[~straight]) / (KN * R * np.abs(np.diag(STRAIN)))
-        yield row(f"at {words} degrees: what corners lack, over kn eps R", lacks.flat[np.abs(lacks - 1.0).argmax()], 1.0, 1e-8, SOURCE)
+        worst = lacks.flat[np.abs(lacks - 1.0).argmax()]
+        yield row(f"at {words} degrees: what corners lack, over kn eps R", worst, 1.0, 1e-8, SOURCE)

@@ -10,7 +10,7 @@ dx high; the control disc weighs nothing (the closed form has no mass at the end
 
 import numpy as np
 
-from verification.coupling.bar import DENSITY, SPEED, M, bar
+from verification.coupling.bar import DENSITY, SPEED, bar
 from verification.rows import row
 
 NAME = "disc on a bar"
@@ -24,7 +24,7 @@ def restitution(b):
 
 
 def rebound(b, fine, share=0.5, half_mass=False):
-    """Speed of the disc after it hit the bar over that before, and the steps until then; `fine`: columns to c/omega of the contact."""
+    """Speed of the disc after the impact over that before, and steps until then; fine: columns to c/omega of the contact."""
     impedance = DENSITY * SPEED * DX
     omega = SPEED / (fine * DX)  # sqrt(k / m)
     k, m = 2.0 * b * impedance * omega, 2.0 * b * impedance / omega
