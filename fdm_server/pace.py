@@ -16,8 +16,13 @@ stiffness 2 m_I, contacts at most 4 S_I, so
 which is k_c / K for a spring on the end of a bar. Above STIFFEST there is an exchange in every step, for the rest of the run.
 So there is where the rim's motion grows by itself all the same (a block that only discs hold up has no K). For growth to be seen
 while it is slow, n begins with 1 in every stage and doubles after CALM exchanges. A rim node that becomes GROWTH times as fast as
-all were lately brings the next exchange at once. If it also moves otherwise than before the last one (cosine below ALIKE) this is
-a strike; after STRIKES of them, with no rest in between, n stays 1. Loads that grow move the rim onward, in one direction.
+all were lately brings the next exchange at once. If it also moves otherwise than before the last one (cosine below ALIKE), n begins
+with 1 again, and if held forces alone can have made it so fast this is a strike: they change by 4 S_I times the path, so that
+
+    v <= (1 + 4 S_I n / (m_I + S_I)) v_before.                                   (3)
+
+After STRIKES of them with no rest in between, or at MOST times the speed before the first, n stays 1. Loads that grow move the rim
+onward, in one direction; sudden ones, bonds that break, make it faster than (3) or only once.
 """
 
 import logging
@@ -27,7 +32,7 @@ import numpy as np
 
 log = logging.getLogger(__name__)
 STIFFEST = 1.0  # of Eq (2)
-GROWTH, STRIKES = 1.6, 3
+GROWTH, STRIKES, MOST = 1.5, 3, 3.0
 ALIKE = 0.8  # cosine between two motions of a node that goes on its way
 RECENT = 10  # exchanges that "lately" means
 CALM = 4  # exchanges without a strike before n doubles
@@ -50,7 +55,9 @@ class Pace:
         self.watching = every > 1 and not fell_back
         self.interval = 1  # n
         self.strikes = self._calm = 0
+        self._gain, self._pause = 0.0, 1  # max 4 S / (m + S); steps before the last exchange
         self._level = self._struck = self._peak = 0.0  # speeds [m/step]: lately, at the last strike, since the last exchange
+        self._origin = 0.0  # speed before the first strike
         self._peaks = deque(maxlen=RECENT)
         self._now = False
 
@@ -58,6 +65,7 @@ class Pace:
         """New forces are here; mass (N,) [kg]: static ones of the gridpoints."""
         if self.watching:
             ratio = max(stiffness_ratio(mass[rim.nodes], rim.sums) for rim in rims)
+            self._gain = 4.0 * ratio / (2.0 + ratio)
             if ratio > STIFFEST:
                 self._fall_back(f"contacts on the rim are {ratio:.2g} times as stiff as the zones there, 1 is the limit")
 
@@ -72,10 +80,17 @@ class Pace:
         if speed <= GROWTH * self._level:
             return
         before, now = rim.before[fastest], velocity[rim.nodes[fastest]]
-        if self.interval > 1 and before @ now < ALIKE * speed * np.hypot(*before):
-            self.strikes, self._calm, self._struck = self.strikes + 1, 0, speed
+        if self._pause > 1 and before @ now < ALIKE * speed * np.hypot(*before):
+            self._strike(speed)
         self._level, self._now = speed, True
-        if self.strikes == STRIKES:
+
+    def _strike(self, speed):
+        self.interval, self._calm = 1, 0
+        if speed > (1.0 + self._gain * self._pause) * self._level:
+            return
+        self._origin = self._origin if self.strikes else self._level
+        self.strikes, self._struck = self.strikes + 1, speed
+        if self.strikes == STRIKES or speed > MOST * self._origin:
             self._fall_back("the motion of the rim grew by itself")
 
     def due(self, number, must=False):
@@ -84,6 +99,7 @@ class Pace:
         if not self.begins:
             return 0
         steps, self.taken, self._now = self.taken, 0, False
+        self._pause = steps
         self.exchanges += 1
         if self.watching:
             self._judge()
