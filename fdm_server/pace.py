@@ -32,9 +32,10 @@ import numpy as np
 
 log = logging.getLogger(__name__)
 STIFFEST = 1.0  # of Eq (2)
-GROWTH, STRIKES, MOST = 1.5, 3, 3.0
+GROWTH, STRIKES, MOST = 1.3, 3, 2.0
 ALIKE = 0.8  # cosine between two motions of a node that goes on its way
 RECENT = 10  # exchanges that "lately" means
+REST = 1e-6  # of the largest speed in the stage: slower is at rest
 CALM = 4  # exchanges without a strike before n doubles
 
 
@@ -57,7 +58,7 @@ class Pace:
         self.strikes = self._calm = 0
         self._gain, self._pause = 0.0, 1  # max 4 S / (m + S); steps before the last exchange
         self._level = self._struck = self._peak = 0.0  # speeds [m/step]: lately, at the last strike, since the last exchange
-        self._origin = 0.0  # speed before the first strike
+        self._origin = self._largest = 0.0  # speeds before the first strike, in the stage
         self._peaks = deque(maxlen=RECENT)
         self._now = False
 
@@ -76,7 +77,7 @@ class Pace:
             return
         rim = max(rims, key=lambda rim: rim.speed(velocity)[0])
         speed, fastest = rim.speed(velocity)
-        self._peak = max(self._peak, speed)
+        self._peak, self._largest = max(self._peak, speed), max(self._largest, speed)
         if speed <= GROWTH * self._level:
             return
         before, now = rim.before[fastest], velocity[rim.nodes[fastest]]
@@ -109,7 +110,7 @@ class Pace:
         self._peaks.append(self._peak)
         self._peak, lately = 0.0, max(self._peaks)
         if len(self._peaks) == RECENT:
-            self._level = min(self._level, lately)
+            self._level = max(min(self._level, lately), REST * self._largest)
         if lately < 0.5 * self._struck:
             self.strikes = 0
         self._calm += 1
