@@ -16,13 +16,13 @@ stiffness 2 m_I, contacts at most 4 S_I, so
 which is k_c / K for a spring on the end of a bar. Above STIFFEST there is an exchange in every step, for the rest of the run.
 So there is where the rim's motion grows by itself all the same (a block that only discs hold up has no K). For growth to be seen
 while it is slow, n begins with 1 in every stage and doubles after CALM exchanges. A rim node that becomes GROWTH times as fast as
-all were lately brings the next exchange at once. If it also moves otherwise than before the last one (cosine below ALIKE), n begins
-with 1 again, and if held forces alone can have made it so fast this is a strike: they change by 4 S_I times the path, so that
+all were lately brings the next exchange at once. If it also moves otherwise than before the last one (cosine below ALIKE), n
+begins with 1 again; if held forces alone can have made it so fast this is a strike. They change by 4 S_I times the path, hence
 
     v <= (1 + 4 S_I n / (m_I + S_I)) v_before.                                   (3)
 
-After STRIKES of them with no rest in between, or at MOST times the speed before the first, n stays 1. Loads that grow move the rim
-onward, in one direction; sudden ones, bonds that break, make it faster than (3) or only once.
+After STRIKES of them with no rest in between, or at MOST times the speed before the first, n stays 1. Loads that grow move the
+rim onward, in one direction; sudden ones, bonds that break, make it faster than (3) or only once.
 """
 
 import logging

@@ -53,7 +53,8 @@ def spring(pace, k, K=1.0, alpha=0.7, steps=4000, push=lambda n: 0.0, v0=0.0, al
 def test_the_ratio_of_a_zone_with_a_spring_is_that_of_their_stiffnesses(angle):
     """A square zone of two triangles a pair has static masses M = K + 4G/3 on every corner, and 2 M bound its stiffness."""
     turn = np.radians(angle)
-    xy = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) @ [[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]]
+    c, s = np.cos(turn), np.sin(turn)
+    xy = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) @ [[c, s], [-s, c]]
     mass = static_masses(xy, np.array([[0, 1, 2, 3]]), np.array([7e8]))
     assert stiffness_ratio(mass, 0.5 * 0.25 * mass) == pytest.approx(0.25, rel=1e-12)
     np.testing.assert_allclose(mass, mass[0], rtol=1e-12)
@@ -111,7 +112,7 @@ def test_without_the_monitor_that_motion_grows_without_bound(monkeypatch, every)
 @pytest.mark.parametrize("k", [0.02, 0.05])
 @pytest.mark.parametrize("over", [1, 30, 1000])
 def test_loads_that_come_suddenly_or_gradually_are_no_growth(k, over):
-    """From rest, a thousand times faster than the motion before. From k = .15 on the kicks of longer pauses may count as growth."""
+    """From rest, a thousand times faster than the motion before. From k = .15 on it may be taken for growth."""
     pace = Pace(20)
     speeds, _ = spring(pace, k, push=lambda n: 1e-9 if n < 1000 else 1e-3 * min(1.0, (n - 1000) / over))
     assert speeds[1000:].max() > 1e3 * speeds[900:1000].max()
