@@ -74,12 +74,8 @@ def sentences(info):
                 f"warning: in stage {opened['stage']} the ring of window {window['name']} opened by {opened['radii']:.1f} "
                 f"smallest radii at ({x:.1f}, {y:.1f}) m; 2 let a disc through"
             )
-    for stage in info.get("stages", []):
-        if "exchanges" in stage:
-            yield f"stage {stage['name']}: {stage['steps']} steps in {stage['exchanges']} exchanges"
-        if stage.get("fell_back"):
-            yield f"warning: from stage {stage['name']} on there was an exchange in every step: {stage['fell_back']}"
-            break
+    yield from step_limits(info)
+    yield from _exchanges(info)
     if info.get("locate"):
         from colluvium.locate import in_words as located
 
@@ -95,6 +91,16 @@ def sentences(info):
     yield f"{info.get('reason', '')}; exit code {info.get('exit_code')}{seconds}"
 
 
+def _exchanges(info):
+    """How often both sides exchanged, where a scene allows pauses, and where that ended."""
+    for stage in info.get("stages", []):
+        if "exchanges" in stage:
+            yield f"stage {stage['name']}: {stage['steps']} steps in {stage['exchanges']} exchanges"
+        if stage.get("fell_back"):
+            yield f"warning: from stage {stage['name']} on there was an exchange in every step: {stage['fell_back']}"
+            return
+
+
 def _beyond_reach(window):
     """What of the zones' stress no packing of these discs could have had."""
     if window.get("projected", 0.0) >= NOTICED:
@@ -103,6 +109,21 @@ def _beyond_reach(window):
     if max(map(abs, left)) >= NOTICED:
         x, y = (f"{100 * share:+.0f} %" for share in left)
         yield f"that stress and the window's weight do not balance: {x} of the weight is left over along x, {y} along y"
+
+
+def step_limits(info):
+    """How long a step may be at the end of each coupled stage: for sure and, where that was asked for, exactly."""
+    from coupler_protocol.stability import in_words
+
+    for stage in info.get("stages", []):
+        found = dict(stage.get("limits") or {})
+        exact = found.pop("exact", None)
+        discs = [row for window in info.get("windows", []) for row in window.get("limits", []) if row["stage"] == stage["name"]]
+        found |= {"discs": min(discs, key=lambda row: row["share"])} if discs else {}
+        parts = ["surely stable up to: " + ", ".join(f"{name} {in_words(row)}" for name, row in found.items())] if found else []
+        parts += [f"exactly up to {in_words(exact)}"] if exact else []
+        if parts:
+            yield f"stage {stage['name']}: {'; '.join(parts)}"
 
 
 def print_table(info, console):

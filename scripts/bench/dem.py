@@ -9,6 +9,7 @@ Boxes have no reference gaps (8 bytes a pair more in a window). "list build" is 
 from copy import deepcopy
 from pathlib import Path
 from statistics import median
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -16,16 +17,19 @@ from bench.dense_box import BOND, FRICTION, dense_box
 from bench.rows import repeated, row, triad
 from bench.scalar_disc import step_of_discs
 from coupler_protocol import team
+from coupler_protocol.grading_table import Grading
 from coupler_protocol.interface import build_ring
 from coupler_protocol.jit import jit
 from coupler_protocol.scene_reader import read_scene
-from dem_server import bonding, contacts, insitu, mesostructure, packing, stones
+from dem_server import bonding, contacts, insitu, mesostructure, packing, sharing, stones
 from dem_server.balance import unbalanced_ratio
 from dem_server.contacts import contact_forces, force_pass
 from dem_server.cycle import advance, stop
+from dem_server.effects.damping import Damping
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
+from dem_server.effects.spring import Spring
 from dem_server.fields import contacts as contacts_of
 from dem_server.fields import listed_pairs
 from dem_server.filling import rim_of
@@ -34,7 +38,8 @@ from dem_server.neighbours import rebuild
 
 SIZES = {2_500: (2, 2), 10_000: (4, 4), 50_000: (8, 10), 200_000: (16, 20)}  # tiles across and up
 LAW_SIZE = 2_500
-THREADED = (50_000, 200_000)
+THREADED = (50_000, 200_000)  # the smaller one by two threads although they do not gain there
+RATIOS = (1.0, 5.0, 20.0)  # of the largest to the smallest disc
 BUILD_EVERY = 2_000  # steps: taken for slow shear, not measured here
 SETTLING = 8  # times 50 steps, after which all discs are stopped: nothing else stops loose ones
 SCENE = Path(__file__).resolve().parents[2] / "configs" / "paper_slope.toml"
@@ -131,6 +136,7 @@ def run(fast, repeats):
     for size in () if fast else THREADED:
         rows += threads_rows(size, work, repeats, companion)
     rows += rows_of("paper window, bonded, stones as clumps", window(0.06 if fast else 0.03), work, repeats, companion)
+    rows += ratio_rows(600 if fast else 6_000, work, repeats, companion)
     return rows + law_rows(work, repeats, companion)
 
 
@@ -148,16 +154,54 @@ def box_rows(size, work, repeats, companion):
     return rows
 
 
+def ratio_rows(size, work, repeats, companion):
+    """Packings of about as many discs with other ratios of sizes, in turns, and what a disc costs there over equal discs."""
+    cases = [Case(*graded(size, ratio)) for ratio in RATIOS]
+    found, builds, rows = [], [], []
+    for case in cases:
+        case.build_seconds()
+    for _ in range(repeats):
+        found.append([case.seconds(max(3, work // size)) / case.free for case in cases])
+        builds.append([case.build_seconds() / case.free for case in cases])
+    for name, seconds in (("step", found), ("list build", builds)):
+        for k, (ratio, case) in enumerate(zip(RATIOS, cases, strict=True)):
+            values, over = [1e9 * each[k] for each in seconds], [each[k] / each[0] for each in seconds]
+            rows.append(row(f"{name}; sizes 1:{ratio:g}", case.free, values, "ns/disc", companion, case.about()))
+            rows.append(row(f"{name} a disc; sizes 1:{ratio:g} over 1:1", case.free, over, "-", companion))
+    return rows
+
+
+def graded(size, ratio, smallest=0.02):
+    """Model and State of a square packed with about `size` discs of diameters from `smallest` [m] to `ratio` times that.
+
+    Each class of sizes covers as much area as the others (linear over the logarithm); friction, no gravity.
+    """
+    grading = Grading(curve=[(smallest, 0.0), (smallest * max(ratio, 1.0 + 1e-6), 1.0)])
+    side = float(np.sqrt(size * 0.25 * np.pi * grading.moment(2) / 0.84))
+    absent = dict.fromkeys(("bond", "rolling", "dashpot", "parallel_bond"))
+    soil = SimpleNamespace(density=2000.0, spring=Spring(normal=5e7, shear=2e7), friction=FRICTION, **absent)
+    discs = SimpleNamespace(
+        soil=soil, stone=None, stiffness="disc", damping=Damping(local=0.7), radius=0.5 * smallest, porosity=0.16,
+        packing="relaxed", confinement=1e5, target="stress", grading=grading,
+    )  # fmt: skip
+    nodes = rim_of([(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)], smallest * max(2.0, 0.5 * ratio))
+    ring = build_ring(nodes, 0.5 * smallest * max(1.0, 0.125 * ratio))
+    packed = packing.pack(nodes, ring.xy, ring.radius, discs, np.random.default_rng(1))
+    return build_model(ring.xy, ring.radius, packed, discs, insitu=False)
+
+
 def threads_rows(size, work, repeats, companion):
     """One and two threads in turn on copies of one state, bonds included, and whether their bits are the same."""
     model, state = dense_box(*SIZES[size], friction=FRICTION, bond=BOND)
-    cases = [Case(model, deepcopy(state)) for _ in range(2)]
+    cases, usual = [Case(model, deepcopy(state)) for _ in range(2)], sharing.FEWEST
+    sharing.FEWEST = 4
     found, steps = [[], []], max(3, work // size)
     for _ in range(repeats):
         for threads, case in enumerate(cases, start=1):
             team.set_size(threads)
             found[threads - 1].append(case.seconds(steps))
     team.set_size(1)
+    sharing.FEWEST = usual
     one, two = (case.state for case in cases)
     same = all(np.array_equal(getattr(one, name), getattr(two, name)) for name in ("disc", "load", "normal", "shear"))
     rates = [[size / s for s in each] for each in found]
