@@ -3,8 +3,8 @@
     python scripts/relay.py --to tcp://127.0.0.1:5555 [--listen tcp://127.0.0.1:5556] [--latency MS]
 
 Stands between both servers: `dem-server SCENE --connect tcp://127.0.0.1:5556 ...`. --to may name the file `endpoint` of a run's
-directory. Bytes arrive in order and unchanged, none before its latency is over; how many are under way is not limited, so a direction
-carries what the machine can. Prints the endpoint it listens on and, stopped with Ctrl-C, how late bytes left.
+directory. Bytes arrive in order and unchanged, none before its latency is over; how many are under way is not limited, so a
+direction carries what the machine can. Prints the endpoint it listens on and, stopped with Ctrl-C, how late bytes left.
 
 One thread does everything: threads of one process would wait for each other's turns. Just before bytes are due, and for a moment
 after the last ones came, it does not sleep, for waking takes some 50 us, but gives the processor to whoever asks for it.
@@ -18,6 +18,7 @@ import socket
 import sys
 import time
 from collections import deque
+from functools import partial
 from pathlib import Path
 from statistics import median, quantiles
 
@@ -28,22 +29,22 @@ from coupler_protocol.link import endpoint_from
 AWAKE = 5e-4  # [s] without sleep after the last bytes
 NEAR = 2e-4  # [s] before bytes are due in which it does not sleep
 ASLEEP = 0.1  # [s] at most
-AT_ONCE = 1 << 20  # bytes a read
+AT_ONCE = 1 << 16  # bytes a read; buffers of more are taken from the system and given back every time
 
 
 class Direction:
-    """Bytes on their way from one socket to another; late: list to which it adds by how much [s] they left after they were due."""
+    """Bytes on their way from one socket to another; late: list to which it adds how long [s] after they were due they left."""
 
     def __init__(self, source, target, latency, late):
         self.source, self.target, self.latency, self.late = source, target, latency, late
         self.under_way = deque()  # (when they are due [s], bytes; none: the end)
         self.reading = True
 
-    def read(self):
-        """Take what has come."""
+    def read(self, now):
+        """Take what has come by now [s]."""
         data = self.source.recv(AT_ONCE)
         self.reading = bool(data)
-        self.under_way.append((time.perf_counter() + self.latency, data))
+        self.under_way.append((now + self.latency, data))
 
     def write(self):
         """Hand on what is due, as far as the other end takes it."""
@@ -90,13 +91,13 @@ class Relay:
         """Relay until `stopped`, then close all sockets."""
         while not self.stopped:
             for line in list(self._lines):
-                self._attempt(line, *(direction.write for direction in line))
+                self._attempt(line, *(d.write for d in line))
             rest = self._rest()
             ready = self._wait(rest)
             if self._listener in ready:
                 self._accept()
             for line in list(self._lines):
-                self._attempt(line, *(direction.read for direction in line if direction.source in ready))
+                self._attempt(line, *(partial(d.read, self._last) for d in line if d.source in ready))
             if not ready and rest == 0.0:
                 os.sched_yield()
         for line in list(self._lines):
@@ -157,7 +158,8 @@ def lateness(late):
     """In words, how late bytes left; late [s]."""
     if len(late) < 2:
         return "nothing was relayed"
-    return f"{len(late)} times bytes left: {1e6 * median(late):.0f} us late (median), {1e6 * quantiles(late, n=20)[-1]:.0f} us (95 %)"
+    late = [1e6 * seconds for seconds in late]
+    return f"{len(late)} times bytes left: {median(late):.0f} us late (median), {quantiles(late, n=20)[-1]:.0f} us (95 %)"
 
 
 def main(argv=None):

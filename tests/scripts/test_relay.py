@@ -52,7 +52,7 @@ def echo():
 
     with socket.create_server(("127.0.0.1", 0)) as listener:
         threading.Thread(target=serve, args=(listener,), daemon=True).start()
-        yield "tcp://127.0.0.1:{}".format(listener.getsockname()[1])
+        yield f"tcp://127.0.0.1:{listener.getsockname()[1]}"
 
 
 def test_no_answer_comes_before_both_latencies_are_over(echo):
@@ -78,7 +78,7 @@ def test_a_long_stream_comes_back_unchanged_and_ends_where_it_ended(echo):
 
 def test_a_caller_is_told_that_nobody_is_there():
     with socket.create_server(("127.0.0.1", 0)) as free:
-        endpoint = "tcp://127.0.0.1:{}".format(free.getsockname()[1])
+        endpoint = f"tcp://127.0.0.1:{free.getsockname()[1]}"
     line = relay.Relay(("127.0.0.1", 0), relay.host_and_port(endpoint), 0.0)
     thread = threading.Thread(target=line.run)
     thread.start()
