@@ -68,7 +68,7 @@ class Pace:
             ratio = max(stiffness_ratio(mass[rim.nodes], rim.sums) for rim in rims)
             self._gain = 4.0 * ratio / (2.0 + ratio)
             if ratio > STIFFEST:
-                self._fall_back(f"contacts on the rim are {ratio:.2g} times as stiff as the zones there, 1 is the limit")
+                self._fall_back(f"contacts on the rim are {ratio:.3g} times as stiff as the zones there, 1 is the limit")
 
     def moved(self, rims, velocity):
         """The step's velocities (N,2) [m/step] are known."""
