@@ -74,6 +74,7 @@ class Coupling(Table):
     exchange_every: int = quantity(
         1, unit="steps", meaning="longest pause between exchanges, in static mode (docs/theory.md says where)", ge=1, le=50
     )
+    substeps: int = quantity(1, unit="steps", meaning="steps of the discs in one of the grid, in real time", ge=1, le=50)
 
 
 class Link(Table):

@@ -79,6 +79,14 @@ def real_time_exchanges_every_step(scene):
             return
 
 
+def substeps_belong_to_real_time(scene):
+    """In static mode both sides' steps are 1, with masses of their own."""
+    kinds = [stage.kind for stage in scene.stage]
+    coupled = scene.stage[kinds.index("couple") :] if "couple" in kinds else ()
+    if scene.coupling.substeps > 1 and not any(stage.time == "real" for stage in coupled):
+        yield ("coupling", "substeps"), "no coupled stage is in real time", 'remove the key, or give a stage time = "real"'
+
+
 def surcharges_lie_on_the_ground(scene):
     """A surcharge has a width, and ground under it."""
     for i, stage in enumerate(scene.stage):
@@ -150,6 +158,7 @@ STAGE_RULES = (
     large_strain_begins_in_the_shape_drawn,
     loads_have_their_stages,
     real_time_exchanges_every_step,
+    substeps_belong_to_real_time,
     surcharges_lie_on_the_ground,
     boundaries_change_with_steps_enough,
     quiet_sides_belong_to_real_time,

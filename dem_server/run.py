@@ -48,11 +48,12 @@ def lockstep(side):
         if not agreed:
             move_discs(side, gravity)
         for between in steps_between(order, gravity):
-            move_rim(side)
+            complete_step(side, gravity)
             finish_step(side, between)
             side.answer = side.looked
-            move_discs(side, between.gravity)
-        move_rim(side)
+            gravity = between.gravity
+            move_discs(side, gravity)
+        complete_step(side, gravity)
 
 
 def steps_between(order, gravity):
@@ -66,8 +67,16 @@ def steps_between(order, gravity):
         yield order._replace(step=order.step - steps + n, gravity=now, flags=0.0)
 
 
+def complete_step(side, gravity):
+    """The second half of a step, and its other sub-steps."""
+    move_rim(side)
+    for _ in range(side.substeps - 1):
+        move_discs(side, gravity)
+        move_rim(side)
+
+
 def move_rim(side):
-    """The second half of a step: control discs move with the rim, contacts follow."""
+    """Control discs move with the rim, contacts follow."""
     side.rim.move(side.state, side.velocity)
     refuse_fast_rim(side)
     contact_forces(side.model, side.state)
