@@ -77,6 +77,7 @@ def sentences(info):
                 f"smallest radii at ({x:.1f}, {y:.1f}) m; 2 let a disc through"
             )
     yield from step_limits(info)
+    yield from _exchanges(info)
     if info.get("locate"):
         from colluvium.locate import in_words as located
 
@@ -90,6 +91,16 @@ def sentences(info):
         yield "peak memory: grid " + ", discs ".join(f"{value:.0f} MB" for value in memory)
     seconds = f"; {info['seconds']:.1f} s" if info.get("seconds") else ""
     yield f"{info.get('reason', '')}; exit code {info.get('exit_code')}{seconds}"
+
+
+def _exchanges(info):
+    """How often both sides exchanged, where a scene allows pauses, and where that ended."""
+    for stage in info.get("stages", []):
+        if "exchanges" in stage:
+            yield f"stage {stage['name']}: {stage['steps']} steps in {stage['exchanges']} exchanges"
+        if stage.get("fell_back"):
+            yield f"warning: from stage {stage['name']} on there was an exchange in every step: {stage['fell_back']}"
+            return
 
 
 def _beyond_reach(window):

@@ -63,12 +63,17 @@ def open_model(scene, note=None):
 
 
 def exact_of_run(scene, folder):
-    """Exact limits at the ends of the coupled stages of the run in `folder`, by the stage's name, where States were saved."""
+    """Exact limits at the ends of the coupled stages of the run in `folder`, by the stage's name, where States were saved.
+
+    They are those of one leap-frog, which sub-steps of the discs (dem_server/clock.py) are not.
+    """
     from colluvium import coupled
     from coupler_protocol import restart
 
     found = {}
     for index, stage in enumerate(scene.stage):
+        if stage.time == "real" and scene.coupling.substeps > 1:
+            continue
         paths = [Path(folder) / f"{name}.{stage.name}.h5" for name in restart.processes(scene, index)]
         if restart.coupled(scene, index) and all(path.is_file() for path in paths):
             found[stage.name] = coupled.exact_limit(*saved_model(scene, index, paths))

@@ -87,7 +87,7 @@ def welcome_all(hub, scene, rims, resume=None):
         conversation.begin(session)
         conversation.say_control(
             messages.WELCOME,
-            {"session": session, "rim": wire.pack_array(rims[rank]), "dt": 1.0, "exchange_every": 1},
+            {"session": session, "rim": wire.pack_array(rims[rank]), "dt": 1.0, "exchange_every": scene.coupling.exchange_every},
         )
         conversation.sequence += 1
 

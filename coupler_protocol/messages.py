@@ -58,7 +58,7 @@ class Order(NamedTuple):
     gravity: float  # [m/s2] for the NEXT step (the discrete side moves its free discs before it hears again)
     gravity_factor: float  # of this step
     dt: float  # [s], 1 in static mode; the same for all steps of a stage
-    interval: float  # steps to the next exchange
+    interval: float  # steps since the last exchange, this one included: the velocities are their means
     flags: float  # RECORD | END_OF_STAGE | CHECKPOINT | STRAIN
 
 

@@ -71,7 +71,10 @@ class Coupling(Table):
     """How motion and force cross the interface."""
 
     mapping: Literal["work-consistent", "paper"] = quantity("work-consistent", meaning="docs/theory.md says what each keeps")
-    exchange_every: int = quantity(1, unit="steps", meaning="steps between exchanges", ge=1, le=1)
+    exchange_every: int = quantity(
+        1, unit="steps", meaning="longest pause between exchanges, in static mode (docs/theory.md says where)", ge=1, le=50
+    )
+    substeps: int = quantity(1, unit="steps", meaning="steps of the discs in one of the grid, in real time", ge=1, le=50)
 
 
 class Link(Table):

@@ -66,6 +66,27 @@ def loads_have_their_stages(scene):
                 yield ("stage", i), f"gravity cannot change in a stage of kind {kind!r}", "give it a stage of its own"
 
 
+def real_time_exchanges_every_step(scene):
+    """Held forces do work that only damping on the way to rest can take: an interval is for static stages."""
+    every = scene.coupling.exchange_every
+    if every > 1 and not scene.window:
+        yield ("coupling", "exchange_every"), "there is no window, so nothing is exchanged", "remove the key"
+    kinds = [stage.kind for stage in scene.stage]
+    for stage in scene.stage[kinds.index("couple") :] if every > 1 and "couple" in kinds else ():
+        if stage.time == "real":
+            why = f"in stage {stage.name!r}, in real time, forces held over {every} steps would add energy to the motion"
+            yield ("coupling", "exchange_every"), why, 'use 1, or time = "static" in all coupled stages'
+            return
+
+
+def substeps_belong_to_real_time(scene):
+    """In static mode both sides' steps are 1, with masses of their own."""
+    kinds = [stage.kind for stage in scene.stage]
+    coupled = scene.stage[kinds.index("couple") :] if "couple" in kinds else ()
+    if scene.coupling.substeps > 1 and not any(stage.time == "real" for stage in coupled):
+        yield ("coupling", "substeps"), "no coupled stage is in real time", 'remove the key, or give a stage time = "real"'
+
+
 def surcharges_lie_on_the_ground(scene):
     """A surcharge has a width, and ground under it."""
     for i, stage in enumerate(scene.stage):
@@ -136,6 +157,8 @@ STAGE_RULES = (
     stages_follow_each_other,
     large_strain_begins_in_the_shape_drawn,
     loads_have_their_stages,
+    real_time_exchanges_every_step,
+    substeps_belong_to_real_time,
     surcharges_lie_on_the_ground,
     boundaries_change_with_steps_enough,
     quiet_sides_belong_to_real_time,

@@ -21,9 +21,10 @@ def lockstep(side):
 
     The forces go out as soon as the contacts are known. Looks, records and the motion of the free discs come after that, while
     the continuum computes the rim's velocities. After the last step of a stage looks and records come first, for the forces say
-    how long a step of the next stage may be; in its first step the free discs wait to hear how long it is.
+    how long a step of the next stage may be; in its first step the free discs wait to hear how long it is. A VELOCITY may be for
+    several steps: the rim's mean velocities in them.
     """
-    state, rim, talk = side.state, side.rim, side.conversation
+    talk = side.conversation
     order = None
     while True:
         last = order is not None and bool(int(order.flags) & messages.END_OF_STAGE)
@@ -43,13 +44,43 @@ def lockstep(side):
             talk.sequence += 1
             return content_of(frame)["reason"]
         order = take_velocities(side, frame)
-        side.take_step(order.dt)
+        side.take_step(order)
         if not agreed:
             move_discs(side, gravity)
-        rim.move(state, side.velocity)
-        refuse_fast_rim(side)
-        contact_forces(side.model, state)
-        side.check_step()
+        for between in steps_between(order, gravity):
+            complete_step(side, gravity)
+            finish_step(side, between)
+            side.answer = side.looked
+            gravity = between.gravity
+            move_discs(side, gravity)
+        complete_step(side, gravity)
+
+
+def steps_between(order, gravity):
+    """Orders of the steps before the last one that a VELOCITY is for; gravity [m/s2]: of the first of them.
+
+    Nothing is ordered after them; from the first step to the one after the last gravity changes linearly.
+    """
+    steps = int(order.interval)
+    for n in range(1, steps):
+        now = gravity + (order.gravity - gravity) * (n / steps)
+        yield order._replace(step=order.step - steps + n, gravity=now, flags=0.0)
+
+
+def complete_step(side, gravity):
+    """The second half of a step, and its other sub-steps."""
+    move_rim(side)
+    for _ in range(side.substeps - 1):
+        move_discs(side, gravity)
+        move_rim(side)
+
+
+def move_rim(side):
+    """Control discs move with the rim, contacts follow."""
+    side.rim.move(side.state, side.velocity)
+    refuse_fast_rim(side)
+    contact_forces(side.model, side.state)
+    side.check_step()
 
 
 def finish_step(side, order):

@@ -2,7 +2,6 @@
 
 import logging
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +37,7 @@ class DiscreteSide:
         self.answer = self.looked = messages.Answer(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # with the next FORCE, and after it
         self.steps, self.time = 0, 0.0  # time [s]; static steps count as 1
         self.step = 1.0  # [s] agreed with the continuum, 1 in static mode; None: not yet, in a stage in real time
+        self.substeps = 1  # of the discs in one of them
         self.stage = None
         self.recorder = None
         self.report, self.openings, self.limits = {}, [], []
@@ -156,8 +156,10 @@ class DiscreteSide:
         self.stage = index
         self.watch.begin(self._name_of(index))
         self.model = clock.begin_coupled(self.model, self.state, self.scene.discs, self.scene.stage[index])
-        self.step = 1.0 if self.model.real_time is None else None
-        self.answer, self.looked = (a._replace(dt_limit=self.state.next_dt) for a in (self.answer, self.looked))
+        real = self.model.real_time is not None
+        self.step, self.substeps = (None, self.scene.coupling.substeps) if real else (1.0, 1)
+        longest = clock.longest_step(self.model, self.state, self.substeps)
+        self.answer, self.looked = (a._replace(dt_limit=longest) for a in (self.answer, self.looked))
 
     def _name_of(self, index):
         if not 0 <= index < len(self.scene.stage):
@@ -171,23 +173,28 @@ class DiscreteSide:
 
     # -- called by the loop ------------------------------------------------------------------------------------------
 
-    def take_step(self, dt):
-        """The step `dt` [s] of VELOCITY: in the first step of a stage in real time it is the stage's, afterwards it stays."""
+    def take_step(self, order):
+        """How long steps of VELOCITY are (in real time the first one of a stage says it), and how many."""
+        dt, steps = order.dt, order.interval
+        most = 1 if self.model.real_time is not None else self.scene.coupling.exchange_every
+        if not 1 <= steps <= most or order.step != self.steps + steps:
+            raise PeerLost(f"the continuum takes {steps:g} steps to step {order.step:g}, after {self.steps} and at most {most}")
         if self.step is None:
-            if not 0.0 < dt <= self.state.next_dt:
-                raise PeerLost(f"the continuum takes steps of {dt:g} s, the discs can take {self.state.next_dt:g} s")
-            self.step = self.state.next_dt = dt
-            self.model = replace(self.model, real_time=1.0)  # from here on the whole stable step is the limit
+            longest = clock.longest_step(self.model, self.state, self.substeps)
+            if not 0.0 < dt <= longest:
+                raise PeerLost(f"the continuum takes steps of {dt:g} s, the discs can take {longest:g} s")
+            self.step, self.model = dt, clock.divided(self.model, self.state, dt, self.substeps)
             self.rim.contacts_changed()
         elif dt != self.step:
             raise PeerLost(f"the continuum takes a step of {dt:g} s, {self.step:g} s were agreed for the stage")
 
     def check_step(self):
         """Raise PhysicsFailed where new contacts have made the agreed step too long for the discs."""
-        if self.state.next_dt < self.step:
+        if self.state.next_dt < self.step / self.substeps:
             raise PhysicsFailed(
                 f"the step of {self.step:.4g} s agreed for stage {self._name_of(self.stage)!r} is too long after step "
-                f"{self.steps}: the discs' contacts now ask for {self.state.next_dt:.4g} s; give the stage a smaller step_factor"
+                f"{self.steps}: the discs' contacts now ask for {self.substeps * self.state.next_dt:.4g} s; "
+                "give the stage a smaller step_factor"
             )
 
     def look(self, order):
@@ -249,8 +256,10 @@ class DiscreteSide:
             self._begin_stage(int(order.stage) + 1)
 
     def _note_limit(self, name):
-        """Keep the safe limit of the step at the end of a stage."""
+        """Keep the safe limit of the step at the end of a stage; sub-steps make none longer (clock.py)."""
         found = frequency.safe_limit(self.model, self.state, self.rim)
+        if self.substeps > 1:
+            found |= {"share": found["share"] / self.substeps, "dt": self.step}
         self.limits.append({"stage": name} | found)
         log.info("stage %s: the discs are stable up to %s", name, in_words(found))
 

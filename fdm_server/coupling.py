@@ -27,14 +27,12 @@ log = logging.getLogger(__name__)
 
 
 @jit
-def _carry(nodes, values, added, share, gravity, inner_mass, reaction, reaction_mass, force, applied, added_mass):
-    """The equation above for the K gridpoints of a rim; `values` of FORCE begin with P; added (K,): mass each is to get [kg]."""
+def _carry(nodes, force, added, share, gravity, inner_mass, reaction, reaction_mass, applied, added_mass):
+    """The equation above for the K gridpoints of a rim; force (K,2): P [N]; added (K,): mass each is to get [kg]."""
     K = nodes.shape[0]
     for i in range(K):
         n = nodes[i]
         mass = share * inner_mass[i] + (1.0 - share) * reaction_mass[i]
-        force[i, 0] = values[2 * i]
-        force[i, 1] = values[2 * i + 1]
         applied[n, 0] = share * force[i, 0] + (1.0 - share) * reaction[i, 0]
         applied[n, 1] = share * force[i, 1] + (1.0 - share) * reaction[i, 1] - gravity * mass
         added_mass[n] = added[i]
@@ -55,6 +53,8 @@ class Rim:
         self.inner_mass = np.zeros(K)  # [kg]
         self.sums = np.zeros(K)  # [N/m] of the mass rule
         self.answer = messages.Answer(*[0.0] * len(messages.Answer._fields))
+        self.path = np.zeros((K, 2))  # [m] sum of the velocities since the last exchange
+        self.before = np.zeros((K, 2))  # [m/step] velocities that were said last
         self.report = {}
         self.strain_asked = False  # whether the next FORCE carries the window's strain
 
@@ -99,8 +99,8 @@ class Rim:
 
     # -- every step --------------------------------------------------------------------------------------------------
 
-    def hear_forces(self, state, gravity, share):
-        """FORCE: applied forces and added masses of the rim's gridpoints; `share` is s above."""
+    def hear_forces(self):
+        """FORCE: forces of the discs, and how they fare."""
         _, frame = self.conversation.hear((messages.FORCE,), in_step=True)
         expected = self.strain_frame if self.strain_asked else self.force_frame
         try:
@@ -109,22 +109,41 @@ class Rim:
             raise PeerLost(f"the discs of {self.window.name!r} sent what cannot be used: {error}") from None
         self.answer = messages.Answer(*expected.scalars.tolist())
         K = len(self.nodes)
+        self.force[:] = expected.values[: 2 * K].reshape(-1, 2)
         self.sums = expected.values[2 * K : 3 * K]
+
+    def carry(self, state, gravity, share):
+        """Applied forces and added masses of the rim's gridpoints from the last FORCE; `share` is s above."""
         added = self.sums if state.dt is None else self.inner_mass
         _carry(
-            self.nodes, expected.values, added, share, gravity, self.inner_mass, self.reaction, self.reaction_mass,
-            self.force, state.applied, state.added_mass,
+            self.nodes, self.force, added, share, gravity, self.inner_mass, self.reaction, self.reaction_mass,
+            state.applied, state.added_mass,
         )  # fmt: skip
 
     def strain(self):
         """Middles (b,2) [m] and shear strains (b,) of the window's bins, as the last FORCE that was asked for them said."""
         return from_rows(self.strain_frame.values[3 * len(self.nodes) :].reshape(-1, 3))
 
-    def say_velocities(self, state, order):
-        """VELOCITY: the rim's velocities, and what to do after the step."""
+    def note_velocities(self, state, first):
+        """Add the step's velocities to the path since the last exchange; `first`: it begins here."""
+        if first:
+            self.path[:] = state.velocity[self.nodes]
+        else:
+            self.path += state.velocity[self.nodes]
+
+    def speed(self, velocity):
+        """Largest of the speeds of its gridpoints [m/step], and the place of that gridpoint in the rim."""
+        v = velocity[self.nodes]
+        squares = np.einsum("ij,ij->i", v, v)
+        fastest = int(squares.argmax())
+        return float(np.sqrt(squares[fastest])), fastest
+
+    def say_velocities(self, order):
+        """VELOCITY: the rim's velocities, means of the steps since the last exchange, and what to do after the last of them."""
         self.strain_asked = bool(int(order.flags) & messages.STRAIN)
         self.velocity_frame.scalars[:] = order
-        self.velocity_frame.values[:] = state.velocity[self.nodes].ravel()
+        np.divide(self.path, order.interval, out=self.before)
+        self.velocity_frame.values[:] = self.before.ravel()
         if not isfinite(self.velocity_frame.values.sum()):
             raise PhysicsFailed(f"the rim of {self.window.name!r} has velocities that are no numbers in step {order.step:.0f}")
         self.conversation.say(self.velocity_frame.seal(self.conversation.sequence))

@@ -10,12 +10,15 @@ from fdm_server.motion import update_velocities
 def run_stage(side, stage):
     """Take steps until the stage ends. `stage` (fdm_server.stages.StageRun) knows gravity, handover and when to end.
 
-    Between the discs' forces and the answer to them stands only what the answer needs; everything else can wait.
+    Between the discs' forces and the answer to them stands only what the answer needs; everything else can wait. Where both sides
+    take several steps between exchanges (pace.py), the forces stay as they were heard.
     """
-    state, rims, ledger, watch = side.state, stage.rims, stage.ledger, side.watch
+    state, rims, ledger, watch, pace = side.state, stage.rims, stage.ledger, side.watch, stage.pace
     while not stage.ended:
+        for rim in rims if pace.begins else ():
+            rim.hear_forces()
         for rim in rims:
-            rim.hear_forces(state, stage.gravity, stage.share)
+            rim.carry(state, stage.gravity, stage.share)
         watch.to("waiting")
         model = stage.agree_on_step()
         if ledger:
@@ -24,9 +27,11 @@ def run_stage(side, stage):
         stage.drive(state)
         if ledger:
             ledger.book_motion(model, state, stage.gravity, stage.kick)
-        order = stage.order()
         for rim in rims:
-            rim.say_velocities(state, order)
+            rim.note_velocities(state, pace.taken == 0)
+        order = stage.order()
+        for rim in rims if order.interval else ():
+            rim.say_velocities(order)
         stage.look(model, state)
         advance(model, state)
         if ledger:

@@ -7,8 +7,10 @@ from fdm_server import agreement, clock
 from fdm_server.band import BandWatch
 from fdm_server.conditions import NOTHING
 from fdm_server.motion import farthest, unbalanced_ratio
+from fdm_server.pace import Pace
 from fdm_server.reactions import reactions
 from fdm_server.safety import check_motion
+from fdm_server.shape import masses
 
 
 class StageRun:
@@ -28,7 +30,9 @@ class StageRun:
         self._step = self._step_before = 0.0  # [s] agreed with the discs; of the real-time stage before
         self.ratio = ([1.0] + [row["ratio_continuum"] for row in side.earlier + side.results])[-1]
         self.ended_by = ""
-        self._last_step = False
+        rows = side.earlier + side.results
+        self.pace = Pace(side.scene.coupling.exchange_every, rows[-1].get("fell_back", "") if rows else "")
+        self._last_step = self._unjudged = False
         self._handover = (stage.handover or 500) if stage.kind == "couple" else 0
         change = stage.excavate or stage.surcharge
         ramps = max(self._handover, leg.over, change.over if change else 0, *(b.over for b in beginning(side.scene, index)), 0)
@@ -54,7 +58,7 @@ class StageRun:
         return min(1.0, self.done / self._handover) if self._handover else 1.0
 
     def order(self):
-        """Scalars of VELOCITY for the present step."""
+        """Scalars of VELOCITY for the present step, `interval` 0 where nothing is said after it."""
         dt = clock.seconds(self.side.state)
         self.ended_by = self.ended_by or self._ending.out_of_steps(self.done + 1) or self._ending.out_of_time(self.time + dt, dt)
         self._last_step = bool(self.ended_by)
@@ -67,20 +71,31 @@ class StageRun:
         following = self.leg.at(self.done + 1)
         if self._last_step:
             following = leg_of(self._next, self.leg.gravity, self.leg.factor(self.done)).at(0)
-        return messages.Order(self.index, number, following, self.leg.factor(self.done), dt, 1.0, flags)
+        if self.rims:
+            self.pace.moved(self.rims, self.side.state.velocity)
+        interval = self.pace.due(number, must=flags != 0)
+        return messages.Order(self.index, number, following, self.leg.factor(self.done), dt, float(interval), flags)
 
     def look(self, model, state):
         """Every few steps: sanity, ratios of both codes, and whether the next step is to be the stage's last."""
         if self._band and self.done and self.side.steps % self.side.scene.record.every == 0:  # the last step made a frame
             self.ended_by = self.ended_by or self._band.reached(model, state, self.rims)
-        if self.side.steps % self._every:
-            return
+        if self.side.steps % self._every == 0:
+            self._inspect(model, state)
+        if self._unjudged and self.pace.fresh:  # under held forces the grid alone comes to rest
+            self._judge(model, state)
+
+    def _inspect(self, model, state):
+        self._unjudged = True
         self.side.hub.stop.check()  # stages of the grid alone wait for nobody who would ask
         check_motion(model, state)
         self.energy.look(model, state, self.gravity)
         if self.ledger:
             values = self.ledger.values(model, state)
             self.side.recorder.history(self.side.steps, **{f"energy_{name}": value for name, value in values.items()})
+
+    def _judge(self, model, state):
+        self._unjudged = False
         self.ratio = unbalanced_ratio(model, state, self.gravity)
         ratios = [self.ratio, *(rim.answer.ratio for rim in self.rims)]
         displacement = farthest(state.displacement)
@@ -101,7 +116,11 @@ class StageRun:
         Leap-frog: the first forces act for the mean of the steps before and after them, from rest for half a step.
         """
         side, state = self.side, self.side.state
-        if not self.rims or state.dt is None:
+        if not self.rims:
+            return side.model
+        if state.dt is None:
+            if self.pace.begins:
+                self.pace.heard(self.rims, masses(side.model, state))
             return side.model
         if self.done == 0:
             side.model = agreement.agree(side.model, state, self.rims)
@@ -150,5 +169,6 @@ class StageRun:
             "ratio_continuum": self.ratio,
             "ratio_discrete": [rim.answer.ratio for rim in self.rims],
             "bonds_broken": [int(rim.answer.broken) for rim in self.rims],
+            **(self.pace.report() if self.rims else {}),
             "reactions": reactions(self.side.model, self.side.state, self.leg.at(max(0, self.done - 1)), self.sides.holders),
         }

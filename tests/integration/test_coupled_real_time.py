@@ -121,3 +121,42 @@ def test_what_a_real_time_stage_must_say_is_said_at_once(tables):
     with pytest.raises(SceneError) as caught:
         build_scene(data)
     assert {problem.key for problem in caught.value.problems} == {"stage[5].until.time", "stage[5].step_factor"}
+
+
+@pytest.fixture(scope="module")
+def divided(straight, tables, tmp_path_factory):
+    """Eight steps of the discs in each of the grid's, for as long a time."""
+    data = copy.deepcopy(tables) | {"coupling": {"substeps": 8}}
+    data["stage"][3]["until"] = {"time": straight.info["stages"][3]["seconds_simulated"]}
+    with colluvium.run(colluvium.Scene(**data), tmp_path_factory.mktemp("divided") / "run") as run:
+        yield run
+
+
+def test_sub_steps_make_steps_of_the_grid_longer_and_change_little(straight, divided):
+    """The discs' share of .05 becomes .4 of their stable step. The sway ends within such a step of the same time."""
+    one, eight = ({row["name"]: row for row in run.info["stages"]}["sway"] for run in (straight, divided))
+    assert eight["time_step"] == pytest.approx(8.0 * one["time_step"], rel=0.05)
+    assert 0.0 <= eight["seconds_simulated"] - one["seconds_simulated"] < eight["time_step"]
+    last = [run.last_frame("sway") for run in (straight, divided)]
+    moved = [run.gridpoints(frame).displacement for run, frame in zip((straight, divided), last, strict=True)]
+    assert 0.0 < np.abs(moved[1] - moved[0]).max() < 0.01 * np.abs(moved[0]).max()
+
+
+def test_sub_steps_have_the_same_bits_in_two_processes_and_after_a_restart(divided, tmp_path):
+    scene = tmp_path / "scene.json"
+    scene.write_text((divided.folders[0] / "scene.json").read_text())
+    for out, how in ((tmp_path / "two", ()), (tmp_path / "again", ("--from", f"{divided.folders[0]}@sway", "--in-process"))):
+        words = command("colluvium.cli", "run", scene, "--out", out, *how, "--quiet")
+        done = subprocess.run(words, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        for side in SIDES:
+            assert differing(divided.folders[0] / f"{side}.rest.h5", out / f"{side}.rest.h5") == []
+
+
+def test_sub_steps_need_a_coupled_stage_in_real_time(tables):
+    data = copy.deepcopy(tables) | {"coupling": {"substeps": 8}}
+    build_scene(data)
+    data["stage"] = data["stage"][:3]
+    with pytest.raises(SceneError) as caught:
+        build_scene(data)
+    assert [problem.key for problem in caught.value.problems] == ["coupling.substeps"]

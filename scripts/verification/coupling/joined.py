@@ -35,11 +35,13 @@ class Joined:
 
     def __init__(self, grid, discs, nodes, ring, mapping="work-consistent", half_mass=True):
         (self.grid_model, self.grid), (self.disc_model, self.discs) = grid, discs
-        self.nodes, self.rim, self.kick = nodes, Rim(ring, mapping), None
+        self.nodes, self.rim, self.kick, self.substeps = nodes, Rim(ring, mapping), None, 1
         self.inner = self.rim.inner_mass(self.discs) if half_mass else np.zeros(len(nodes))
 
-    def begin(self, share, from_rest=True):
+    def begin(self, share, from_rest=True, substeps=1):
         """Real time without damping, steps of `share` of the grid's, the rim's and the discs' stable ones.
+
+        substeps: of the discs in one of the grid.
 
         from_rest: velocities are those of now and zero; otherwise they are set afterwards, half a step before now.
         """
@@ -47,32 +49,40 @@ class Joined:
         self.disc_model = disc_clock.begin(self.disc_model, self.discs, None, share)
         self.grid.added_mass[self.nodes] = self.inner
         rim = SimpleNamespace(nodes=self.nodes, sums=self.rim.stiffness_sums(self.disc_model, self.discs))
-        rim.answer = SimpleNamespace(dt_limit=self.discs.next_dt)
+        rim.answer = SimpleNamespace(dt_limit=disc_clock.longest_step(self.disc_model, self.discs, substeps))
         self.grid_model = agreement.agree(self.grid_model, self.grid, [rim])
-        self.take(self.grid.dt, from_rest)
+        self.take(self.grid.dt, from_rest, substeps)
 
-    def take(self, dt, from_rest=True):
-        """Steps of `dt` [s] on both sides."""
-        self.grid.dt = self.discs.next_dt = dt
-        self.discs.dt = 0.0 if from_rest else dt
+    def take(self, dt, from_rest=True, substeps=1):
+        """Steps of `dt` [s], of the discs' as many times shorter as there are substeps."""
+        self.grid.dt, self.substeps = dt, substeps
+        self.disc_model = disc_clock.divided(self.disc_model, self.discs, dt, substeps)
+        self.discs.dt = 0.0 if from_rest else dt / substeps
         self.kick = 0.5 * dt if from_rest else None
 
     def step(self, gravity=0.0):
-        """One step."""
+        """One step; returns velocities and spins half a step (of each side) after its beginning, as `motion` has them."""
         grid, discs = self.grid, self.discs
         self.hang(gravity)
         update_velocities(self.grid_model, grid, gravity, self.kick)
         self.kick = None
         move_free(self.disc_model, discs, gravity)
-        self.rim.move(discs, grid.velocity[self.nodes])
-        contact_forces(self.disc_model, discs)
+        after = self.motion()
+        self._complete()
+        for _ in range(self.substeps - 1):
+            move_free(self.disc_model, discs, gravity)
+            self._complete()
         advance(self.grid_model, grid)
+        return after
+
+    def _complete(self):
+        self.rim.move(self.discs, self.grid.velocity[self.nodes])
+        contact_forces(self.disc_model, self.discs)
 
     def step_with_energy(self):
         """One step; returns the energy [J] at its beginning: v- . M v+ / 2 (half a step before and after), and what is stored."""
         stored, before = self.stored(), self.motion()
-        self.step()
-        return stored + 0.5 * float(np.sum(self.masses() * before * self.motion()))
+        return stored + 0.5 * float(np.sum(self.masses() * before * self.step()))
 
     def kinetic(self):
         """Kinetic energy [J] of the velocities as they are."""

@@ -5,6 +5,7 @@ from verification.hard import (
     cycles,
     impacts,
     overlap,
+    pauses,
     recontact,
     size_ratio,
     step_limit,
@@ -18,3 +19,4 @@ HEAD = """What is likely to break a computation, at the edge of what the codes p
 bounded velocities beside its own criterion; scenes of windows stand in `tests/hard` as they are. Where a computation cannot go
 on it must say so: rows "ends with" count the messages."""
 CASES = [bonds_gone, stiff_stones, stiffness_jump, cycles, recontact, size_ratio, overlap, impacts, step_limit, stiff_and_soft]
+CASES += [pauses]
