@@ -2,8 +2,12 @@
 
 from verification.hard import (
     bonds_gone,
+    curved_rim,
     cycles,
+    free_free,
     impacts,
+    large_discs,
+    off_the_line,
     overlap,
     recontact,
     size_ratio,
@@ -18,3 +22,4 @@ HEAD = """What is likely to break a computation, at the edge of what the codes p
 bounded velocities beside its own criterion; scenes of windows stand in `tests/hard` as they are. Where a computation cannot go
 on it must say so: rows "ends with" count the messages."""
 CASES = [bonds_gone, stiff_stones, stiffness_jump, cycles, recontact, size_ratio, overlap, impacts, step_limit, stiff_and_soft]
+CASES += [large_discs, curved_rim, free_free, off_the_line]
