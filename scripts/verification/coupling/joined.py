@@ -68,6 +68,16 @@ class Joined:
         contact_forces(self.disc_model, discs)
         advance(self.grid_model, grid)
 
+    def strain(self, gradient):
+        """A step of 1 in which everything moves by a uniform displacement gradient (2,2)."""
+        grid, discs, free = self.grid, self.discs, slice(self.disc_model.ring, None)
+        grid.velocity[:] = self.grid_model.grid.xy @ gradient.T
+        discs.v[free] = discs.x[free] @ gradient.T
+        discs.x[free] += discs.v[free]
+        self.rim.move(discs, grid.velocity[self.nodes])
+        contact_forces(self.disc_model, discs)
+        advance(self.grid_model, grid)
+
     def step_with_energy(self):
         """One step; returns the energy [J] at its beginning: v- . M v+ / 2 (half a step before and after), and what is stored."""
         stored, before = self.stored(), self.motion()

@@ -2,6 +2,7 @@
 
 from verification.hard import (
     bonds_gone,
+    bonds_gone_coupled,
     curved_rim,
     cycles,
     free_free,
@@ -9,7 +10,9 @@ from verification.hard import (
     large_discs,
     off_the_line,
     overlap,
+    quarter_turn,
     recontact,
+    rim_contacts,
     size_ratio,
     step_limit,
     stiff_and_soft,
@@ -22,4 +25,4 @@ HEAD = """What is likely to break a computation, at the edge of what the codes p
 bounded velocities beside its own criterion; scenes of windows stand in `tests/hard` as they are. Where a computation cannot go
 on it must say so: rows "ends with" count the messages."""
 CASES = [bonds_gone, stiff_stones, stiffness_jump, cycles, recontact, size_ratio, overlap, impacts, step_limit, stiff_and_soft]
-CASES += [large_discs, curved_rim, free_free, off_the_line]
+CASES += [large_discs, curved_rim, quarter_turn, free_free, off_the_line, bonds_gone_coupled, rim_contacts]

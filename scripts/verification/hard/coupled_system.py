@@ -70,9 +70,9 @@ def system(stiffness, size, damping, shear=0.4, oblique=False, **tables):
     return System(model, state, windows)
 
 
-def with_few_discs(place, stiffness, size, damping, shear=0.4):
-    """The same box with some discs in its window; place(ring) says where: (m, 2) [m], radii (m,) [m]."""
-    case = scene(stiffness, size, damping, shear)
+def with_few_discs(place, stiffness, size, damping, shear=0.4, **scene_of):
+    """The same box with some discs in its window; place(ring) says where: (m, 2) [m], radii (m,) [m]. scene_of: of `scene`."""
+    case = scene(stiffness, size, damping, shear, **scene_of)
     grid = build_grid(case)
     model, mask = build_model(case, grid), window_zones(grid, case.window[0])
     model, state, _ = cut_window(model, new_state(model), mask)
