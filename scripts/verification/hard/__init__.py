@@ -18,6 +18,7 @@ from verification.hard import (
     stiff_and_soft,
     stiff_stones,
     stiffness_jump,
+    stretched_rim,
 )
 
 TITLE = "Hard cases"
@@ -25,4 +26,5 @@ HEAD = """What is likely to break a computation, at the edge of what the codes p
 bounded velocities beside its own criterion; scenes of windows stand in `tests/hard` as they are. Where a computation cannot go
 on it must say so: rows "ends with" count the messages."""
 CASES = [bonds_gone, stiff_stones, stiffness_jump, cycles, recontact, size_ratio, overlap, impacts, step_limit, stiff_and_soft]
-CASES += [large_discs, curved_rim, quarter_turn, free_free, off_the_line, bonds_gone_coupled, rim_contacts]
+CASES += [large_discs, curved_rim, quarter_turn, free_free, off_the_line, bonds_gone_coupled]
+CASES += [rim_contacts, stretched_rim]

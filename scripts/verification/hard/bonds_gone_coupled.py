@@ -51,7 +51,7 @@ def rows(fast):
     yield row("momentum at the end, over its parts", np.abs(momentum).max() / parts, 0.0, 1e-12, "conservation")
     yield row("all numbers finite", np.isfinite(seen).all(), 1.0, 0.0, "as asked for")
     finer = gain(burst(2 * steps, 0.25)[1][:, 1]) / stored
-    yield row("in steps half as long: largest gain of energy after the break, over what was stored", finer, 0.0, 0.01, "conservation")
+    yield row("in steps half as long: largest gain after the break, over what was stored", finer, 0.0, 0.01, "conservation")
 
 
 def gain(energy):

@@ -37,7 +37,7 @@ def strained():
 
 
 def turned(steps, angle=0.5 * np.pi):
-    """Largest change of a contact force, and of a node's force beside the turned one, after a turn in so many steps, over kn R."""
+    """Largest change of a contact force, and of a node's beside its turned one, after a turn in so many steps, over kn R."""
     joined = strained()
     grid, discs, free = joined.grid, joined.discs, slice(joined.disc_model.ring, None)
     before, on_nodes = forces(discs), joined.rim.nodal_forces(discs) + grid.force[joined.nodes]
