@@ -16,6 +16,7 @@ from verification.hard import (
     size_ratio,
     step_limit,
     stiff_and_soft,
+    stiff_and_soft_plane,
     stiff_stones,
     stiffness_jump,
     stretched_rim,
@@ -27,4 +28,4 @@ bounded velocities beside its own criterion; scenes of windows stand in `tests/h
 on it must say so: rows "ends with" count the messages."""
 CASES = [bonds_gone, stiff_stones, stiffness_jump, cycles, recontact, size_ratio, overlap, impacts, step_limit, stiff_and_soft]
 CASES += [large_discs, curved_rim, quarter_turn, free_free, off_the_line, bonds_gone_coupled]
-CASES += [rim_contacts, stretched_rim]
+CASES += [rim_contacts, stretched_rim, stiff_and_soft_plane]

@@ -95,33 +95,45 @@ def on_rounding(before, after):
     return 0.5 * np.sum(d * (before[2] + after[2]))
 
 
-def sunk(stiffness, size, most=400_000):
+def sunk(stiffness, size):
     """How far the loaded disc sinks over what the assembled stiffness says; steps that took."""
     found = row_of(stiffness, size, 0.8)
     (window,), heavy = found.windows, middle(found)
-    window.state.weight[:] = 0.0
-    window.state.weight[heavy] = 1e-4 * size * stiffness * MODULUS
-    expected = static(found, heavy)
+    load(window.state, heavy, 1e-4 * size * stiffness * MODULUS)
+    expected = static(found, heavy, [False, True, False])
+    steps = come_to_rest(found)
+    return window.state.displacement[heavy, 1] / expected[1], steps
+
+
+def load(state, heavy, weight):
+    """Only the disc `heavy` has a weight [N] under a gravity of 1 m/s2."""
+    state.weight[:] = 0.0
+    state.weight[heavy] = weight
+
+
+def come_to_rest(found, most=400_000):
+    """Step until the unbalanced ratios of both codes are below RATIO; how many steps."""
+    (window,) = found.windows
     for n in range(1, most + 1):
         found.step(1.0)
         if n % 100 == 0:
             discs = balance.unbalanced_ratio(window.model, window.state, 1.0)
             if max(discs, unbalanced_ratio(found.model, found.state, 0.0)) <= RATIO:
                 break
-    return window.state.displacement[heavy, 1] / expected, n
+    return n
 
 
-def static(found, heavy):
-    """Displacement [m] of the loaded disc by K u = f; discs move along the row only."""
+def static(found, heavy, moves=(True, True, True)):
+    """Displacement (2,) [m] of the loaded disc by K u = f; moves: which of x, y, rotation discs are free in."""
     K, mass = coupled.operator(*found)
     points, window = 2 * len(found.model.grid.xy), found.windows[0]
-    free = np.isfinite(mass)
-    free[points:] = np.arange(len(mass) - points) % 3 == 1
-    load, at = np.zeros(len(mass)), points + 3 * (heavy - window.model.ring) + 1
-    load[at] = -window.state.weight[heavy]
+    free, force = np.isfinite(mass), np.zeros(len(mass))
+    free[points:] &= np.tile(moves, (len(mass) - points) // 3)
+    at = points + 3 * (heavy - window.model.ring)
+    force[at + 1] = -window.state.weight[heavy]
     u = np.zeros(len(mass))
-    u[free] = scipy.sparse.linalg.spsolve(K[free][:, free].tocsc(), load[free])
-    return u[at]
+    u[free] = scipy.sparse.linalg.spsolve(K[free][:, free].tocsc(), force[free])
+    return u[at : at + 2]
 
 
 def rows(fast):
