@@ -4,6 +4,7 @@ For cases that no scene can say: bars, chains, lattices. A rim may be open: a ba
 two segments carries discs on the first only.
 """
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -52,8 +53,9 @@ class Joined:
         self.take(self.grid.dt, from_rest)
 
     def take(self, dt, from_rest=True):
-        """Steps of `dt` [s] on both sides."""
+        """Steps of `dt` [s] on both sides; from here on the whole stable step is the discs' limit, as in the product."""
         self.grid.dt = self.discs.next_dt = dt
+        self.disc_model = replace(self.disc_model, real_time=1.0)
         self.discs.dt = 0.0 if from_rest else dt
         self.kick = 0.5 * dt if from_rest else None
 
@@ -66,6 +68,8 @@ class Joined:
         move_free(self.disc_model, discs, gravity)
         self.rim.move(discs, grid.velocity[self.nodes])
         contact_forces(self.disc_model, discs)
+        if discs.next_dt < discs.dt:
+            raise ArithmeticError(f"new contacts ask for steps of {discs.next_dt:.4g} s, {discs.dt:.4g} s were agreed")
         advance(self.grid_model, grid)
 
     def strain(self, gradient):

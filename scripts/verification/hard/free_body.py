@@ -9,7 +9,7 @@ from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BONDED
 from verification.coupling.joined import Joined, keep_gaps
 from verification.coupling.mapping import lost
-from verification.hard.coupled_system import system
+from verification.hard.coupled_system import MODULUS, system
 from verification.rows import row
 
 RING = {"kind": "ring", "part": "quarter", "inner": 1.0, "outer": 4.0, "around": 6, "growth": 1.1}
@@ -23,6 +23,13 @@ def sector(low, high, first, last):
 
 
 SMALL = {"grid": RING, "window": [{"name": "hole", "polygon": sector(1.5, 3.2, 0.3, 1.25)}]}
+
+
+def discs_that_break(strength, damping, **soil):
+    """Table of discs as stiff as the zones of `body`, bonds of `strength` [N]; soil: more laws of theirs."""
+    spring = {"normal": 2.0 * MODULUS, "shear": 0.8 * MODULUS}
+    soil |= {"density": 2000.0, "spring": spring, "bond": {"tension": strength, "shear": strength}}
+    return {"radius": SIZE, "confinement": 1e5, "damping": {"local": damping}, "soil": soil}
 
 
 def body(stiffness=1.0, size=SIZE, mapping="work-consistent", shift=0.0, **tables):

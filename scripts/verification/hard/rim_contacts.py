@@ -1,7 +1,7 @@
 """Discs that leave the rim of a coupled window and come to it again.
 
 A quarter of a ring of zones, held on its sides, with a window whose sides are oblique and curved; eight discs fly in it without
-friction at 5 m/s, in real time without damping, in steps of .05 of the stable one. One of them is bonded to the rim at first and
+friction at 5 m/s, in real time without damping, in steps of a tenth of the stable one. One of them is bonded to the rim at first and
 pulls itself off. The bond stays broken, nothing pulls, the nodes feel nothing while no disc touches the rim, and
 energy (of zones, discs and contacts) stays what it was when the bond had broken, over all separations and contacts.
 """
@@ -9,24 +9,13 @@ energy (of zones, discs and contacts) stays what it was when the bond had broken
 import numpy as np
 
 from dem_server.effects.bond import BONDED
-from dem_server.fields import contacts
 from verification.coupling.joined import Joined
-from verification.hard.coupled_system import MODULUS, with_few_discs
-from verification.hard.free_body import SIZE, SMALL
+from verification.hard.coupled_system import with_few_discs
+from verification.hard.free_body import SIZE, SMALL, discs_that_break
 from verification.rows import row
 
 NAME = "rim contacts"
 SPEED, STRENGTH = 5.0, 1e3  # [m/s]; of the bond [N]; the energy it takes with it is 1e-5 of a disc's
-DISCS = {
-    "radius": SIZE,
-    "confinement": 1e5,
-    "damping": {"local": 0.0},
-    "soil": {
-        "density": 2000.0,
-        "spring": {"normal": 2.0 * MODULUS, "shear": 0.8 * MODULUS},
-        "bond": {"tension": STRENGTH, "shear": STRENGTH},
-    },
-}
 
 
 def places(ring):
@@ -41,10 +30,10 @@ def places(ring):
 
 def flown(steps):
     """Joined, energies [J] since the bond broke, contacts begun at the rim, largest tension and force on untouched nodes [N]."""
-    found = with_few_discs(places, 1.0, SIZE, 0.0, oblique=True, discs=DISCS, **SMALL)
+    found = with_few_discs(places, 1.0, SIZE, 0.0, oblique=True, discs=discs_that_break(STRENGTH, 0.0), **SMALL)
     (window,) = found.windows
     joined = Joined((found.model, found.state), (window.model, window.state), window.nodes, window.rim.ring)
-    joined.begin(0.05, from_rest=False)
+    joined.begin(0.1, from_rest=False)
     discs, R = joined.discs, joined.disc_model.ring
     away = discs.x[R:] - joined.rim.nodes.mean(axis=0)
     discs.v[R:] = SPEED * away / np.hypot(*away.T)[:, None]
@@ -52,24 +41,24 @@ def flown(steps):
     energy, begun, touched, pull, stray = [], 0, 0, 0.0, 0.0
     for _ in range(steps):
         whole = joined.step_with_energy()
-        pairs = contacts(discs)
-        touching = int(np.sum(pairs.disc_a < R))
+        touching = int(np.sum((discs.first < R) & (discs.normal != 0.0)))
         begun, touched = begun + max(0, touching - touched), touching
         if discs.broken_tension + discs.broken_shear:
             energy.append(whole)
-            pull = max(pull, float(-pairs.normal_force.min(initial=0.0)))
+            pull = max(pull, float(-discs.normal.min(initial=0.0)))
             stray = stray if touching else max(stray, float(np.abs(joined.rim.nodal_forces(discs)).max()))
     return joined, np.array(energy[1:]), begun, pull, stray
 
 
 def rows(fast):
-    """200,000 steps (fast: 30,000)."""
-    joined, energy, begun, pull, stray = flown(30_000 if fast else 200_000)
+    """100,000 steps (fast: 15,000)."""
+    joined, energy, begun, pull, stray = flown(15_000 if fast else 100_000)
     discs = joined.discs
     yield row("bonds broken", discs.broken_tension + discs.broken_shear, 1.0, 0.0, "closed form")
     yield row("bonds at the end", np.sum(discs.bond_state == BONDED), 0.0, 0.0, "it does not heal")
     yield row("largest tension after the break [N]", pull, 0.0, 0.0, "closed form")
     yield row("largest force on a node while nothing touches the rim [N]", stray, 0.0, 0.0, "closed form")
+    yield row("contacts begun at the rim, at least", begun, 15.0, [0.0, 100.0], "as asked for")
     band = np.abs(energy / energy[0] - 1.0).max()
-    yield row(f"energy over {begun} contacts with the rim, largest change over it", band, 0.0, 0.01, "conservation")
+    yield row("energy over these contacts, largest change over it", band, 0.0, 0.01, "conservation")
     yield row("all numbers finite", np.isfinite(discs.disc).all() and np.isfinite(energy).all(), 1.0, 0.0, "as asked for")

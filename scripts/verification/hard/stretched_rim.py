@@ -17,29 +17,19 @@ from dem_server.motion import move_free
 from fdm_server.advance import advance
 from fdm_server.shape import begin_large_strain, present
 from fdm_server.stretch import StretchWatch
-from verification.hard.coupled_system import MODULUS, system
-from verification.hard.free_body import SIZE, SMALL, Carried
+from verification.hard.coupled_system import system
+from verification.hard.free_body import SIZE, SMALL, Carried, discs_that_break
 from verification.hard.watched import SCENES
 from verification.rows import row
 
 NAME = "stretched rim"
 STRETCH, WIDTH, ACROSS = 5.0, 1.0, 0.9  # of the strip: how far, how wide [m], its direction [rad]
-DISCS = {
-    "radius": SIZE,
-    "confinement": 1e5,
-    "damping": {"local": 0.7},
-    "soil": {
-        "density": 2000.0,
-        "spring": {"normal": 2.0 * MODULUS, "shear": 0.8 * MODULUS},
-        "friction": {"coefficient": 0.55},
-        "bond": {"tension": 1e4, "shear": 1e4},
-    },
-}
 
 
 def torn(steps):
     """Watch of the rim's zones, its warnings, what the mapping lost, largest motion of a disc in one of so many steps."""
-    found = system(1.0, SIZE, 0.7, oblique=True, discs=DISCS, **SMALL)
+    discs = discs_that_break(1e4, 0.7, friction={"coefficient": 0.55})
+    found = system(1.0, SIZE, 0.7, oblique=True, discs=discs, **SMALL)
     (window,), state = found.windows, found.state
     begin_large_strain(found.model, state)
     drawn, carried, fastest = found.model.grid.xy, Carried(), 0.0
