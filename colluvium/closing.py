@@ -76,6 +76,7 @@ def sentences(info):
                 f"warning: in stage {opened['stage']} the ring of window {window['name']} opened by {opened['radii']:.1f} "
                 f"smallest radii at ({x:.1f}, {y:.1f}) m; 2 let a disc through"
             )
+    yield from stretched_rims(info)
     yield from step_limits(info)
     yield from _exchanges(info)
     if info.get("locate"):
@@ -111,6 +112,16 @@ def _beyond_reach(window):
     if max(map(abs, left)) >= NOTICED:
         x, y = (f"{100 * share:+.0f} %" for share in left)
         yield f"that stress and the window's weight do not balance: {x} of the weight is left over along x, {y} along y"
+
+
+def stretched_rims(info):
+    """Stages in which zones on a rim were stretched far."""
+    for stage in info.get("stages", []):
+        found = stage.get("rim_stretched")
+        if found:
+            x, y = found["place"]
+            place = f"zone {found['zone']} on a rim was stretched {found['stretch']:.1f} times, at ({x:.1f}, {y:.1f}) m"
+            yield f"warning: in stage {stage['name']} {place}: finer zones would follow better"
 
 
 def step_limits(info):

@@ -96,8 +96,11 @@ def bring_to_stress(model, state, target, gravity, report=None):
     """Bring the discs to the stress of the removed zones under `gravity` [m/s2], bonding most of them on the way.
 
     target (z, 7): x, y, area, xx, yy, xy, density of the zones (tension positive); report(text, fraction):
-    progress, if wanted.
+    progress, if wanted. Raises SceneError for zones without any vertical stress.
     """
+    if not target[:, 4].any():
+        reason = "the zones of the window carry no stress that their discs could be brought to"
+        raise unfit("stage", reason, "insitu = false in the stage of kind fill, or gravity in a stage before it")
     polygon = state.x[: model.ring].copy()
     size = BIN * float(state.radius[model.ring :].mean())
     grid, aim = bins_over(polygon, size), aim_of(model, state, target)

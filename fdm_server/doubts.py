@@ -5,9 +5,11 @@ from itertools import combinations
 import numpy as np
 import shapely
 
+from coupler_protocol.grading_table import grading_of
 from fdm_server.boundary import fixed_components
 from fdm_server.excavation import all_held
 from fdm_server.grid import build_grid, centroids
+from fdm_server.windows import rim_of, window_zones
 
 POISSON = 0.49  # above: slow
 ASPECT = 5.0  # longest over shortest side of a zone, above: slow and inexact
@@ -18,7 +20,8 @@ def doubts(scene):
     if scene.grid is None:
         return []
     grid = build_grid(scene)
-    return [*_stiffness(scene), *_overlaps(scene), *_shapes(grid), *_supports(scene, grid), *_restless(scene)]
+    of_grid = [*_shapes(grid), *_supports(scene, grid), *_rims(scene, grid)]
+    return [*_stiffness(scene), *_overlaps(scene), *of_grid, *_restless(scene)]
 
 
 def poisson_ratio(elastic):
@@ -66,6 +69,22 @@ def _supports(scene, grid):
     if not all_held(grid.zones, fixed_components(grid, scene.boundary)):
         what = "nothing holds the grid in x, or in y: it falls, or drifts, as a whole"
         yield ("boundary",), what, 'add [[boundary]] tables, for example on = "bottom", fix = "xy"'
+
+
+def _rims(scene, grid):
+    """Discs larger than zones: one lies on several segments, beside control discs of at most a quarter of a segment."""
+    for i, window in enumerate(scene.window):
+        if scene.discs is None:
+            continue
+        xy = grid.xy[rim_of(grid, window_zones(grid, window))]
+        side = np.roll(xy, -1, axis=0) - xy
+        length, largest = np.hypot(*side.T), 2.0 * grading_of(scene.discs).largest
+        shortest = int(length.argmin())
+        if largest > length[shortest] * (1.0 + 1e-9):
+            x, y = xy[shortest] + 0.5 * side[shortest]
+            what = f"discs of up to {largest:.4g} m are larger than zones on the rim of {window.name!r}: one side of it, at "
+            what += f"({x:.4g}, {y:.4g}), is {length[shortest]:.4g} m long"
+            yield ("window", i), what, f"discs of at most {length[shortest]:.4g} m, or larger zones there"
 
 
 def _restless(scene):

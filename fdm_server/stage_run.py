@@ -1,5 +1,7 @@
 """One stage while it runs: gravity, handover, and when it ends."""
 
+import logging
+
 from coupler_protocol import messages
 from coupler_protocol.ending import Ending
 from coupler_protocol.schedule import beginning, leg_of
@@ -11,6 +13,8 @@ from fdm_server.pace import Pace
 from fdm_server.reactions import reactions
 from fdm_server.safety import check_motion
 from fdm_server.shape import masses
+
+log = logging.getLogger(__name__)
 
 
 class StageRun:
@@ -25,6 +29,7 @@ class StageRun:
         self.time = 0.0  # [s] since the stage began; static steps count as 1
         self.ledger = None  # a fdm_server.ledger.Ledger, where the scene asks for it
         self.energy = None  # a fdm_server.blowup.EnergyWatch
+        self.stretch = None  # a fdm_server.stretch.StretchWatch, where there are rims
         self.ended = False
         self.kick = None  # [s] that forces act in the first step of a coupled stage in real time; None: the whole step
         self._step = self._step_before = 0.0  # [s] agreed with the discs; of the real-time stage before
@@ -90,6 +95,9 @@ class StageRun:
         self.side.hub.stop.check()  # stages of the grid alone wait for nobody who would ask
         check_motion(model, state)
         self.energy.look(model, state, self.gravity)
+        warning = self.stretch.look(state.displacement) if self.stretch else ""
+        if warning:
+            log.warning("step %d of stage %s: %s", self.side.steps, self.stage.name, warning)
         if self.ledger:
             values = self.ledger.values(model, state)
             self.side.recorder.history(self.side.steps, **{f"energy_{name}": value for name, value in values.items()})
@@ -170,5 +178,6 @@ class StageRun:
             "ratio_discrete": [rim.answer.ratio for rim in self.rims],
             "bonds_broken": [int(rim.answer.broken) for rim in self.rims],
             **(self.pace.report() if self.rims else {}),
+            "rim_stretched": self.stretch.report() if self.stretch else None,
             "reactions": reactions(self.side.model, self.side.state, self.leg.at(max(0, self.done - 1)), self.sides.holders),
         }

@@ -29,6 +29,7 @@ from fdm_server.model import build_model, new_state
 from fdm_server.run import run_stage
 from fdm_server.shape import begin_large_strain
 from fdm_server.stage_run import StageRun
+from fdm_server.stretch import StretchWatch
 
 log = logging.getLogger(__name__)
 
@@ -164,6 +165,8 @@ class ContinuumSide:
         self.model, stage.sides = begin_stage(self.scene, stage.index, self.model, self.state, stage.gravity)
         stage.set_loads()
         stage.energy = EnergyWatch(self.model, self.state, stage.gravity)
+        if stage.rims:
+            stage.stretch = StretchWatch(self.model, np.concatenate([rim.nodes for rim in stage.rims]))
         stage.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
         run_stage(self, stage)
 

@@ -6,6 +6,7 @@ import shapely
 from window_case import OBLIQUE, SQUARE, packed, soil_discs
 
 from coupler_protocol.interface import polygon_area
+from coupler_protocol.problems import SceneError
 from dem_server import insitu
 from dem_server.balance import unbalanced_ratio
 from dem_server.bins import bins_over
@@ -53,6 +54,15 @@ def test_weight_is_that_of_the_zones(brought):
     assert state.weight.sum() == pytest.approx(target[:, 2] @ target[:, 6], rel=1e-12)
     reaction = -state.force[: model.ring, 1].sum()
     assert reaction == pytest.approx(GRAVITY * state.weight[model.ring :].sum(), rel=1e-4)
+
+
+def test_zones_without_stress_are_refused():
+    """Errors are shares of the zones' stress: without any there is nothing to bring the discs to."""
+    model, state = packed(OBLIQUE, soil_discs())
+    target = level_ground(OBLIQUE)
+    target[:, 3:6] = 0.0
+    with pytest.raises(SceneError, match=r"carry no stress[^!]*insitu = false"):
+        insitu.bring_to_stress(model, state, target, 0.0)
 
 
 def test_bonds_added_afterwards_hold(brought):

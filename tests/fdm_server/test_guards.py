@@ -169,6 +169,21 @@ def test_thin_zones_and_missing_supports_are_doubted(alone):
     assert "nothing holds the grid" in said(alone)
 
 
+def test_discs_larger_than_the_zones_of_a_rim_are_doubted(quick):
+    """Largest diameter 2 R (1 + spread) against the shortest side of the rim: silent just below, named just above."""
+    data = copy.deepcopy(quick)
+    data["grid"] = {"kind": "box", "length": 30.0, "height": 20.0, "zone_size": [1.0, 0.5]}
+    data["window"] = [{"name": "wide", "polygon": [[4.2, 3.0], [20.0, 5.0], [18.0, 16.0], [6.0, 15.0]]}]
+    data["discs"] |= {"radius": 0.2, "spread": 0.2}
+    assert "larger than" not in said(data)
+    data["discs"]["radius"] = 0.22
+    found = next((path, what, remedy) for path, what, remedy in doubts(build_scene(data)) if "larger than" in what)
+    assert found[0] == ("window", 0)
+    assert "discs of up to 0.528 m are larger than zones on the rim of 'wide': one side of it, at (" in found[1]
+    assert "is 0.5 m long" in found[1]
+    assert "discs of at most 0.5 m" in found[2]
+
+
 def test_rest_without_damping_is_doubted(alone):
     alone["damping"] = {"local": 0.0}
     assert "'equilibrium' waits for rest without damping" in said(alone)

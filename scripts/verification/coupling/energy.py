@@ -18,21 +18,32 @@ AMPLITUDE = 1e-6
 
 
 def shaken(steps, share=0.5, seed=5, **how):
-    """Energies (steps,) [J], and momentum lost over the sum of its parts' sizes, of the block shaken at random."""
-    joined = block(around=1, across=2, **how)
+    """`followed` for the block of zones; how: of block.block."""
+    return followed(block(around=1, across=2, **how), steps, AMPLITUDE * R, share, seed)
+
+
+def followed(joined, steps, size, share=0.5, seed=5, every=1, look=None):
+    """Energies (steps/every,) [J], and momentum lost over the sum of its parts' sizes, of a body shaken at random by `size` [m].
+
+    look(joined): called as often.
+    """
     joined.begin(share, from_rest=False)
-    rng, speed = np.random.default_rng(seed), AMPLITUDE * R / joined.grid.dt / 10.0
+    rng, speed = np.random.default_rng(seed), size / joined.grid.dt / 10.0
     moving = ~joined.grid_model.fixed
     joined.grid.velocity[:] = speed * rng.normal(size=moving.shape) * moving
     free = joined.discs.v[joined.disc_model.ring :]
     free[:] = speed * rng.normal(size=free.shape)
-    before, lost = joined.momentum()[0], 0.0
-    energy = np.empty(steps)
+    before, lost, energy = joined.momentum()[0], 0.0, []
     for n in range(steps):
-        energy[n] = joined.step_with_energy()
-        now, size = joined.momentum()
-        lost = max(lost, np.abs(now - before).max() / size)
-    return energy, lost
+        if n % every:
+            joined.step()
+            continue
+        energy.append(joined.step_with_energy())
+        now, parts = joined.momentum()
+        lost = max(lost, np.abs(now - before).max() / parts)
+        if look is not None:
+            look(joined)
+    return np.array(energy), lost
 
 
 def rows(fast):

@@ -18,8 +18,12 @@ SOURCE = "theory: none for a mapping that keeps power"
 
 def growth(mapping, share, steps):
     """Growth of the amplitude a step."""
-    energy, _ = shaken(steps, share, mapping=mapping, shift=3.0 * R)
-    begin, end = steps // 2, steps
+    return growth_of(shaken(steps, share, mapping=mapping, shift=3.0 * R)[0])
+
+
+def growth_of(energy):
+    """Growth of the amplitude from one of the energies to the next."""
+    begin, end = len(energy) // 2, len(energy)
     if energy.max() > 1e5 * energy[0]:
         begin, end = np.argmax(energy > 10.0 * energy[0]), np.argmax(energy > 1e5 * energy[0])
     return 0.5 * np.polyfit(np.arange(begin, end), np.log(energy[begin:end]), 1)[0]

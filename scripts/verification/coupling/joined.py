@@ -4,6 +4,7 @@ For cases that no scene can say: bars, chains, lattices. A rim may be open: a ba
 two segments carries discs on the first only.
 """
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -54,7 +55,7 @@ class Joined:
         self.take(self.grid.dt, from_rest, substeps)
 
     def take(self, dt, from_rest=True, substeps=1):
-        """Steps of `dt` [s], of the discs' as many times shorter as there are substeps."""
+        """Steps of `dt` [s], of the discs' as many times shorter as there are substeps; the whole stable step is their limit."""
         self.grid.dt, self.substeps = dt, substeps
         self.disc_model = disc_clock.divided(self.disc_model, self.discs, dt, substeps)
         self.discs.dt = 0.0 if from_rest else dt / substeps
@@ -75,9 +76,21 @@ class Joined:
         advance(self.grid_model, grid)
         return after
 
+    def strain(self, gradient):
+        """A step of 1 in which everything moves by a uniform displacement gradient (2,2)."""
+        grid, discs, free = self.grid, self.discs, slice(self.disc_model.ring, None)
+        grid.velocity[:] = self.grid_model.grid.xy @ gradient.T
+        discs.v[free] = discs.x[free] @ gradient.T
+        discs.x[free] += discs.v[free]
+        self._complete()
+        advance(self.grid_model, grid)
+
     def _complete(self):
-        self.rim.move(self.discs, self.grid.velocity[self.nodes])
-        contact_forces(self.disc_model, self.discs)
+        discs = self.discs
+        self.rim.move(discs, self.grid.velocity[self.nodes])
+        contact_forces(self.disc_model, discs)
+        if discs.next_dt < discs.dt:
+            raise ArithmeticError(f"new contacts ask for steps of {discs.next_dt:.4g} s, {discs.dt:.4g} s were agreed")
 
     def step_with_energy(self):
         """One step; returns the energy [J] at its beginning: v- . M v+ / 2 (half a step before and after), and what is stored."""

@@ -43,22 +43,26 @@ def cross(a, b):
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
+def lost(x, where, xd, P, M, V, paper=False):
+    """Force, moment and power (3,) lost by forces P, moments M on discs xd of the rim x at velocities V, over sums of sizes."""
+    F, v, w = np.empty_like(x), np.empty_like(xd), np.empty(len(xd))
+    forces_to_nodes(x, *where, xd, P, M, F, paper)
+    velocities_to_discs(x, V, *where, xd, v, w, paper)
+    turning, power = cross(xd, P) + M, (P * v).sum(axis=1) + M * w
+    return (
+        np.abs(F.sum(axis=0) - P.sum(axis=0)).max() / np.abs(P).sum(),
+        abs(cross(x, F).sum() - turning.sum()) / (np.abs(cross(x, F)).sum() + np.abs(turning).sum()),
+        abs((F * V).sum() - power.sum()) / (np.abs(F * V).sum() + np.abs(power).sum()),
+    )
+
+
 def errors(count, paper=False, seed=1):
     """Largest errors of force, moment and power over `count` rims, each over the sum of the sizes of its terms."""
     rng, worst = np.random.default_rng(seed), np.zeros(3)
     for _ in range(count):
         x, where, xd = rim(rng)
         P, M, V = rng.normal(size=(DISCS, 2)), rng.normal(size=DISCS) * (not paper), rng.normal(size=(NODES, 2))
-        F, v, w = np.empty((NODES, 2)), np.empty((DISCS, 2)), np.empty(DISCS)
-        forces_to_nodes(x, *where, xd, P, M, F, paper)
-        velocities_to_discs(x, V, *where, xd, v, w, paper)
-        turning, power = cross(xd, P) + M, (P * v).sum(axis=1) + M * w
-        found = (
-            np.abs(F.sum(axis=0) - P.sum(axis=0)).max() / np.abs(P).sum(),
-            abs(cross(x, F).sum() - turning.sum()) / (np.abs(cross(x, F)).sum() + np.abs(turning).sum()),
-            abs((F * V).sum() - power.sum()) / (np.abs(F * V).sum() + np.abs(power).sum()),
-        )
-        worst = np.maximum(worst, found)
+        worst = np.maximum(worst, lost(x, where, xd, P, M, V, paper))
     return worst
 
 

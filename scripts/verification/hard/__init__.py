@@ -2,16 +2,25 @@
 
 from verification.hard import (
     bonds_gone,
+    bonds_gone_coupled,
+    curved_rim,
     cycles,
+    free_free,
     impacts,
+    large_discs,
+    off_the_line,
     overlap,
     pauses,
+    quarter_turn,
     recontact,
+    rim_contacts,
     size_ratio,
     step_limit,
     stiff_and_soft,
+    stiff_and_soft_plane,
     stiff_stones,
     stiffness_jump,
+    stretched_rim,
 )
 
 TITLE = "Hard cases"
@@ -20,3 +29,5 @@ bounded velocities beside its own criterion; scenes of windows stand in `tests/h
 on it must say so: rows "ends with" count the messages."""
 CASES = [bonds_gone, stiff_stones, stiffness_jump, cycles, recontact, size_ratio, overlap, impacts, step_limit, stiff_and_soft]
 CASES += [pauses]
+CASES += [large_discs, curved_rim, quarter_turn, free_free, off_the_line, bonds_gone_coupled]
+CASES += [rim_contacts, stretched_rim, stiff_and_soft_plane]

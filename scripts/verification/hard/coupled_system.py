@@ -58,18 +58,21 @@ class System(NamedTuple):
         return max(float(np.abs(v).max()) for v in (self.state.velocity, *(window.state.v for window in self.windows)))
 
 
-def system(stiffness, size, damping, shear=0.4, oblique=False):
-    """System with a window full of discs of `size` zones; stiffness: of contacts over moduli of zones; shear: ks over kn."""
-    model, state, windows = limits.open_model(scene(stiffness, size, damping, shear, oblique))
+def system(stiffness, size, damping, shear=0.4, oblique=False, **tables):
+    """System with a window full of discs of `size` zones; stiffness: of contacts over moduli of zones; shear: ks over kn.
+
+    tables: of the scene, instead of those below.
+    """
+    model, state, windows = limits.open_model(scene(stiffness, size, damping, shear, oblique, **tables))
     for window in windows:
         freeze(window)
         state.added_mass[window.nodes] = window.rim.stiffness_sums(window.model, window.state)
     return System(model, state, windows)
 
 
-def with_few_discs(place, stiffness, size, damping, shear=0.4):
-    """The same box with some discs in its window; place(ring) says where: (m, 2) [m], radii (m,) [m]."""
-    case = scene(stiffness, size, damping, shear)
+def with_few_discs(place, stiffness, size, damping, shear=0.4, **scene_of):
+    """The same box with some discs in its window; place(ring) says where: (m, 2) [m], radii (m,) [m]. scene_of: of `scene`."""
+    case = scene(stiffness, size, damping, shear, **scene_of)
     grid = build_grid(case)
     model, mask = build_model(case, grid), window_zones(grid, case.window[0])
     model, state, _ = cut_window(model, new_state(model), mask)
@@ -83,8 +86,8 @@ def with_few_discs(place, stiffness, size, damping, shear=0.4):
     return System(model, state, [window])
 
 
-def scene(stiffness, size, damping, shear=0.4, oblique=False):
-    """Scene of a box or a sector of a ring with one window."""
+def scene(stiffness, size, damping, shear=0.4, oblique=False, **tables):
+    """Scene of a box or a sector of a ring with one window; tables: instead of those below."""
     spring = {"normal": 2.0 * stiffness * MODULUS, "shear": 2.0 * shear * stiffness * MODULUS}
     soil = {"density": 2000.0, "spring": spring, "bond": {"tension": STRONG, "shear": STRONG}}
     sides = ("left", "bottom", "inner", "outer") if oblique else ("left", "right", "bottom", "top")
@@ -102,7 +105,7 @@ def scene(stiffness, size, damping, shear=0.4, oblique=False):
             {"name": "fill"},
             {"name": "couple", "until": {"steps": 1}},
         ],
-    })  # fmt: skip
+    } | tables)  # fmt: skip
 
 
 def freeze(window):

@@ -1,0 +1,69 @@
+"""Zones on the rims of windows that are stretched so far that what they and the ring upon them say means little.
+
+A side of the rim that has become lambda times as long has gaps of 2 r (lambda - 1) between its control discs (radius r): two
+smallest radii, room for a disc, at lambda = 2 (dem_server/escape.py watches the gaps). Force, moment and power still cross it
+exactly (coupler_protocol/mapping.py), but at FAR a zone of constant strain stands for what should be several. Across the rim no
+gap tells of it. With X, x the diagonals (2,2) of a zone as drawn and now, the mean deformation gradient and its stretch are
+
+    F = x X^-1,    lambda = largest singular value of F                                   (1)
+
+(exact where the zone strains uniformly; of a triangle two sides take the place of the diagonals).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+FAR = 3.0
+
+
+class Stretched(NamedTuple):
+    """The farthest stretched zone: its stretch, number, and middle `place` (2,) [m]."""
+
+    stretch: float
+    zone: int
+    place: np.ndarray
+
+    def in_words(self):
+        """Which zone, where and how far."""
+        x, y = self.place
+        return f"zone {self.zone} at ({x:.4g}, {y:.4g}) is stretched {self.stretch:.2g} times"
+
+
+class StretchWatch:
+    """Watches the zones that have a corner among the gridpoints `nodes` (K,) of rims, during one stage."""
+
+    def __init__(self, model, nodes):
+        beside = np.isin(model.zones, nodes).any(axis=1)
+        self.zones, self.number = model.zones[beside], model.zone[beside]
+        self.drawn = model.grid.xy
+        self.worst, self.warned = None, False
+
+    def look(self, displacement):
+        """Measure with displacements (N,2) [m] since the grid was drawn; returns a warning the first time it is due, or ""."""
+        now = self.drawn + displacement
+        stretch = stretches(self.drawn, now, self.zones)
+        i = int(stretch.argmax())
+        if self.worst is None or stretch[i] > self.worst.stretch:
+            self.worst = Stretched(float(stretch[i]), int(self.number[i]), now[self.zones[i]].mean(axis=0))
+        due = stretch[i] >= FAR and not self.warned
+        self.warned |= bool(due)
+        return f"on the rim of a window {self.worst.in_words()}: finer zones there would follow better" if due else ""
+
+    def report(self):
+        """What run.json says of a stage in which a warning was due; None for others."""
+        if not self.warned:
+            return None
+        return {"zone": self.worst.zone, "stretch": self.worst.stretch, "place": self.worst.place.tolist()}
+
+
+def stretches(drawn, now, zones):
+    """Largest stretch (Z,) of zones (Z,4) by Eq (1), from gridpoints (N,2) [m] as drawn and now."""
+    before, after = diagonals(drawn, zones), diagonals(now, zones)
+    return np.linalg.svd(after @ np.linalg.inv(before), compute_uv=False)[:, 0]
+
+
+def diagonals(xy, zones):
+    """Both diagonals of zones (Z,4) as columns (Z,2,2) [m]; a triangle's fourth corner is its third."""
+    a, b, c, d = (xy[zones[:, k]] for k in range(4))
+    return np.stack([c - a, d - b], axis=2)
