@@ -51,11 +51,29 @@ class Joined:
         self.grid_model = agreement.agree(self.grid_model, self.grid, [rim])
         self.take(self.grid.dt, from_rest)
 
+    def begin_static(self, local=0.7):
+        """Static mode: steps of 1, scaled masses with those of the interface's mass rule, local damping of both codes."""
+        damping = Damping(local=local)
+        self.grid_model = grid_clock.begin(self.grid_model, self.grid, damping)
+        self.disc_model = disc_clock.begin(self.disc_model, self.discs, damping)
+        self.grid.added_mass[self.nodes] = self.rim.stiffness_sums(self.disc_model, self.discs)
+        self.kick = None
+
     def take(self, dt, from_rest=True):
         """Steps of `dt` [s] on both sides."""
         self.grid.dt = self.discs.next_dt = dt
         self.discs.dt = 0.0 if from_rest else dt
         self.kick = 0.5 * dt if from_rest else None
+
+    def strain(self, gradient):
+        """Move all gridpoints and discs in one step (dt = 1) by a uniform gradient (2,2) of displacement."""
+        free = slice(self.disc_model.ring, None)
+        self.grid.velocity[:] = self.grid_model.grid.xy @ gradient.T
+        self.discs.v[free] = self.discs.x[free] @ gradient.T
+        self.discs.x[free] += self.discs.v[free]
+        self.rim.move(self.discs, self.grid.velocity[self.nodes])
+        contact_forces(self.disc_model, self.discs)
+        advance(self.grid_model, self.grid)
 
     def step(self, gravity=0.0):
         """One step."""

@@ -9,9 +9,7 @@ across.
 
 import numpy as np
 
-from dem_server.contacts import contact_forces
 from fdm_server import fields
-from fdm_server.advance import advance
 from verification.coupling.block import KN, SIDE, R, block
 from verification.coupling.joined import rotation
 from verification.rows import row
@@ -24,14 +22,7 @@ STRAIN = np.array([[-3e-6, 0.0], [0.0, 7e-6]])  # along the lattice
 def strained(turned):
     """The block after one step of uniform strain, the turn (2,2), and forces (K,2) [N] left on the rim's gridpoints."""
     joined, turn = block(turned), rotation(turned)
-    gradient = turn @ STRAIN @ turn.T
-    joined.grid.velocity[:] = joined.grid_model.grid.xy @ gradient.T
-    free = slice(joined.disc_model.ring, None)
-    joined.discs.v[free] = joined.discs.x[free] @ gradient.T
-    joined.discs.x[free] += joined.discs.v[free]
-    joined.rim.move(joined.discs, joined.grid.velocity[joined.nodes])
-    contact_forces(joined.disc_model, joined.discs)
-    advance(joined.grid_model, joined.grid)
+    joined.strain(turn @ STRAIN @ turn.T)
     return joined, turn, joined.rim.nodal_forces(joined.discs) + joined.grid.force[joined.nodes]
 
 
