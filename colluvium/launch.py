@@ -20,7 +20,7 @@ ECHO = 10.0  # seconds in which an error of the other side follows the one that 
 def own_files(out):
     """Names of files of an earlier run in `out`."""
     out = Path(out)
-    patterns = ("*.vtkhdf", "*.h5", "*.log", "run.json", "scene.json", "scene.toml", "endpoint")
+    patterns = ("*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run.json", "scene.json", "scene.toml", "endpoint")
     return [path.name for pattern in patterns for path in sorted(out.glob(pattern))] if out.is_dir() else []
 
 

@@ -16,6 +16,7 @@ from colluvium import averages
 from colluvium.fabric import Fabric, contact_fabric
 from colluvium.rank_file import Fields, NotRecordedError, RankFile
 from colluvium.rank_parts import RankParts
+from colluvium.ring_motion import RingMotion, ring_motion
 from coupler_protocol.vtkhdf import FrameInfo
 
 _RANK_FILE = re.compile(r".+\.rank(\d+)(?:\.part(\d+))?\.vtkhdf")
@@ -78,6 +79,11 @@ class Run:
     def porosity(self, frame: int, region: Any, rank: int = 1) -> float:
         """Void share [-] of a circle (x, y, radius) or polygon (P, 2) [m]."""
         return averages.porosity(self.discs(frame, rank), region)
+
+    def ring_motion(self, frame: int, rank: int = 1) -> RingMotion:
+        """How far first free discs have moved away from a window's ring and along it since its first frame."""
+        first = next(i for i in range(len(self.frames)) if self.has(i, rank))
+        return ring_motion(*((self.discs(i, rank), self.contacts(i, rank)) for i in (first, frame)))
 
     def stones(self, rank: int = 1) -> list[np.ndarray]:
         """Polygons (V, 2) of the stones as they were placed [m]; colluvium.stones moves them with their discs."""

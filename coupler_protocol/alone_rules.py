@@ -28,6 +28,8 @@ def tables_of_the_grid(scene):
             yield (name,), "there is no grid", f"add a [grid] table or remove [[{name}]]"
     if scene.initial_stress is not None:
         yield ("initial_stress",), "there is no grid", "discs begin as they are packed: remove the table"
+    if scene.record.trace is not None:
+        yield ("record", "trace"), "there is one process, which waits for nobody", "remove the key"
     if scene.damping is not None:
         yield ("damping",), "there is no grid to damp", "discs have theirs in [discs.damping]"
 

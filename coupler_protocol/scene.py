@@ -89,6 +89,9 @@ class Record(Table):
 
     every: int = quantity(200, unit="steps", meaning="steps between frames", ge=1)
     history: int = quantity(10, unit="steps", meaning="steps between points of the histories", ge=1)
+    trace: int | None = quantity(
+        None, unit="steps", meaning="both sides write when they computed, waited, recorded in so many steps of each stage", ge=1
+    )
     energy: bool = quantity(False, meaning="histories of the grid's energies and works since each stage began (small strain)")
 
 

@@ -33,7 +33,7 @@ def serve(options, stop):
     from coupler_protocol.scene_reader import read_scene
 
     scene = read_scene(options.scene, options.set)
-    own = [f"dem.rank{options.rank}.{ending}" for ending in ("vtkhdf", "log")]
+    own = [f"dem.rank{options.rank}.{ending}" for ending in ("vtkhdf", "log", "trace.csv")]
     plugin = program.plugin(options)
     own += [] if scene.grid else ["run.json", "scene.json"]
     out = program.prepare_folder(options.out, own, options.force, options.origin)

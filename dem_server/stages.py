@@ -15,7 +15,7 @@ from coupler_protocol.restart import END, filled, index_of, kept_stages, load, p
 from coupler_protocol.runfile import peak_memory
 from coupler_protocol.schedule import plan
 from coupler_protocol.stability import in_words
-from coupler_protocol.timing import Stopwatch
+from coupler_protocol.trace import stopwatch
 from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
 from dem_server import balance, clock, energy, frequency, record, restart, run, stones
 from dem_server.escape import RingGuard
@@ -33,7 +33,7 @@ class DiscreteSide:
     def __init__(self, scene, rank, conversation, out, progress, origin=None, plugin=None):
         self.scene, self.rank, self.conversation, self.plugin = scene, rank, conversation, plugin
         self.out, self.progress, self.origin = Path(out), progress, origin
-        self.watch = Stopwatch()
+        self.watch = stopwatch(scene.record.trace)
         self.answer = self.looked = messages.Answer(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # with the next FORCE, and after it
         self.steps, self.time = 0, 0.0  # time [s]; static steps count as 1
         self.step = 1.0  # [s] agreed with the continuum, 1 in static mode; None: not yet, in a stage in real time
@@ -62,6 +62,8 @@ class DiscreteSide:
                 self.bring_to_stress()
             self.set_out()
             reason = run.lockstep(self)
+        if self.scene.record.trace is not None:
+            self.watch.write(self.out / f"{restart.name(self.rank)}.trace.csv")
         self.conversation.say_control(messages.FAREWELL, self.summary())
         return reason
 

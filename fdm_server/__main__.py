@@ -8,7 +8,7 @@ from coupler_protocol import exits, messages, program
 from coupler_protocol.interrupt import StopRequest, stop_on_signals, stop_with_parent
 from coupler_protocol.progress import Progress
 
-OWN_FILES = ("fdm.rank0.vtkhdf", "fdm.rank0.log", "run.json", "scene.json", "endpoint")
+OWN_FILES = ("fdm.rank0.vtkhdf", "fdm.rank0.log", "fdm.rank0.trace.csv", "run.json", "scene.json", "endpoint")
 
 
 def parser():

@@ -181,7 +181,7 @@ def traction_difference(model, state, rim, stress):
     vector = np.roll(xy, -1, axis=0) - xy
     half = 0.5 * (np.linalg.norm(vector, axis=1) + np.linalg.norm(np.roll(vector, 1, axis=0), axis=1))
     normal = np.column_stack([-vector[:, 1], vector[:, 0]])  # times length, into the window: out of the grid
-    zone = _zone_behind(model, rim)
+    zone = zones_behind(model, rim)
     s = stress[zone]
     push = np.column_stack(
         [s[:, 0] * normal[:, 0] + s[:, 3] * normal[:, 1], s[:, 3] * normal[:, 0] + s[:, 1] * normal[:, 1]]
@@ -192,7 +192,7 @@ def traction_difference(model, state, rim, stress):
     return float(np.sqrt(np.mean(np.sum((found - expected) ** 2, axis=1))) / size) if K and size > 0 else 0.0
 
 
-def _zone_behind(model, rim):
+def zones_behind(model, rim):
     """Active zone on the outer side of every segment (K,)."""
     edges = {}
     for place, zone in enumerate(model.zones):

@@ -13,7 +13,7 @@ from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.restart import END, filled, kept_stages, load, part_file
 from coupler_protocol.runfile import stage_rows
 from coupler_protocol.schedule import large_strain, leg_of
-from coupler_protocol.timing import Stopwatch
+from coupler_protocol.trace import stopwatch
 from fdm_server import fields, record, restart
 from fdm_server.band import bin_length
 from fdm_server.blowup import EnergyWatch
@@ -40,7 +40,7 @@ class ContinuumSide:
     def __init__(self, scene, hub, out, progress, origin=None, plugin=None):
         self.scene, self.hub, self.out, self.progress, self.origin = scene, hub, Path(out), progress, origin
         self.plugin = plugin
-        self.watch = Stopwatch()
+        self.watch = stopwatch(scene.record.trace)
         self.grid = build_grid(scene)
         self.model = build_model(scene, self.grid)
         self.state = initial_state(scene, self.model) if origin is None else new_state(self.model)
@@ -79,6 +79,8 @@ class ContinuumSide:
             reason = "all stages done"
             if self.coupled:
                 self.farewells = {rim.conversation.rank: rim.say_stop(reason) for rim in self.rims}
+        if self.scene.record.trace is not None:
+            self.watch.write(self.out / f"{restart.NAME}.trace.csv")
         return reason
 
     def meet(self):

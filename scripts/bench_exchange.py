@@ -4,7 +4,9 @@
 
 Runs SCENE (default configs/paper_slope.toml) to the end of its couple stage in two processes, goes on for R x N coupled steps
 without recording, then loads both checkpoints and times each side alone on the same states, and the same messages without
-anything to compute. A triad in the same run says what the memory of this machine gave. Medians; seconds of wall time.
+anything to compute. Then R x N coupled steps with the scene's frames and histories and as many without, in turns of N steps, all
+from the end of the couple stage: by what share recording stalls the loop. A triad in the same run says what the memory of this
+machine gave. Medians; seconds of wall time.
 """
 
 import argparse
@@ -41,23 +43,45 @@ from fdm_server.restart import GridState
 from fdm_server.windows import rim_of, window_zones
 
 
-def with_measured_stages(scene, steps, repeats):
-    """The scene up to its couple stage, then `repeats` stages of `steps` coupled steps at rest, nothing recorded."""
+def with_measured_stages(scene, steps, repeats, recorded=False):
+    """The scene up to its couple stage, then `repeats` stages of `steps` coupled steps at rest; nothing recorded but histories.
+
+    recorded: frames as the scene asks for them.
+    """
     data = scene.model_dump(mode="json", exclude_none=True)
     last = next(i for i, stage in enumerate(scene.stage) if stage.kind == "couple")
     data["stage"] = data["stage"][: last + 1] + [
         {"name": f"measured {i}", "kind": "overload", "until": {"steps": steps}} for i in range(repeats)
     ]
-    data["record"] = {"every": 10**9, "history": data["record"]["history"]}
+    if not recorded:
+        data["record"] = {"every": 10**9, "history": data["record"]["history"]}
     return build_scene(data)
 
 
-def coupled(scene, out):
-    """Seconds a step of each measured stage in two processes, and peak memory is left to the system's tools."""
-    launch.run_scene(scene, out)
+def coupled(scene, out, options=()):
+    """Seconds a step of each measured stage in two processes; options: of the servers."""
+    scene_file = out / "bench.toml"
+    out.mkdir(exist_ok=True)
+    scene_file.write_text(launch.as_toml(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")
+    launch.checked(launch.run_files(scene_file, out, len(scene.window), ["--quiet", *options]))
     info = json.loads((out / "run.json").read_text(encoding="utf-8"))
     rows = [row for row in info["stages"] if row["name"].startswith("measured")]
     return [sum(row["seconds"][c] for c in ("continuum", "waiting", "recording")) / row["steps"] for row in rows]
+
+
+def in_turns(scene, steps, repeats, begun, folder):
+    """Seconds a step without frames and with them, `repeats` each, in turns, all from the end of the couple stage.
+
+    begun: directory of a run that came there without frames.
+    """
+    without, frames = (with_measured_stages(scene, steps, 1, recorded) for recorded in (False, True))
+    coupled(frames, folder / "frames")
+    last = next(stage.name for stage in scene.stage if stage.kind == "couple")
+    found = {"without frames": [], "with frames": []}
+    for turn in range(repeats):
+        for words, kind, origin in zip(found, (without, frames), (begun, folder / "frames"), strict=True):
+            found[words] += coupled(kind, folder / f"{words} {turn}", ["--from", f"{origin}@{last}"])
+    return found
 
 
 def continuum_alone(scene, out, steps, repeats):
@@ -152,11 +176,14 @@ def main():
     if options.echo:
         return echo(options.echo[0], int(options.echo[1]), int(options.echo[2]))
 
-    scene = with_measured_stages(read_scene(options.scene), options.steps, options.repeats)
-    with tempfile.TemporaryDirectory() as folder:
-        together = coupled(scene, Path(folder))
-        grid = continuum_alone(scene, Path(folder), options.steps, options.repeats)
-        discs = discs_alone(scene, Path(folder), options.steps, options.repeats)
+    original = read_scene(options.scene)
+    scene = with_measured_stages(original, options.steps, options.repeats)
+    with tempfile.TemporaryDirectory() as name:
+        folder, begun = Path(name), Path(name) / "begun"
+        together = coupled(scene, begun)
+        grid = continuum_alone(scene, begun, options.steps, options.repeats)
+        discs = discs_alone(scene, begun, options.steps, options.repeats)
+        turns = in_turns(original, options.steps, options.repeats, begun, folder)
     window = scene.window[0]
     nodes = 2 * (window.columns[1] - window.columns[0] + window.rows[1] - window.rows[0] + 2)
     trips = exchange(nodes, options.steps, options.repeats)
@@ -171,9 +198,14 @@ def main():
     ]
     bound = max(rows[0]["value"], rows[1]["value"]) + 1.5 * rows[2]["value"]
     rows.append(row("bound: max(sides) + 1.5 round trips", size, [bound], "s/step", companion))
+    rows += [row(f"coupled step, {words}", size, seconds, "s/step", companion, "in turns") for words, seconds in turns.items()]
+    ratios = [with_ / without for without, with_ in zip(*turns.values(), strict=True)]
     for r in rows:
         print(f"{r['name']:<38} {1e6 * r['value']:9.1f} us   spread {100 * r['spread']:5.1f} %")
     print(f"coupled / bound {rows[3]['value'] / bound:.2f}; triad {bandwidth:.1f} GB/s")
+    note = f"a frame every {original.record.every} steps"
+    rows.append(row("coupled step with frames over without", size, ratios, "-", companion, note))
+    print(f"recording stalls the loop by {100 * (median(ratios) - 1.0):.1f} % (median of {len(ratios)} turns; {note})")
     if options.json:
         write(rows, options.json)
     return 0

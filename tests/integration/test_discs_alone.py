@@ -151,6 +151,7 @@ MOVING = {"radius": 0.1, "soil": SOIL, "wall": [GROUND | {"velocity": [0.0, 0.1]
         ({"window": []}, "discs alone fill one window"),
         ({"window": [{"name": "w", "columns": [1, 2], "rows": [1, 2]}]}, "no columns and rows"),
         ({"boundary": [{"on": "left", "fix": "x"}]}, "there is no grid"),
+        ({"record": {"trace": 10}}, "waits for nobody"),
         ({"stage": [STAGE]}, "begin with one stage"),
         ({"stage": [{"name": "fill"}, {"name": "couple", "until": {"steps": 1}}]}, "needs a grid"),
         ({"stage": [{"name": "fill"}, STAGE | {"until": {"time": 1.0}}]}, "no seconds"),

@@ -9,13 +9,15 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_all_four_times_are_measured(tmp_path, configs):
-    words = [ROOT / "scripts" / "bench_exchange.py", configs / "quick_slope.toml", "--steps", "40", "--repeats", "2"]
+    words = [ROOT / "scripts" / "bench_exchange.py", configs / "quick_slope.toml", "--steps", "40", "--repeats", "1"]
     done = subprocess.run(
         [sys.executable, *map(str, words), "--json", str(tmp_path / "rows.json")], capture_output=True, text=True, timeout=200
     )
     assert done.returncode == 0, done.stderr
     rows = json.loads((tmp_path / "rows.json").read_text())
     assert [row["name"] for row in rows][:4] == ["continuum alone", "discs alone", "bare round trip", "coupled step"]
+    assert [row["name"] for row in rows][-1] == "coupled step with frames over without"
+    assert "recording stalls the loop by" in done.stdout
     assert all(row["value"] > 0.0 for row in rows)
     assert all(row["companion"]["triad_GB_per_s"] > 0.0 for row in rows)
     assert {"name", "size", "threads", "value", "unit", "repeats", "spread", "companion", "note"} <= rows[0].keys()

@@ -4,7 +4,6 @@ For cases that no scene can say: bars, chains, lattices. A rim may be open: a ba
 two segments carries discs on the first only.
 """
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -53,6 +52,14 @@ class Joined:
         rim.answer = SimpleNamespace(dt_limit=disc_clock.longest_step(self.disc_model, self.discs, substeps))
         self.grid_model = agreement.agree(self.grid_model, self.grid, [rim])
         self.take(self.grid.dt, from_rest, substeps)
+
+    def begin_static(self, local=0.7):
+        """Static mode: steps of 1, scaled masses with those of the interface's mass rule, local damping of both codes."""
+        damping = Damping(local=local)
+        self.grid_model = grid_clock.begin(self.grid_model, self.grid, damping)
+        self.disc_model = disc_clock.begin(self.disc_model, self.discs, damping)
+        self.grid.added_mass[self.nodes] = self.rim.stiffness_sums(self.disc_model, self.discs)
+        self.kick = None
 
     def take(self, dt, from_rest=True, substeps=1):
         """Steps of `dt` [s], of the discs' as many times shorter as there are substeps; the whole stable step is their limit."""

@@ -22,8 +22,7 @@ STRAIN = np.array([[-3e-6, 0.0], [0.0, 7e-6]])  # along the lattice
 def strained(turned):
     """The block after one step of uniform strain, the turn (2,2), and forces (K,2) [N] left on the rim's gridpoints."""
     joined, turn = block(turned), rotation(turned)
-    gradient = turn @ STRAIN @ turn.T
-    joined.strain(gradient)
+    joined.strain(turn @ STRAIN @ turn.T)
     return joined, turn, joined.rim.nodal_forces(joined.discs) + joined.grid.force[joined.nodes]
 
 

@@ -1,0 +1,71 @@
+"""What both processes do in some coupled steps: computing, waiting, recording."""
+
+from typing import Any
+
+import numpy as np
+
+from colluvium.figures import style
+from colluvium.results import Run
+from colluvium.timeline import ACTIVITIES, Intervals, intervals
+
+SHOWN = 12  # steps
+COLOURS = dict(zip(ACTIVITIES, ("#123a5e", "#d9d9d9", "#d0472f"), strict=True))
+
+
+def missing(run: Run) -> str:
+    """A trace of at least two processes."""
+    return "" if len(intervals(run)) > 1 else "no trace (record.trace = STEPS writes it)"
+
+
+@style.styled
+def draw(run: Run) -> Any:
+    """A panel for the first and the last coupled stage: the steps in the middle of what was traced, a row a process."""
+    import matplotlib.pyplot as plt
+
+    found = intervals(run)
+    stages = _coupled_stages(found)
+    stages = [stages[0], stages[-1]] if len(stages) > 1 else stages
+    size = (9.0, 0.6 + len(stages) * (0.9 + 0.35 * len(found)))
+    figure, panels = plt.subplots(len(stages), 1, figsize=size, squeeze=False, layout="constrained")
+    for axes, stage in zip(panels[:, 0], stages, strict=True):
+        _panel(axes, stage, {name: own.where(own.stage == stage) for name, own in found.items()})
+    handles = [plt.Rectangle((0, 0), 1, 1, color=COLOURS[name]) for name in ACTIVITIES]
+    figure.legend(handles, ACTIVITIES, loc="outside upper right", ncols=len(ACTIVITIES))
+    panels[-1, 0].set_xlabel("time [ms]")
+    return figure
+
+
+def _coupled_stages(found: dict[str, Intervals]) -> list[str]:
+    """Stages in which every process took steps, in order."""
+    stepped = [set(own.stage[own.step > 0]) for own in found.values()]
+    first = next(iter(found.values()))
+    return [name for name in dict.fromkeys(first.stage.tolist()) if all(name in names for names in stepped)]
+
+
+def _panel(axes: Any, stage: str, found: dict[str, Intervals]) -> None:
+    grid = next(iter(found.values()))
+    first = max(0, int(grid.step.max()) - SHOWN) // 2
+    shown = grid.where((grid.step >= first) & (grid.step < first + SHOWN))
+    start, end = shown.begin.min(), shown.end.max()
+    inside = {name: _cut(own, start, end) for name, own in found.items()}
+    for row, own in enumerate(inside.values()):
+        for name in ACTIVITIES:
+            spans = own.where(own.activity == name)
+            pieces = np.column_stack([spans.begin - start, spans.end - spans.begin])
+            axes.broken_barh((1e3 * pieces).tolist(), (row - 0.4, 0.8), color=COLOURS[name], linewidth=0.0)
+    words = [f"{name} ({_percent(own)})" for name, own in inside.items()]
+    axes.set_yticks(range(len(words)), words)
+    axes.invert_yaxis()
+    axes.set_xlim(0.0, 1e3 * (end - start))
+    axes.set_title(f"{stage}, steps {first} to {first + SHOWN} of {int(grid.step.max()) + 1} traced")
+
+
+def _cut(own: Intervals, start: float, end: float) -> Intervals:
+    """What lies between two times [s]."""
+    own = own.where((own.end > start) & (own.begin < end))
+    return own._replace(begin=np.maximum(own.begin, start), end=np.minimum(own.end, end))
+
+
+def _percent(own: Intervals) -> str:
+    shares = own.shares()
+    return ", ".join(f"{100.0 * shares[name]:.0f} %" for name in ACTIVITIES)
