@@ -74,6 +74,8 @@ def sentences(info):
                 f"warning: in stage {opened['stage']} the ring of window {window['name']} opened by {opened['radii']:.1f} "
                 f"smallest radii at ({x:.1f}, {y:.1f}) m; 2 let a disc through"
             )
+    for warning in info.get("warnings", []):
+        yield f"warning: in step {warning['step']} of stage {warning['stage']}: {warning['text']}"
     if info.get("locate"):
         from colluvium.locate import in_words as located
 

@@ -34,6 +34,9 @@ def lockstep(side):
             finish_step(side, order)
         side.answer = side.looked
         gravity, agreed = side.gravity, side.step is not None
+        ledger, before = side.ledger, state.dt
+        if ledger:
+            ledger.keep(state)
         if agreed:
             move_discs(side, gravity)
         side.watch.to("computing")
@@ -48,7 +51,12 @@ def lockstep(side):
             move_discs(side, gravity)
         rim.move(state, side.velocity)
         refuse_fast_rim(side)
+        side.see_power(order)
+        if ledger:
+            side.book(gravity, 0.5 * (before + state.dt))
         contact_forces(side.model, state)
+        if ledger:
+            ledger.book_contacts(side.model, state)
         side.check_step()
 
 

@@ -21,6 +21,7 @@ from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_arra
 from dem_server import balance, clock, energy, imported, packing, record, restart, run, stones
 from dem_server.contacts import contact_forces
 from dem_server.escape import RingGuard
+from dem_server.ledger import Ledger
 from dem_server.mapped import stones_of
 from dem_server.model import build_model
 from dem_server.rim import Rim
@@ -38,10 +39,12 @@ class DiscreteSide:
         self.scene, self.rank, self.conversation, self.plugin = scene, rank, conversation, plugin
         self.out, self.progress, self.origin = Path(out), progress, origin
         self.watch = Stopwatch()
-        self.answer = self.looked = messages.Answer(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # with the next FORCE, and after it
+        self.answer = self.looked = messages.Answer(1.0, *[1.0] + [0.0] * 6)  # with the next FORCE, and after it
         self.steps, self.time = 0, 0.0  # time [s]; static steps count as 1
         self.step = 1.0  # [s] agreed with the continuum, 1 in static mode; None: not yet, in a stage in real time
+        self.power = 0.0  # [W] of the ring in the last step that was looked at
         self.stage = None
+        self.ledger = None  # a dem_server.ledger.Ledger, where the scene asks for it
         self.recorder = None
         self.report, self.openings = {}, []
         self.model = self.guard = self.state = self.rim = self.stones = None
@@ -177,6 +180,7 @@ class DiscreteSide:
         self.model = clock.begin_coupled(self.model, self.state, self.scene.discs, self.scene.stage[index])
         self.step = 1.0 if self.model.real_time is None else None
         self.answer, self.looked = (a._replace(dt_limit=self.state.next_dt) for a in (self.answer, self.looked))
+        self.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
 
     def _name_of(self, index):
         if not 0 <= index < len(self.scene.stage):
@@ -209,6 +213,19 @@ class DiscreteSide:
                 f"{self.steps}: the discs' contacts now ask for {self.state.next_dt:.4g} s; give the stage a smaller step_factor"
             )
 
+    def see_power(self, order):
+        """Keep the ring's power in a step that will be looked at, before its contact forces are gone."""
+        if int(order.step) % self.scene.record.history == 0:
+            self.power = self.rim.power(self.state)
+
+    def book(self, gravity, kick):
+        """The ledger's middle of a step: all discs have moved, contacts have not followed yet."""
+        self.ledger.book_motion(self.model, self.state, gravity, kick)
+        if self.steps % self.scene.record.history == 0:
+            values = {f"energy_{name}": value for name, value in self.ledger.values(self.model, self.state).items()}
+            self.recorder.history(self.steps, interface_power=self.ledger.power, interface_work=self.ledger.work, **values)
+        self.ledger.keep_contacts(self.model, self.state)
+
     def look(self, order):
         """Count the step; every few steps see how the discs fare."""
         self.steps = int(order.step)
@@ -232,9 +249,10 @@ class DiscreteSide:
             dt_limit=self.looked.dt_limit,
             kinetic=energy.kinetic(self.model, self.state),
             stored=energy.stored(self.model, self.state),
-            power=self.rim.power(self.state),
+            power=self.power,
             broken=float(broken),
             warnings=float(self.state.capped),
+            height=energy.weight_height(self.model, self.state),
         )
 
     def record(self, order):

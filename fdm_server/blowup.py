@@ -9,6 +9,10 @@ however fast it goes; in static mode too, with scaled masses on both sides. A st
 not: velocities grow from step to step and nobody has done the work. Looks are some steps apart, so W is known by the
 trapezoidal rule only, and K, of a half step, can be twice the energy at omega^2 = 2: hence MARGIN. Sudden forces between two
 looks are seen too late: hence K must also have grown GROWTH times since it went beyond the margin.
+
+With windows all this holds for zones and discs together. What the discs' forces P do to the rim, they get back from the ring: P is
+no external force. K, U0, K0 and the work of weights then include those of the discs as they were at their last look, and K may
+grow by less (COUPLED_GROWTH): the forces that come late are inside.
 """
 
 import numpy as np
@@ -19,7 +23,7 @@ from fdm_server.motion import kinetic_energy
 from fdm_server.safety import Unstable
 from fdm_server.shape import masses
 
-MARGIN, GROWTH = 5.0, 100.0
+MARGIN, GROWTH, COUPLED_GROWTH = 5.0, 100.0, 25.0
 
 
 @jit
@@ -54,9 +58,13 @@ def work_kernel(force, applied, weight_mass, mass, added_mass, fixed, gravity, v
 
 
 class EnergyWatch:
-    """The balance above since this was made, at the beginning of a stage."""
+    """The balance above since this was made, at the beginning of a stage; rims: of the windows, if they are coupled.
 
-    def __init__(self, model, state, gravity):
+    warn(text) hears of motion beyond the margin.
+    """
+
+    def __init__(self, model, state, gravity, rims=(), warn=None):
+        self.rims, self.warn, self.discs = rims, warn, None
         self.last = state.displacement.copy()
         self.before = np.zeros_like(self.last)
         self._kernel(model, state, gravity)
@@ -66,8 +74,13 @@ class EnergyWatch:
         self.looks = 0
 
     def _kernel(self, model, state, gravity):
+        applied = state.applied
+        if self.rims:
+            applied = applied.copy()
+            for rim in self.rims:
+                applied[rim.nodes] -= rim.force
         return work_kernel(
-            state.force, state.applied, model.weight_mass, masses(model, state), state.added_mass, model.fixed,
+            state.force, applied, model.weight_mass, masses(model, state), state.added_mass, model.fixed,
             float(gravity), state.velocity, state.displacement, self.last, self.before,
         )  # fmt: skip
 
@@ -75,13 +88,17 @@ class EnergyWatch:
         """Bring the balance up to date, between the kernels of a step. Raises Unstable."""
         work, kinetic, fastest = self._kernel(model, state, gravity)
         self.given += work
+        if self.rims:
+            kinetic += self._look_at_discs(gravity)
         self.most = max(self.most, self.given)
         limit, self.looks = MARGIN * self.most, self.looks + 1
         if kinetic <= limit:
             self.onset = None
         elif self.onset is None:
             self.onset = limit if limit > 0.0 and self.looks > 1 else kinetic
-        if self.onset is not None and kinetic > GROWTH * self.onset:
+            if self.warn is not None and self.looks > 1:
+                self.warn(f"energy outgrows work: the motion has {kinetic:.3g} J, all forces have given {self.most:.3g} J")
+        if self.onset is not None and kinetic > (COUPLED_GROWTH if self.rims else GROWTH) * self.onset:
             x, y = model.grid.xy[fastest]
             zone = model.zone[np.flatnonzero((model.zones == fastest).any(axis=1))]
             raise Unstable(
@@ -89,3 +106,14 @@ class EnergyWatch:
                 f"Fastest is the gridpoint at ({x:g}, {y:g}) of zone {zone[0] if len(zone) else '-'}: "
                 f"is something stiffer than its zones hung on it, or was a velocity set by hand?"
             )
+
+    def _look_at_discs(self, gravity):
+        """Energies that discs had at the first look and the work of their weights since go to `given`; returns their K [J]."""
+        height = np.array([rim.answer.height for rim in self.rims])
+        if self.discs is None:
+            self.given += sum(rim.answer.kinetic + rim.answer.stored for rim in self.rims)
+        else:
+            before, then = self.discs
+            self.given -= 0.5 * (gravity + then) * float(np.sum(height - before))
+        self.discs = height, gravity
+        return sum(rim.answer.kinetic for rim in self.rims)

@@ -24,6 +24,7 @@ def run_stage(side, stage):
         stage.drive(state)
         if ledger:
             ledger.book_motion(model, state, stage.gravity, stage.kick)
+        stage.watch_rims(state)
         order = stage.order()
         for rim in rims:
             rim.say_velocities(state, order)

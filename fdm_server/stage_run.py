@@ -1,5 +1,7 @@
 """One stage while it runs: gravity, handover, and when it ends."""
 
+import logging
+
 from coupler_protocol import messages
 from coupler_protocol.ending import Ending
 from coupler_protocol.schedule import beginning, leg_of
@@ -9,6 +11,8 @@ from fdm_server.conditions import NOTHING
 from fdm_server.motion import farthest, unbalanced_ratio
 from fdm_server.reactions import reactions
 from fdm_server.safety import check_motion
+
+log = logging.getLogger(__name__)
 
 
 class StageRun:
@@ -23,6 +27,7 @@ class StageRun:
         self.time = 0.0  # [s] since the stage began; static steps count as 1
         self.ledger = None  # a fdm_server.ledger.Ledger, where the scene asks for it
         self.energy = None  # a fdm_server.blowup.EnergyWatch
+        self.interface = None  # a fdm_server.flutter.InterfaceWatch, where windows are open
         self.ended = False
         self.kick = None  # [s] that forces act in the first step of a coupled stage in real time; None: the whole step
         self._step = self._step_before = 0.0  # [s] agreed with the discs; of the real-time stage before
@@ -53,6 +58,18 @@ class StageRun:
         """Share of the discs in the rim's forces."""
         return min(1.0, self.done / self._handover) if self._handover else 1.0
 
+    def watch_rims(self, state):
+        """See that nothing grows by itself at the interface, before its velocities are said."""
+        if self.interface is not None:
+            self.interface.see(state, clock.seconds(state), self.side.steps)
+        if self.ledger and self.rims:
+            self.ledger.book_power(state, self.rims)
+
+    def warn(self, text):
+        """A warning of the stage: into the log and run.json."""
+        log.warning("step %d of stage %s: %s", self.side.steps, self.stage.name, text)
+        self.side.warnings.append({"stage": self.stage.name, "step": self.side.steps, "text": text})
+
     def order(self):
         """Scalars of VELOCITY for the present step."""
         dt = clock.seconds(self.side.state)
@@ -79,8 +96,10 @@ class StageRun:
         check_motion(model, state)
         self.energy.look(model, state, self.gravity)
         if self.ledger:
-            values = self.ledger.values(model, state)
-            self.side.recorder.history(self.side.steps, **{f"energy_{name}": value for name, value in values.items()})
+            values = {f"energy_{name}": value for name, value in self.ledger.values(model, state).items()}
+            if self.rims:
+                values |= {"interface_power": self.ledger.power, "interface_work": self.ledger.work_of_discs}
+            self.side.recorder.history(self.side.steps, **values)
         self.ratio = unbalanced_ratio(model, state, self.gravity)
         ratios = [self.ratio, *(rim.answer.ratio for rim in self.rims)]
         displacement = farthest(state.displacement)

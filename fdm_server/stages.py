@@ -18,6 +18,7 @@ from fdm_server.blowup import EnergyWatch
 from fdm_server.conditions import begin_stage
 from fdm_server.coupling import Rim, open_windows, traction_difference
 from fdm_server.excavation import excavations
+from fdm_server.flutter import InterfaceWatch
 from fdm_server.grid import build_grid
 from fdm_server.initial_stress import initial_state
 from fdm_server.ledger import Ledger
@@ -51,6 +52,7 @@ class ContinuumSide:
         self.time = 0.0  # [s]; static steps count as 1
         self.earlier = []  # rows of run.json of the stages before `origin`
         self.results = []
+        self.warnings = []  # of the stages of this run
         self.recorder = None
         self.farewells = {}
         self.saved = None if origin is None else load(scene, origin, restart.NAME)
@@ -160,7 +162,10 @@ class ContinuumSide:
             begin_large_strain(self.model, self.state)
         self.model, stage.sides = begin_stage(self.scene, stage.index, self.model, self.state, stage.gravity)
         stage.set_loads()
-        stage.energy = EnergyWatch(self.model, self.state, stage.gravity)
+        stage.energy = EnergyWatch(self.model, self.state, stage.gravity, stage.rims, stage.warn)
+        if stage.rims:
+            paper = self.scene.coupling.mapping == "paper"
+            stage.interface = InterfaceWatch(stage.rims, self.scene.record.history, paper, stage.warn)
         stage.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
         run_stage(self, stage)
 
@@ -217,6 +222,7 @@ class ContinuumSide:
             "gridpoints": len(self.grid.xy),
             "zones": len(self.grid.zones),
             "stages": self.rows(),
+            "warnings": self.warnings,
             "windows": [
                 {"name": rim.window.name, "rank": rim.conversation.rank, "control_nodes": len(rim.nodes)}
                 | rim.report
