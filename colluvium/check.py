@@ -92,7 +92,8 @@ def answer(scene):
 
 
 def print_answer(found, console):
-    """Print the answer for a person; `found["locate"]`: of colluvium.locate, where the scene asks."""
+    """Print the answer for a person; `found["locate"]`, `found["limits"]`: of those modules, where asked for."""
+    from colluvium import limits
     from colluvium.locate import in_words
 
     console.print(f"{found['title'] or 'scene'}: no problems found")
@@ -133,6 +134,8 @@ def print_answer(found, console):
         if s["sides"]:
             console.print(f"    sides from here on: {', '.join(s['sides'])}", markup=False)
     for sentence in in_words(found["locate"]) if found.get("locate") else ():
+        console.print(sentence, markup=False)
+    for sentence in limits.sentences(found["limits"]) if "limits" in found else ():
         console.print(sentence, markup=False)
     for doubt in found["doubts"]:
         console.print(f"worth a second look: {doubt['what']}\n    {doubt['remedy']}", markup=False)

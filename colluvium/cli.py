@@ -21,6 +21,7 @@ def parser():
     run.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME)")
     run.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
     program.plugin_option(run)
+    _exact_option(run)
     run.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
     run.set_defaults(work=run_command)
 
@@ -29,6 +30,7 @@ def parser():
     resume.add_argument("--quiet", action="store_true", help="no progress")
     resume.add_argument("--threads", metavar="N", type=program.positive, default=1, help="threads of each process (default 1)")
     resume.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
+    _exact_option(resume)
     resume.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
     resume.set_defaults(work=resume_command, plugin=None)
 
@@ -36,6 +38,8 @@ def parser():
     check.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     check.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
     check.add_argument("--no-locate", action="store_true", help="leave out what a stage of kind locate asks for (seconds)")
+    check.add_argument("--no-limits", action="store_true", help="leave out how long a coupled step may be (packs the windows)")
+    check.add_argument("--exact", action="store_true", help="how long a coupled step may be, exactly (Lanczos)")
     check.add_argument("--quiet", action="store_true", help="no progress")
     check.add_argument("--json", nargs="?", const="-", metavar="FILE", help="the answer as JSON to FILE or standard output")
     check.set_defaults(work=check_command)
@@ -64,6 +68,10 @@ def parser():
     status.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output")
     status.set_defaults(work=status_command)
     return p
+
+
+def _exact_option(command):
+    command.add_argument("--exact", action="store_true", help="say how long steps may be, exactly, at the ends of coupled stages")
 
 
 def main(argv=None):
@@ -133,6 +141,8 @@ def _compute(options, scene, path, out, passed):
             code = launch.run_files(path, out, launch.windows_of(scene), passed, show)
     if code == exits.DONE and scene.grid:
         _add_band(scene, out)
+        if options.exact:
+            _add_exact_limits(scene, out)
     _conclude(out, options.json)
     return code
 
@@ -149,6 +159,19 @@ def _add_band(scene, out):
     if found:
         path = out / "run.json"
         write_json(path, json.loads(path.read_text(encoding="utf-8")) | found)
+
+
+def _add_exact_limits(scene, out):
+    """The exact limits of the step at the ends of coupled stages: into run.json."""
+    from colluvium import limits
+    from coupler_protocol.runfile import write_json
+
+    path, exact = out / "run.json", limits.exact_of_run(scene, out)
+    info = json.loads(path.read_text(encoding="utf-8"))
+    for row in info["stages"]:
+        if row["name"] in exact:
+            row["limits"] = (row.get("limits") or {}) | {"exact": exact[row["name"]]}
+    write_json(path, info)
 
 
 def _in_process(scene, out, show, options):
@@ -186,8 +209,8 @@ def _conclude(out, target):
 
 
 def check_command(options):
-    """Say what a scene will compute, and where its band runs if it asks; problems end with exit code 3."""
-    from colluvium import check, locate
+    """Say what a scene will compute, where its band runs if it asks, how long a coupled step may be; problems: exit code 3."""
+    from colluvium import check, limits, locate
     from colluvium.picture import picture
     from coupler_protocol.scene_reader import read_scene
 
@@ -197,6 +220,8 @@ def check_command(options):
         show = picture(options.quiet)
         with show or _nothing():
             found["locate"] = locate.compute(scene, show)
+    if limits.concerned(scene) and (options.exact or not options.no_limits):
+        found["limits"] = limits.answer(scene, options.exact)
     if options.json:
         _write_json(found, options.json)
     else:

@@ -76,6 +76,7 @@ def sentences(info):
             )
     for warning in info.get("warnings", []):
         yield f"warning: in step {warning['step']} of stage {warning['stage']}: {warning['text']}"
+    yield from step_limits(info)
     if info.get("locate"):
         from colluvium.locate import in_words as located
 
@@ -99,6 +100,21 @@ def _beyond_reach(window):
     if max(map(abs, left)) >= NOTICED:
         x, y = (f"{100 * share:+.0f} %" for share in left)
         yield f"that stress and the window's weight do not balance: {x} of the weight is left over along x, {y} along y"
+
+
+def step_limits(info):
+    """How long a step may be at the end of each coupled stage: for sure and, where that was asked for, exactly."""
+    from coupler_protocol.stability import in_words
+
+    for stage in info.get("stages", []):
+        found = dict(stage.get("limits") or {})
+        exact = found.pop("exact", None)
+        discs = [row for window in info.get("windows", []) for row in window.get("limits", []) if row["stage"] == stage["name"]]
+        found |= {"discs": min(discs, key=lambda row: row["share"])} if discs else {}
+        parts = ["surely stable up to: " + ", ".join(f"{name} {in_words(row)}" for name, row in found.items())] if found else []
+        parts += [f"exactly up to {in_words(exact)}"] if exact else []
+        if parts:
+            yield f"stage {stage['name']}: {'; '.join(parts)}"
 
 
 def print_table(info, console):

@@ -77,7 +77,7 @@ class Run:
 
     def porosity(self, frame: int, region: Any, rank: int = 1) -> float:
         """Void share [-] of a circle (x, y, radius) or polygon (P, 2) [m]."""
-        return averages.porosity(self.discs(frame, rank), self.contacts(frame, rank), region)
+        return averages.porosity(self.discs(frame, rank), region)
 
     def stones(self, rank: int = 1) -> list[np.ndarray]:
         """Polygons (V, 2) of the stones as they were placed [m]; colluvium.stones moves them with their discs."""

@@ -36,7 +36,7 @@ def read(path, key="discs.file"):
     if not path.is_file():
         raise unfit(key, f"there is no file {path}", "paths count from where the program was started")
     try:
-        with open(path, encoding="utf-8", newline="") as file:
+        with open(path, encoding="utf-8-sig", newline="") as file:  # as spreadsheets write it, too
             rows = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if row]
     except (UnicodeDecodeError, csv.Error) as error:
         raise unfit(key, f"{path} is no table of text: {error}", f"columns: {', '.join(COLUMNS)}") from None
@@ -60,6 +60,8 @@ def read(path, key="discs.file"):
 
 
 def _check_head(path, key, head):
+    if len(head) == 1 and ";" in head[0]:
+        raise unfit(key, f"{path}: columns are parted by semicolons", "part them by commas, with points in numbers")
     missing = [name for name in PLACE if name not in head]
     strange = [name for name in head if name not in COLUMNS]
     twice = [name for name in head if head.count(name) > 1]

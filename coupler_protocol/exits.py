@@ -1,5 +1,7 @@
 """Why a program ends: exit codes by whose fault it is, and the exceptions that carry them."""
 
+from coupler_protocol.problems import SceneError
+
 DONE, COMMAND_LINE, SCENE, ENVIRONMENT, PEER, PHYSICS, OURSELVES, INTERRUPTED = 0, 2, 3, 4, 5, 6, 7, 130
 
 MEANING = {
@@ -12,6 +14,11 @@ MEANING = {
     OURSELVES: "a fault of this program",
     INTERRUPTED: "interrupted",
 }
+
+
+def code_of(error):
+    """Exit code of an exception: by whose fault, and ours where nothing says so."""
+    return error.code if isinstance(error, RunEnded) else SCENE if isinstance(error, SceneError) else OURSELVES
 
 
 class RunEnded(Exception):  # noqa: N818 (an end of a run, not always an error)

@@ -238,7 +238,7 @@ def compute(scene, out, progress, stop, origin=None, plugin=None):
         progress("done", reason, now=True)
     except BaseException as error:
         reason = str(error) or type(error).__name__
-        code = error.code if isinstance(error, exits.RunEnded) else exits.OURSELVES
+        code = exits.code_of(error)
         if side is not None and side.state is not None:
             log.info("state saved to %s", side.save("stopped", "stopped"))
         raise

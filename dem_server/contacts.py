@@ -23,8 +23,18 @@ def contact_forces(model, state):
     Rebuilds the neighbour list first if a disc has moved too far since the last time. Shear forces grow with
     every call by the slip of the present velocities: call it once a step.
     """
+    make_current(model, state)
+    add_forces(model, state)
+
+
+def make_current(model, state):
+    """Rebuild the neighbour list if a disc has moved too far since the last time."""
     while not farthest(state.disc, state.listed_at) <= 0.5 * neighbours.skin(model):
         neighbours.rebuild(model, state)
+
+
+def add_forces(model, state):
+    """Forces and moments on all discs from the list as it is."""
     if len(shares(model)) > 1:
         pass_together(model, state)
     else:

@@ -12,9 +12,9 @@ import numpy as np
 from coupler_protocol.jit import jit
 from dem_server import contacts, guards, motion, walls
 from dem_server.clumps import move_clumps
-from dem_server.contacts import contact_forces, farthest, force_pass
+from dem_server.contacts import add_forces, contact_forces, farthest, force_pass, make_current
 from dem_server.model import CAPS, SPIN, VX
-from dem_server.motion import SPEED_CAP, move, move_free
+from dem_server.motion import SPEED_CAP, move, move_shares
 from dem_server.neighbours import rebuild, skin
 from dem_server.sharing import shares
 from dem_server.timestep import stable_step
@@ -90,15 +90,20 @@ def advance_alone(model, state, gravity, steps):
 
 def advance_together(model, state, gravity, steps):
     """`advance` by several threads, which meet between the phases of a step; the same bits."""
-    time = 0.0
+    time, leeway = 0.0, 0.5 * skin(model)
+    moved = leeway  # no disc has moved farther, as in `cycle`
     for _ in range(steps):
         if model.real_time is not None:
             guarded(model, state, 1)
-        fast = move_free(model, state, gravity)
-        if state.walls is not None:
-            move_walls(state.walls, state.walls.servo, state.listed_at, 0.5 * skin(model), state.dt)
+        fast, quickest = move_shares(model, state, gravity)
+        moved += quickest * state.dt
+        if state.walls is not None and move_walls(state.walls, state.walls.servo, state.listed_at, leeway, state.dt):
+            moved = leeway
         time += state.dt
-        contact_forces(model, state)
+        if not moved < 0.999 * leeway:
+            make_current(model, state)
+            moved = farthest(state.disc, state.listed_at)
+        add_forces(model, state)
         if fast > 0 and model.real_time is not None:
             shorten(model, state)
     return time

@@ -49,10 +49,16 @@ class Contacts(NamedTuple):
 def contacts(state):
     """Contacts of the state: pairs with g - gr < 0 or bonded."""
     pairs = listed_pairs(state)
+    there = exist(state, pairs)
+    return Contacts(*(array[there] for array in pairs))
+
+
+def exist(state, pairs):
+    """Which of the listed pairs (m,) are contacts."""
     there = (pairs.gap < 0.0) | (pairs.bond_state == BONDED)
     if state.parallel is not None:
         there |= state.parallel.state[pairs.slot] == BONDED
-    return Contacts(*(array[there] for array in pairs))
+    return there
 
 
 def listed_pairs(state):
@@ -73,6 +79,13 @@ def listed_pairs(state):
     if state.parallel is not None:
         normal, shear = normal + taken(state.parallel.normal), shear + taken(state.parallel.shear)
     return Contacts(a, b, normal, shear, bond, gap, branch, span, taken(state.kind), np.arange(len(a)))
+
+
+def levers(state, pairs):
+    """Levers li, lj (m,) [m] of listed pairs; of those that are no contacts as if they touched."""
+    gap = np.hypot(*pairs.branch.T) - state.radius[pairs.disc_a] - state.radius[pairs.disc_b]
+    gap = np.where(exist(state, pairs), gap, np.minimum(gap, 0.0))
+    return state.radius[pairs.disc_a] + 0.5 * gap, state.radius[pairs.disc_b] + 0.5 * gap
 
 
 def body_centres(state):

@@ -3,7 +3,7 @@
 Stones of a file have no polygons. A clump has the area A, the centroid and the radius of gyration of the *union* of its discs:
 where they overlap the stone counts once, gaps between them count as none. It weighs density x A, shared among its discs as in
 stones.py, so that its weight acts at its centroid. Discs of a cluster weigh what they weigh, and all near pairs of one stone are
-bonded. Overlaps: overlaps.py.
+bonded. Overlaps: overlap_rules.py, overlaps.py.
 """
 
 from dataclasses import replace
@@ -13,10 +13,11 @@ import shapely
 
 from coupler_protocol import disc_file
 from coupler_protocol.problems import unfit
-from dem_server import overlaps, stones
+from dem_server import overlap_rules, stones
 from dem_server.clumps import make_clumps
 from dem_server.contacts import contact_forces
 from dem_server.effects import SOIL, STONE
+from dem_server.fields import listed_pairs
 from dem_server.model import SPIN, VX, build_model
 from dem_server.neighbours import rebuild
 from dem_server.packing import Packing
@@ -28,12 +29,13 @@ QUARTER = 32  # corners of a quarter of a circle in a union
 def free_discs(scene):
     """Model, State and report of the discs of `scene.discs.file` without a ring."""
     discs, found = scene.discs, disc_file.read(scene.discs.file)
-    pairs, depth = overlaps.pairs_of(found.xy, found.radius, found.stone)
+    pairs, depth = overlap_rules.pairs_of(found.xy, found.radius, found.stone)
     smaller = found.radius[pairs].min(axis=1)
-    overlaps.refuse_same_place(discs.file, found, pairs, depth, smaller)
-    overlaps.refuse_on_walls(discs.file, found, discs.wall)
+    overlap_rules.refuse_same_place(discs.file, found, pairs, depth, smaller)
+    overlap_rules.refuse_on_walls(discs.file, found, discs.wall)
     if scene.stage[1].time == "real":
-        overlaps.refuse_burst(discs.file, found, pairs, depth, smaller)
+        overlap_rules.refuse_burst(discs.file, found, pairs, depth, smaller)
+        overlap_rules.refuse_deep_in_walls(discs.file, found, discs.wall)
     has_stones = found.stone is not None
     if has_stones and discs.stone is None:
         raise unfit("discs.stone", f"{discs.file} has stones, which have no material", "add a [discs.stone] table")
@@ -58,15 +60,15 @@ def of_window(scene, ring):
     found = disc_file.read(path)
     if found.stone is not None:
         raise unfit("discs.file", f"{path} has stones", "in a scene with a grid they come from [stones]: leave the column out")
-    pairs, depth = overlaps.pairs_of(found.xy, found.radius, None)
+    pairs, depth = overlap_rules.pairs_of(found.xy, found.radius, None)
     smaller = found.radius[pairs].min(axis=1)
-    overlaps.refuse_same_place(path, found, pairs, depth, smaller)
-    overlaps.refuse_deep(path, depth, smaller)
+    overlap_rules.refuse_same_place(path, found, pairs, depth, smaller)
+    overlap_rules.refuse_deep(path, depth, smaller)
     outside = np.flatnonzero(~shapely.contains_xy(shapely.Polygon(ring.xy), found.xy))
     if len(outside):
         why = f"{len(outside)} of {len(found.radius)} discs of {path} lie outside the window, the first is disc {outside[0] + 1}"
         raise unfit("discs.file", why, "the file's coordinates are those of the grid")
-    overlaps.refuse_ring_overlaps(path, found, ring)
+    overlap_rules.refuse_ring_overlaps(path, found, ring)
     return Packing(found.xy, found.radius)
 
 
@@ -92,6 +94,9 @@ def make_stones(model, state, stone, discs):
     rebuild(model, state)
     if discs.body == "cluster":
         stones.fasten(model, state)
+        pairs = listed_pairs(state)
+        own = stones.of_one_stone(state, pairs)
+        state.reference_gap[pairs.slot[own]] += pairs.gap[own]  # a stone is free of stress in the shape that it came in
     contact_forces(model, state)
     return model
 

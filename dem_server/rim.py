@@ -3,12 +3,18 @@
 Mass rule of the interface. A rim node knows nothing of the contact springs hung on it, so each is given
 additional mass (dt = 1)
 
-    M_I += 1/4 sum_c k_c a_I (2 + sum_J a_J),    a_I = sqrt(N_I^2 + (L_I r)^2),
+    M_I += largest eigenvalue of sum_c k_c w_c b_cI b_cI^T / |b_cI|,    w_c = sum_J |b_cJ|           (1)
 
-over the contacts c of the ring (k_c: the larger of both stiffnesses), where N_I is the share of a control
-disc's translation that node I gives, L_I that of its spin, r its radius, and 2 stands for translation and
-rotation of the disc on the other end. In real time no mass is added: the same sums times dt^2 bound the step
-(fdm_server/agreement.py), and the nodes carry the mass of the control discs' inner shares.
+over the springs of the ring's contacts: b_cI . u_I is how far the motion u_I of node I moves the control disc's end of spring c,
+
+    normal spring     b = N n + L (n . k x e)          N: share of node I in the disc's translation,
+    shear spring      b = N t + L (t . k x e + l)      L . u_I: its part of the spin, e, l: offset from the segment, lever
+    turning spring    b = L                            of the contact on the disc
+
+(rolling resistance, bending of parallel bonds). A node takes half of each spring, the disc on the other end the other half,
+as between two discs; then omega^2 <= 2 for these springs and masses, and what damping asks for, 1 + alpha < 2, is there
+(coupler_protocol/stability.py, Eq (2); `tests/physics/test_interface_limit.py`). In real time no mass is added: the same
+sums times dt^2 bound the step (fdm_server/agreement.py), and the nodes carry the mass of the control discs' inner shares.
 """
 
 from typing import NamedTuple
@@ -86,31 +92,49 @@ class Rim:
         """Sums (K,) [N/m] of the mass rule above; computed anew when the contact list has changed."""
         if state.builds != self._builds:
             self._builds = state.builds
-            self._sums = self._mass_rule(*ring_contacts(model, state))
+            self._sums = self._mass_rule(state, ring_contacts(model, state))
         return self._sums
 
     def contacts_changed(self):
         """Forget the sums: bonds were added, or the step is another one."""
         self._builds = -1
 
-    def _mass_rule(self, disc, stiffness):
-        ring, K = self.ring, len(self.nodes)
-        length = np.linalg.norm(segment_vectors(self.nodes), axis=1)
-        share, pair = node_shares(ring)
-        # Nodes a disc depends on: ends of the segment before (or the only one) and of the segment after.
-        index = np.concatenate([pair, np.stack([ring.seg0, ring.seg0 + 1, ring.seg1, ring.seg1 + 1], axis=1) % K], axis=1)
-        spin = ring.radius / length[ring.seg0] * ring.w0, ring.radius / length[ring.seg1] * (1.0 - ring.w0)
-        lever = np.stack([0 * spin[0], 0 * spin[0], spin[0], spin[0], spin[1], spin[1]], axis=1)
-        translation = np.concatenate([share, np.zeros_like(index[:, 2:], dtype=float)], axis=1)
-        # One row a disc, one column a node: shares of translation and of spin, summed where a node appears twice.
-        R = self.discs
-        rows = np.arange(R)[:, None]
-        N, L = np.zeros((R, K)), np.zeros((R, K))
-        np.add.at(N, (rows, index), translation)
-        np.add.at(L, (rows, index), lever)
-        a = np.hypot(N, L)
-        k = np.bincount(disc, weights=stiffness, minlength=R)
-        return 0.25 * (k * (2.0 + a.sum(axis=1))) @ a
+    def _mass_rule(self, state, contacts):
+        """Eq (1); a disc depends on three nodes: the ends of its segment and, if it is on a node, of the next one."""
+        ring, K, c = self.ring, len(self.nodes), contacts.disc
+        node = np.stack([ring.seg0, (ring.seg0 + 1) % K, (ring.seg1 + 1) % K], axis=1)
+        N, L = self._translation(node), self._spin()
+        offset = state.x[: self.discs] - np.einsum("pj,pjx->px", N, self.nodes[node])
+        n = contacts.normal
+        t = np.column_stack([-n[:, 1], n[:, 0]])
+        along_n, along_t = (np.einsum("mx,mx->m", -t if axis is n else n, offset[c]) for axis in (n, t))
+        N, L = N[c], L[c]
+        springs = [
+            (contacts.kn, N[:, :, None] * n[:, None] + L * along_n[:, None, None]),
+            (contacts.ks, N[:, :, None] * t[:, None] + L * (along_t + contacts.lever)[:, None, None]),
+            (contacts.kr, L),
+        ]
+        A = np.zeros((K, 3))
+        for k, b in springs:
+            size = np.hypot(b[..., 0], b[..., 1])
+            weight = np.divide((k * size.sum(axis=1))[:, None], size, out=np.zeros_like(size), where=size > 0.0)
+            for column, product in enumerate((b[..., 0] ** 2, b[..., 1] ** 2, b[..., 0] * b[..., 1])):
+                A[:, column] += np.bincount(node[c].ravel(), (weight * product).ravel(), minlength=K)
+        xx, yy, xy = A.T
+        return 0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy)
+
+    def _translation(self, node):
+        """Shares N (R, 3) of the nodes `node` (R, 3) in the translation of the discs."""
+        share, _ = node_shares(self.ring)
+        between = np.column_stack([share, np.zeros(self.discs)])
+        return np.where(self.ring.node[:, None] >= 0, [0.0, 1.0, 0.0], between)
+
+    def _spin(self):
+        """L (R, 3, 2) [1/m]: spin of the discs by unit velocities of the same nodes."""
+        ring, vector = self.ring, segment_vectors(self.nodes)
+        over = np.column_stack([-vector[:, 1], vector[:, 0]]) / np.einsum("kx,kx->k", vector, vector)[:, None]  # n / l
+        before, after = ring.w0[:, None] * over[ring.seg0], (1.0 - ring.w0)[:, None] * over[ring.seg1]
+        return np.stack([-before, before - after, after], axis=1)
 
 
 def _gathered(values, index, K):

@@ -10,23 +10,20 @@ import numpy as np
 from coupler_protocol import messages
 from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.handshake import join, resume_from
-from coupler_protocol.interface import build_ring
 from coupler_protocol.plugin import Moment
 from coupler_protocol.recorder import FrameInfo, Recorder
 from coupler_protocol.restart import END, filled, index_of, kept_stages, load, part_file
 from coupler_protocol.runfile import peak_memory
 from coupler_protocol.schedule import plan
+from coupler_protocol.stability import in_words
 from coupler_protocol.timing import Stopwatch
 from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
-from dem_server import balance, clock, energy, imported, packing, record, restart, run, stones
-from dem_server.contacts import contact_forces
+from dem_server import balance, clock, energy, frequency, record, restart, run, stones
 from dem_server.escape import RingGuard
 from dem_server.ledger import Ledger
-from dem_server.mapped import stones_of
-from dem_server.model import build_model
-from dem_server.rim import Rim
 from dem_server.strain import WindowStrain
 from dem_server.takeover import take_over
+from dem_server.window import drawn_stones, packed_window
 
 log = logging.getLogger(__name__)
 FIELD_COLUMNS = 7  # x, y, area, sxx, syy, sxy, density
@@ -46,7 +43,7 @@ class DiscreteSide:
         self.stage = None
         self.ledger = None  # a dem_server.ledger.Ledger, where the scene asks for it
         self.recorder = None
-        self.report, self.openings = {}, []
+        self.report, self.openings, self.limits = {}, [], []
         self.model = self.guard = self.state = self.rim = self.stones = None
         there = origin is not None and filled(scene, index_of(scene, origin))
         self.saved = load(scene, origin, restart.name(rank)) if there else None
@@ -56,7 +53,7 @@ class DiscreteSide:
     def run(self):
         """Everything from HELLO to FAREWELL; returns the reason the continuum gave for the end."""
         nodes = join(self.conversation, self.scene, self._resume())
-        self.draw_stones(nodes)
+        self.stones = drawn_stones(self.scene, self.rank, nodes, self._note)
         constants = record.stones(self.stones.outlines) if self.stones else None
         about = {} if self.origin is None else {"kept_stages": kept_stages(self.scene, self.origin)}
         path = part_file(self.scene, self.out, restart.name(self.rank), self.origin)
@@ -82,33 +79,17 @@ class DiscreteSide:
         self.watch.begin(self.origin.stage)
         restart.take_up(self, self.saved, nodes)
 
-    def draw_stones(self, nodes):
-        """Where stones will be, if the scene has any."""
-        if self.scene.stones is not None:
-            rng = np.random.default_rng([self.scene.seed, self.rank, *b"stones"])
-            self.stones = stones_of(nodes, self.scene.stones, rng, self._note)
-
     def fill(self, nodes):
         """Ring on the rim and a packing inside it; PACKED tells the continuum."""
-        discs = self.scene.discs
         self.watch.begin("fill")
         begin = time.perf_counter()
-        ring = build_ring(nodes, discs.radius)
-        if discs.file is not None:
-            packed = imported.of_window(self.scene, ring)
-        else:
-            rng = np.random.default_rng([self.scene.seed, self.rank])
-            packed = packing.pack(nodes, ring.xy, ring.radius, discs, rng, self._note)
-        self.model, self.state = build_model(ring.xy, ring.radius, packed, discs, self.scene.ring)
-        self.rim = Rim(ring, self.scene.coupling.mapping)
-        contact_forces(self.model, self.state)
+        self.model, self.state, self.rim, packed = packed_window(self.scene, self.rank, nodes, self.stones, self._note)
         self.report = {
-            "discs": len(packed.radius),
-            "control_discs": len(ring.radius),
+            "discs": self.model.count - self.model.ring,
+            "control_discs": self.model.ring,
             "packing_seconds": time.perf_counter() - begin,
         } | packed.report()
         if self.stones is not None:
-            stones.mark(self.model, self.state, self.stones.outlines, discs.stone.density)
             self.report |= stones.report(self.model, self.state, self.stones, nodes)
         log.info("packed %s", self.report)
         self.watch.to("computing")
@@ -278,10 +259,18 @@ class DiscreteSide:
         if flags & messages.CHECKPOINT:
             self.recorder.sync()  # a run that goes on from the checkpoint relies on all frames before it
             self.save(name, END, order.gravity_factor)
+        if flags & messages.END_OF_STAGE:
+            self._note_limit(name)
         if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
             self.watch.to("recording")
             self._note_opening()
             self._begin_stage(int(order.stage) + 1)
+
+    def _note_limit(self, name):
+        """Keep the safe limit of the step at the end of a stage."""
+        found = frequency.safe_limit(self.model, self.state, self.rim)
+        self.limits.append({"stage": name} | found)
+        log.info("stage %s: the discs are stable up to %s", name, in_words(found))
 
     def _note_opening(self):
         """Keep how far the ring opened in the stage that ends, if that deserves a warning."""
@@ -304,6 +293,7 @@ class DiscreteSide:
         return {
             "report": self.report,
             "ring_opened": self.openings,
+            "limits": self.limits,
             "stages": [stage.as_dict() for stage in self.watch.stages],
             "bonds_broken_tension": self.state.broken_tension,
             "bonds_broken_shear": self.state.broken_shear,

@@ -61,19 +61,22 @@ def set_pair_masses(model, state):
         pair_masses(state.disc, state.first, state.second, state.clumps, model.ring, state.root_mass)
 
 
-def contact_stiffnesses(model, state, pairs):
-    """Larger of kn + 2 cn / dt and ks + 2 cs / dt of listed pairs (m,) [N/m], dt the next step."""
+def pair_stiffnesses(model, state, pairs):
+    """kn + 2 cn / dt, ks + 2 cs / dt [N/m] and kr [N m] of listed pairs (m,), dt the next step."""
     law, kind, slot = model.law, pairs.kind, pairs.slot
-    normal, shear = law.spring.normal[kind], law.spring.shear[kind]
+    kn, ks, kr = law.spring.normal[kind], law.spring.shear[kind] * law.has_shear, np.zeros(len(kind))
+    ri, rj = state.radius[pairs.disc_a], state.radius[pairs.disc_b]
+    if law.rolling is not None:
+        kr = rolling_law.rolling_stiffness(ks, rolling_law.effective_radius(ri, rj))
     if law.parallel_bond is not None:
         bonded = state.parallel.state[slot] == BONDED
-        smaller = np.minimum(state.radius[pairs.disc_a], state.radius[pairs.disc_b])
-        width = 2.0 * bonded * law.parallel_bond.radius[kind] * smaller
-        normal, shear = normal + width * law.parallel_bond.normal[kind], shear + width * law.parallel_bond.shear[kind]
+        R = bonded * law.parallel_bond.radius[kind] * np.minimum(ri, rj)
+        kn, ks = kn + 2.0 * R * law.parallel_bond.normal[kind], ks + 2.0 * R * law.parallel_bond.shear[kind]
+        kr = kr + parallel_law.bending_stiffness(law.parallel_bond.normal[kind], R)
     if law.dashpot is not None:
         root = 2.0 / state.next_dt * state.root_mass[slot]
-        normal, shear = normal + root * law.dashpot.normal[kind], shear + root * law.dashpot.shear[kind]
-    return np.maximum(normal, shear)
+        kn, ks = kn + root * law.dashpot.normal[kind], ks + root * law.dashpot.shear[kind]
+    return kn, ks, kr
 
 
 @jit

@@ -87,7 +87,7 @@ def compute(scene, transport, out, progress, stop, origin=None, plugin=None):
         progress("done", reason, now=True)
     except BaseException as error:
         reason = str(error) or type(error).__name__
-        code = error.code if isinstance(error, exits.RunEnded) else exits.OURSELVES
+        code = exits.code_of(error)
         hub.tell_all(messages.FAILURE, {"reason": reason})
         if side is not None:
             logging.getLogger("fdm-server").info("state saved to %s", side.save("stopped", "stopped"))

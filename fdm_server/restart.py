@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from coupler_protocol import checkpoint, restart
 from coupler_protocol.schedule import acting
 from fdm_server.boundary import fixed_components
-from fdm_server.model import State, model_of
+from fdm_server.model import State, build_model, model_of
 
 NAME = "fdm.rank0"
 
@@ -43,12 +43,17 @@ def save(side, stage, phase, factor):
     return path
 
 
+def model_at(scene, grid, zone, index):
+    """Model of the zones `zone` (A,) that there are, with the sides as they are held in the stage with number `index`."""
+    whole = build_model(scene, grid)
+    fixed = fixed_components(grid, acting(scene, index))
+    return model_of(grid, zone, whole.density, whole.material_law, fixed)
+
+
 def take_up(side, saved):
     """Bring a side that was just built to a saved stage end (coupler_protocol.restart.Saved)."""
     found = checkpoint.rebuild(GridState, saved.fields)
-    model = side.model
-    fixed = fixed_components(side.grid, acting(side.scene, saved.index))
-    side.model = model_of(side.grid, found.zone, model.density, model.material_law, fixed)
+    side.model = model_at(side.scene, side.grid, found.zone, saved.index)
     side.state = found.grid
     for rim in side.rims:
         rim.reaction, rim.reaction_mass = found.rims[rim.window.name]

@@ -4,6 +4,8 @@ import copy
 import logging
 from pathlib import Path
 
+import numpy as np
+
 from coupler_protocol import messages
 from coupler_protocol.handshake import resume_from, welcome_all
 from coupler_protocol.plugin import Moment
@@ -19,6 +21,7 @@ from fdm_server.conditions import begin_stage
 from fdm_server.coupling import Rim, open_windows, traction_difference
 from fdm_server.excavation import excavations
 from fdm_server.flutter import InterfaceWatch
+from fdm_server.frequency import safe_limits
 from fdm_server.grid import build_grid
 from fdm_server.initial_stress import initial_state
 from fdm_server.ledger import Ledger
@@ -198,6 +201,9 @@ class ContinuumSide:
             result["traction_difference"] = [
                 traction_difference(self.model, self.state, rim, stress) for rim in self.rims
             ]
+            nodes = np.concatenate([rim.nodes for rim in self.rims])
+            sums = np.concatenate([rim.sums for rim in self.rims])
+            result["limits"] = safe_limits(self.model, self.state, nodes, sums)
         if self.plugin is not None:
             self.plugin.stage(Moment(0, stage.stage.name, self.steps, self.model, self.state))
         self.results.append(result)

@@ -1,6 +1,6 @@
 """What accuracy costs: error against wall time of known problems; writes docs/accuracy.md and its pictures.
 
-    python scripts/accuracy_cost.py W1|W2 [--fast] [--json FILE] [--page FILE]
+    python scripts/accuracy_cost.py W1|W2|W3 [--fast] [--json FILE] [--page FILE]
 
 --fast: coarse meshes only, in seconds; the page says so. Only the section of the workload is rewritten.
 """

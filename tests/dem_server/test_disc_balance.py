@@ -47,12 +47,14 @@ def test_forces_agree_with_the_contacts():
 def test_every_listed_ring_pair_counts_for_the_mass_rule():
     model, state = packed(SQUARE, soil_discs(radius=0.06))
     add_bonds(model, state)
-    disc, stiffness = ring_contacts(model, state)
+    found = ring_contacts(model, state)
     pairs = listed_pairs(state)
     touching = (pairs.disc_a < model.ring) | (pairs.disc_b < model.ring)
-    assert len(disc) == touching.sum() > model.ring
-    assert disc.max() < model.ring
-    assert set(stiffness) == {2.5e7}
+    assert len(found.disc) == touching.sum() > model.ring
+    assert found.disc.max() < model.ring
+    assert set(found.kn) == {2.5e7}
+    assert set(found.ks) == {1e7}
+    assert not found.kr.any()
 
 
 def test_inner_shares_of_a_closed_chain():

@@ -7,7 +7,7 @@ import pytest
 from bench.dense_box import FRICTION, dense_box
 
 from coupler_protocol import team
-from dem_server import cycle, insitu
+from dem_server import cycle, insitu, sharing
 from dem_server.contacts import contact_forces
 from dem_server.effects.bond import Bond
 from dem_server.sharing import RUN, shares
@@ -25,8 +25,9 @@ def box():
     return model, state
 
 
-def moved(box, threads, steps=40):
+def moved(box, threads, monkeypatch, steps=40):
     model, state = deepcopy(box)
+    monkeypatch.setattr(sharing, "FEWEST", 4)  # threads share this box although it is too small for them to gain
     team.set_size(threads)
     try:
         assert len(shares(model)) == threads
@@ -36,8 +37,8 @@ def moved(box, threads, steps=40):
     return state
 
 
-def test_two_threads_compute_the_bits_of_one(box):
-    one, two = moved(box, 1), moved(box, 2)
+def test_two_threads_compute_the_bits_of_one(box, monkeypatch):
+    one, two = moved(box, 1, monkeypatch), moved(box, 2, monkeypatch)
     assert one.builds > box[1].builds
     assert one.broken_tension > 0
     assert one.broken_shear > 0

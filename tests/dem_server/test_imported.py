@@ -9,8 +9,9 @@ from coupler_protocol import disc_file as files
 from coupler_protocol.interface import build_ring
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene_reader import build_scene
-from dem_server import imported
+from dem_server import imported, overlaps
 from dem_server.effects import STONE
+from dem_server.effects.bond import BONDED
 
 R = 0.05
 STATIC = {"name": "rest", "kind": "discs", "damping": {"local": 0.7}, "until": {"ratio": 1e-6, "steps": 20000}}
@@ -147,3 +148,16 @@ def test_a_window_full_of_overlaps_is_refused(window, tmp_path):
     scene = build_scene(tables([STATIC], {"file": disc_file(tmp_path, rows[middle], "x,y,radius")}))
     with pytest.raises(SceneError, match=r"pairs of discs overlap by more than 0.2 .* the worst by 0\.[3-7]"):
         imported.of_window(scene, ring)
+
+
+def test_a_bonded_stone_keeps_the_shape_it_came_in(tmp_path):
+    """Two discs that overlap by half, and a third a little apart: nothing is drawn apart, no contact carries a force."""
+    lines = ["x,y,radius,stone", "0,0,0.05,0", "0.04,0.03,0.05,0", "0.145,0.03,0.05,0", "0.5,0,0.05,-1"]
+    scene = scene_of(written(tmp_path, lines), stone=ROCK, body="cluster")
+    model, state, _ = imported.free_discs(scene)
+    before = state.x.copy()
+    model, told = overlaps.draw_apart(model, state)
+    assert told == {}
+    np.testing.assert_array_equal(state.x, before)
+    assert (state.bond_state == BONDED).sum() == 2
+    assert np.abs(state.force).max() == 0.0

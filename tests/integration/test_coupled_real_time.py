@@ -28,7 +28,7 @@ def tables(configs):
     undamped = {"kind": "overload", "time": "real", "damping": {"local": 0.0}}
     data["stage"][3:] = [
         {"name": "sway", "gravity_factor": 1.2, "until": {"steps": 150}} | undamped,
-        {"name": "go on", "step_factor": 0.05, "until": {"time": 2e-3}} | undamped,
+        {"name": "go on", "step_factor": 0.025, "until": {"time": 2e-3}} | undamped,
         {"name": "rest", "kind": "overload", "until": {"steps": 100}},
     ]
     return data
@@ -55,7 +55,7 @@ def steps_of(run, rank):
 
 
 def test_both_sides_take_the_same_steps(straight):
-    """Each stage has one step: of .1 of the discs' stable one (discs.time_step), then of the .05 that the stage says."""
+    """Each stage has one step: of .05 of the discs' stable one (discs.time_step), then of the .025 that the stage says."""
     grid, discs = steps_of(straight, 0), steps_of(straight, 1)
     np.testing.assert_array_equal(straight.history("time", 0)[1], straight.history("time", 1)[1])
     first = grid[:10]

@@ -1,6 +1,7 @@
 """Scenes without a grid, from the scene to the files: laboratory cases with closed forms, piles, restart, refusals."""
 
 import json
+import subprocess
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from coupler_protocol.scene_reader import build_scene
 from dem_server.contacts import contact_forces
 from dem_server.fields import contacts
 from dem_server.filling import fill
+from tests.conftest import command
 
 G, R = 9.81, 0.03
 GROUND = {"ends": [[-2.0, 0.0], [4.0, 0.0]]}
@@ -164,14 +166,40 @@ def test_what_discs_alone_refuse(change, why):
 
 
 def test_check_reads_the_file_of_discs(tmp_path):
-    scene = build_scene(scene_of([STAGE], window=False, file=disc_file(tmp_path, [[0.0, 0.0]], "x,y")))
     with pytest.raises(SceneError, match="'radius' is missing"):
-        check.answer(scene)
-    scene = build_scene(scene_of([STAGE], window=False, file=str(tmp_path / "none.csv")))
+        build_scene(scene_of([STAGE], window=False, file=disc_file(tmp_path, [[0.0, 0.0]], "x,y")))
     with pytest.raises(SceneError, match="there is no file"):
-        check.answer(scene)
+        build_scene(scene_of([STAGE], window=False, file=str(tmp_path / "none.csv")))
     scene = build_scene(scene_of([STAGE], window=False, file=disc_file(tmp_path, [[0.0, 0.0, R]], "x,y,radius")))
     assert check.answer(scene)["file"]["discs"] == 1
+
+
+def test_all_problems_of_a_file_are_told_before_anything_is_written(tmp_path):
+    """A bad file leaves the results of the run before it alone, and two mistakes are two problems."""
+    overlapping = [[0.0, 0.0, R], [0.5 * R, 0.0, R], [3.0, 0.01, R]]
+    scene = scene_of([STAGE | {"time": "real"}], window=False, file=disc_file(tmp_path, overlapping, "x,y,radius"))
+    scene["discs"]["wall"] = [{"ends": [[2.0, 0.0], [4.0, 0.0]]}]
+    with pytest.raises(SceneError) as told:
+        build_scene(scene)
+    assert len(told.value.problems) == 2
+    assert "burst apart" in str(told.value)
+    assert "disc 3 overlaps wall 1 by 0.6" in str(told.value)
+    path, out = tmp_path / "scene.json", tmp_path / "run"
+    path.write_text(json.dumps(scene))
+    out.mkdir()
+    (out / "dem.rank1.vtkhdf").write_text("earlier results")
+    done = subprocess.run(command("colluvium.cli", "run", path, "--out", out, "--force"), capture_output=True, text=True)
+    assert done.returncode == 3
+    assert [file.name for file in out.iterdir()] == ["dem.rank1.vtkhdf"]
+
+
+def test_a_file_of_a_spreadsheet(tmp_path):
+    """A mark of byte order is no part of a name; semicolons are told as such."""
+    (tmp_path / "a.csv").write_text(f"x,y,radius\n0,0,{R}\n", encoding="utf-8-sig")
+    assert len(disc_files.read(tmp_path / "a.csv").radius) == 1
+    (tmp_path / "b.csv").write_text(f"x;y;radius\n0;0;{R}\n")
+    with pytest.raises(SceneError, match="semicolons"):
+        disc_files.read(tmp_path / "b.csv")
 
 
 def contacts_of(scene_tables):

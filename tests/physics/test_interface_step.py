@@ -43,13 +43,16 @@ def test_without_the_rule_the_same_chain_blows_up():
 
 
 def test_the_agreed_step_is_that_of_the_law():
-    """End of the bar: M = rho dx^2 / 2, half at each of two gridpoints; contact k on both with a share of 1/2 and no lever in
-    the sums' 1/4 k a (2 + sum a), a = sqrt(1/4 + (r/l)^2) = sqrt(1/2), r = l/2; static masses m of triangles."""
+    """End of the bar: M = rho dx^2 / 2, half at each of two gridpoints; static masses m of triangles. One contact with a share of
+    1/2 of each, lever l/2. Normal: b = (1/2, 0), w = 1. Shear, ks = .4 k: b = (+-1/2, 1/2), w = sqrt 2, and with that
+    k w b b^T / |b| = 2 ks b b^T.
+    """
     k = 100.0 * M
     joined = light_end(100.0, 1e4)
     joined.begin(1.0, from_rest=False)
-    a = np.sqrt(0.5)
-    sums = 0.25 * k * a * (2.0 + 2.0 * a)
+    ks = 0.4 * k
+    rule = [[0.5 * k + 0.5 * ks, 0.5 * ks], [0.5 * ks, 0.5 * ks]]
+    sums = np.linalg.eigvalsh(rule).max()
     static = joined.grid_model.mass[joined.nodes[0]]
     assert joined.grid.dt == pytest.approx(np.sqrt(0.25 * DENSITY * DX**2 / (static + 2.0 * sums)), rel=1e-12)
 

@@ -33,8 +33,10 @@ def test_an_example_prints_the_closed_form(code, tmp_path, monkeypatch, capsys):
     assert found == pytest.approx(expected, rel=2e-4)
 
 
-def test_the_scene_of_the_page_is_one():
+def test_the_scene_of_the_page_is_one(tmp_path, monkeypatch):
     (text,) = blocks("toml")
+    (tmp_path / "discs.csv").write_text("x,y,radius\n0.0,0.5,0.03\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
     build_scene(tomllib.loads(text))
 
 

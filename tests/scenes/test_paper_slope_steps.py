@@ -17,7 +17,7 @@ def test_five_g_is_borne(tmp_path, configs):
         rows = {row["name"]: row for row in run.info["stages"]}
         assert rows["5 g"]["ended_by"].startswith("ratio")
         assert rows["5 g"]["gravity_factor"] == 5.0
-        assert max(rows["5 g"]["ratio_discrete"]) <= 1e-5
+        assert max(rows["5 g"]["ratio_discrete"]) <= 2e-5  # of the stage's last step, after the looks that ended it
         assert run.info["band"]["failed_at"] is None
         assert rows["10 g"]["steps"] == 40
         assert rows["10 g"]["gravity_factor"] == pytest.approx(5.292, abs=1e-3)  # 40 steps of each ramp in turn

@@ -35,3 +35,18 @@ def test_w1_reports_both_holes(tmp_path):
     assert all(plain["error"] > mixed["error"] for plain, mixed in zip(without, best, strict=True))
     assert (tmp_path / "pictures" / "accuracy_w1.png").stat().st_size > 10_000
     assert "## W1: " in page.read_text()
+
+
+def test_w3_finds_order_two_and_the_floors_of_the_model(tmp_path):
+    pytest.importorskip("matplotlib")
+    page, file = tmp_path / "accuracy.md", tmp_path / "rows.json"
+    accuracy_cost.main(["W3", "--fast", "--page", str(page), "--json", str(file)])
+    rows = json.loads(file.read_text())
+    assert {row["case"] for row in rows} == {"disc on a bar", "wave", "energy of a chain"}
+    assert {"method", "error", "seconds", "spread", "repeats", "order", "reference"} <= rows[0].keys()
+    found = {(row["case"], row["method"]): row for row in rows}
+    assert found["energy of a chain", "leap-frog"]["order"] == pytest.approx(2.0, abs=0.2)
+    wave = [found["wave", method]["error"] for method in ("with the half disc's mass", "without")]
+    assert wave[0] < 1e-3 < 20.0 * wave[0] < wave[1]
+    assert (tmp_path / "pictures" / "accuracy_w3.png").stat().st_size > 10_000
+    assert "## W3: " in page.read_text()

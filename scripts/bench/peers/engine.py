@@ -40,7 +40,8 @@ def said_by(words, files, wanted=(), skip=0):
             (Path(folder) / name).write_text(text, encoding="utf-8")
         single = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
         root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}  # containers
-        done = subprocess.run(words, cwd=folder, env=os.environ | single | root, capture_output=True, text=True, check=False)
+        said = {"capture_output": True, "text": True, "errors": "replace"}  # engines speak in other encodings too
+        done = subprocess.run(words, cwd=folder, env=os.environ | single | root, check=False, **said)
         missing = [name for name in wanted if not (Path(folder) / name).exists()]
         if done.returncode or missing:
             said = (done.stdout + done.stderr).strip().splitlines()[-3:]

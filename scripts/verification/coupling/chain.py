@@ -28,10 +28,10 @@ def system():
     return mass, np.concatenate([np.full(COLUMNS, M), np.full(DISCS, STIFF * M)])
 
 
-def coupled(seed=3):
+def coupled(seed=3, share=0.9):
     """The chain of both codes, shaken, and its velocities (n,) by place."""
     joined, _ = bar(COLUMNS, DX, DISCS, STIFF * M, HEAVY * DENSITY * DX**2)
-    joined.begin(0.9, from_rest=False)
+    joined.begin(share, from_rest=False)
     velocity = 30.0 * np.random.default_rng(seed).normal(size=COLUMNS + 1 + DISCS)
     place = np.rint(joined.grid_model.grid.xy[:, 0] / DX).astype(int)
     joined.grid.velocity[:, 0] = velocity[place]

@@ -72,15 +72,20 @@ class Joined:
         """One step; returns the energy [J] at its beginning: v- . M v+ / 2 (half a step before and after), and what is stored."""
         stored, before = self.stored(), self.motion()
         self.step()
-        mass = np.concatenate([np.repeat(self.grid_model.weight_mass + self.grid.added_mass, 2), self._inertia().ravel()])
-        return stored + 0.5 * float(np.sum(mass * before * self.motion()))
+        return stored + 0.5 * float(np.sum(self.masses() * before * self.motion()))
+
+    def kinetic(self):
+        """Kinetic energy [J] of the velocities as they are."""
+        return 0.5 * float(np.sum(self.masses() * self.motion() ** 2))
 
     def motion(self):
         """Velocities and spins of all that moves freely, flat."""
         return np.concatenate([self.grid.velocity.ravel(), self.discs.disc[self.disc_model.ring :, 2:5].ravel()])
 
-    def _inertia(self):
-        return self.discs.disc[self.disc_model.ring :][:, [6, 6, 7]]
+    def masses(self):
+        """Masses and inertia that go with `motion`."""
+        grid = np.repeat(self.grid_model.weight_mass + self.grid.added_mass, 2)
+        return np.concatenate([grid, self.discs.disc[self.disc_model.ring :][:, [6, 6, 7]].ravel()])
 
     def hang(self, gravity=0.0):
         """The discs' forces (K,2) [N] on the rim; they are applied there."""

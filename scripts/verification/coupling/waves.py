@@ -20,7 +20,7 @@ DX, COLUMNS, SHORT = 0.25, 400, 6.0
 
 
 def reflected(ratio, width=12.0, half_mass=True, share=0.5):
-    """Amplitudes of what came back and of what went on, over that of the pulse, for Z2/Z1 = ratio."""
+    """Amplitudes of what came back and of what went on, over that of the pulse, for Z2/Z1 = ratio; and the steps that took."""
     joined, _ = bar(COLUMNS, DX, COLUMNS, ratio * M, ratio * DENSITY * DX**2, half_mass=half_mass)
     joined.begin(share, from_rest=False)
     grid, dt = joined.grid, joined.grid.dt
@@ -32,20 +32,21 @@ def reflected(ratio, width=12.0, half_mass=True, share=0.5):
     grid.velocity[:, 0] = pulse(0.0) / dt
     advance(joined.grid_model, grid)  # displacements and stresses of the pulse
     grid.velocity[:, 0] = (pulse(0.0) - pulse(-dt)) / dt
-    for _ in range(round(0.55 * COLUMNS * DX / SPEED / dt)):
+    steps = round(0.55 * COLUMNS * DX / SPEED / dt)
+    for _ in range(steps):
         joined.step()
     back, on = grid.displacement[:, 0], joined.discs.x[1:, 0] - joined.discs.origin[1:, 0]
-    return tuple(values[np.abs(values).argmax()] / (1e-6 * DX) for values in (back, on))
+    return *(values[np.abs(values).argmax()] / (1e-6 * DX) for values in (back, on)), steps
 
 
 def rows(fast):
     """Both impedance ratios, equal impedances with and without the half disc's mass."""
     source = "closed form; Achenbach (1973), Wave Propagation in Elastic Solids, section 3.3"
     for ratio, words in ((4.0, "4 times"), (0.25, "a quarter of")):
-        back, on = reflected(ratio)
+        back, on, _ = reflected(ratio)
         yield row(f"discs {words} the impedance: what comes back", back, (1.0 - ratio) / (1.0 + ratio), 0.01, source)
         yield row(f"discs {words} the impedance: what goes on", on, 2.0 / (1.0 + ratio), 0.01, source)
-    back, _ = reflected(1.0, SHORT)
+    back, _, _ = reflected(1.0, SHORT)
     yield row("equal impedance, short pulse: what comes back", back, 0.0, 1e-3, source)
-    back, _ = reflected(1.0, SHORT, half_mass=False)
+    back, _, _ = reflected(1.0, SHORT, half_mass=False)
     yield row("the same without the half disc's mass, size", abs(back), np.exp(-0.5) / (4.0 * SHORT), 0.1, source)

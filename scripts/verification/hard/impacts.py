@@ -24,10 +24,11 @@ WALLS = [{"ends": [CORNERS[i].tolist(), CORNERS[(i + 1) % 4].tolist()]} for i in
 
 
 def shot(rows_, seconds, walls=WALLS):
-    """The last frame's positions and velocities, and the seconds a step took at the end."""
+    """The last frame's positions and velocities, the seconds a step took at the end, and the energy then [J]."""
     stage = {"name": "shot", "kind": "discs", "time": "real", "until": {"time": seconds}}
     with scenes.of_file(rows_, "x,y,radius,vx,vy", [stage], {"soil": SMOOTH, "wall": walls}, every=10**9) as run:
-        return run.discs(-1).xy, run.discs(-1).velocity, run.info["stages"][1]["time_step"]
+        energy = sum(run.history(name, 1)[1][-1] for name in ("kinetic_energy", "elastic_energy"))
+        return run.discs(-1).xy, run.discs(-1).velocity, run.info["stages"][1]["time_step"], energy
 
 
 def message_of(speed):
@@ -42,13 +43,13 @@ def message_of(speed):
 def rows(fast):
     """In seconds."""
     speed = 0.85 * STOPS
-    x, v, step = shot([[0.3, 0.3, R, 0.6 * speed, 0.8 * speed]], 0.05 if fast else 1.0)
+    x, _, step, energy = shot([[0.3, 0.3, R, 0.6 * speed, 0.8 * speed]], 0.05 if fast else 1.0)
     inside = shapely.contains_xy(shapely.Polygon(CORNERS), *x[0])
     yield row("disc inside the box of walls after many impacts", inside, 1.0, 0.0, "none passes")
-    yield row("kinetic energy over that at the start", (v[0] @ v[0]) / speed**2, 1.0, 2e-2, "conservation")
+    yield row("energy, kinetic and stored, over that at the start", energy / (0.5 * MASS * speed**2), 1.0, 2e-2, "conservation")
     yield row("way in a step over a tenth of the radius", speed * step / (0.1 * R), 1.0, [-1.0, 1e-12], "as asked for")
     meet = 0.9 * 2.0**0.5 * STOPS
-    _, v, _ = shot([[0.0, 0.0, R, meet, 0.0], [2.5 * R, 0.0, R, 0.0, 0.0]], 2e-3, [])
+    _, v, *_ = shot([[0.0, 0.0, R, meet, 0.0], [2.5 * R, 0.0, R, 0.0, 0.0]], 2e-3, [])
     words = "two discs: speed of the one that was at rest over that of the other before"
     yield row(words, v[1, 0] / meet, 1.0, 1e-3, "closed form")
     said = "disc 0 is going through a wall" in message_of(2.0 * STOPS)
