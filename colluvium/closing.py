@@ -75,7 +75,7 @@ def sentences(info):
                 f"smallest radii at ({x:.1f}, {y:.1f}) m; 2 let a disc through"
             )
     for warning in info.get("warnings", []):
-        yield f"warning: in step {warning['step']} of stage {warning['stage']}: {warning['text']}"
+        yield f"warning: in step {warning['step']} of stage {warning['stage']}: {warning['name']}: {warning['text']}"
     yield from step_limits(info)
     if info.get("locate"):
         from colluvium.locate import in_words as located

@@ -29,9 +29,9 @@ within a step, and what dashpots take.
 import numpy as np
 
 from coupler_protocol.jit import jit
-from dem_server import energy, neighbours
+from dem_server import energy
 from dem_server.clumps import resultant
-from dem_server.contacts import NO_BONDS, farthest
+from dem_server.contacts import NO_BONDS, make_current
 from dem_server.pair_work import pair_losses
 
 GRAVITY, RING, DAMPING = range(3)
@@ -149,8 +149,7 @@ class Ledger:
 
     def keep_contacts(self, model, state):
         """Before contact forces change: what they were, in the order of the list that `contact_forces` will use."""
-        while not farthest(state.disc, state.listed_at) <= 0.5 * neighbours.skin(model):
-            neighbours.rebuild(model, state)
+        make_current(model, state)
         self.before = tuple(None if taken is None else taken.copy() for taken in remembered(state))
 
     def book_contacts(self, model, state):

@@ -116,8 +116,11 @@ class Ledger:
         self.old[:] = state.velocity
         self.stress[:] = state.stress
 
-    def book_motion(self, model, state, gravity, kick=None):
-        """After velocities have changed. kick [s]: where forces acted for less than a step, velocities count back a whole one."""
+    def book_motion(self, model, state, gravity, kick=None, rims=()):
+        """After velocities have changed. kick [s]: where forces acted for less than a step, velocities count back a whole one.
+
+        rims: of open windows, whose discs' forces have `power` [W] in these velocities, in sum the `work_of_discs` [J].
+        """
         mass = masses(model, state) + state.added_mass
         self.masses += 0.5 * float((mass - self.mass) @ np.sum(self.old**2, axis=1))
         self.mass = mass
@@ -132,9 +135,6 @@ class Ledger:
             self.half_old[:] = 0.0
             self.masses = 0.0
         self.work += self.half_old + self.half_new
-
-    def book_power(self, state, rims):
-        """After velocities have changed: `power` [W] of the discs' forces on the rims, and its sum `work` [J]."""
         self.power = float(sum(np.sum(rim.force * state.velocity[rim.nodes]) for rim in rims))
         self.work_of_discs += self.power * seconds(state)
 

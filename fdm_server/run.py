@@ -23,11 +23,11 @@ def run_stage(side, stage):
         update_velocities(model, state, stage.gravity, stage.kick)
         stage.drive(state)
         if ledger:
-            ledger.book_motion(model, state, stage.gravity, stage.kick)
-        stage.watch_rims(state)
+            ledger.book_motion(model, state, stage.gravity, stage.kick, rims)
         order = stage.order()
         for rim in rims:
             rim.say_velocities(state, order)
+        stage.watch_rims(state)
         stage.look(model, state)
         advance(model, state)
         if ledger:

@@ -27,7 +27,8 @@ class StageRun:
         self.time = 0.0  # [s] since the stage began; static steps count as 1
         self.ledger = None  # a fdm_server.ledger.Ledger, where the scene asks for it
         self.energy = None  # a fdm_server.blowup.EnergyWatch
-        self.interface = None  # a fdm_server.flutter.InterfaceWatch, where windows are open
+        self.interface = []  # a fdm_server.rim_watch.RimWatch of every window that is open
+        self._warned = set()
         self.ended = False
         self.kick = None  # [s] that forces act in the first step of a coupled stage in real time; None: the whole step
         self._step = self._step_before = 0.0  # [s] agreed with the discs; of the real-time stage before
@@ -59,16 +60,16 @@ class StageRun:
         return min(1.0, self.done / self._handover) if self._handover else 1.0
 
     def watch_rims(self, state):
-        """See that nothing grows by itself at the interface, before its velocities are said."""
-        if self.interface is not None:
-            self.interface.see(state, clock.seconds(state), self.side.steps)
-        if self.ledger and self.rims:
-            self.ledger.book_power(state, self.rims)
+        """See that nothing grows by itself at the interface and that both sides agree on its power."""
+        for watch in self.interface:
+            watch.see(clock.seconds(state), self.side.steps + 1)
 
-    def warn(self, text):
-        """A warning of the stage: into the log and run.json."""
-        log.warning("step %d of stage %s: %s", self.side.steps, self.stage.name, text)
-        self.side.warnings.append({"stage": self.stage.name, "step": self.side.steps, "text": text})
+    def warn(self, name, text):
+        """A warning of the stage, once of each name: into the log and run.json."""
+        if name not in self._warned:
+            self._warned.add(name)
+            log.warning("step %d of stage %s: %s: %s", self.side.steps, self.stage.name, name, text)
+            self.side.warnings.append({"stage": self.stage.name, "step": self.side.steps, "name": name, "text": text})
 
     def order(self):
         """Scalars of VELOCITY for the present step."""

@@ -20,13 +20,13 @@ from fdm_server.blowup import EnergyWatch
 from fdm_server.conditions import begin_stage
 from fdm_server.coupling import Rim, open_windows, traction_difference
 from fdm_server.excavation import excavations
-from fdm_server.flutter import InterfaceWatch
 from fdm_server.frequency import safe_limits
 from fdm_server.grid import build_grid
 from fdm_server.initial_stress import initial_state
 from fdm_server.ledger import Ledger
 from fdm_server.loads import dig, press
 from fdm_server.model import build_model, new_state
+from fdm_server.rim_watch import RimWatch
 from fdm_server.run import run_stage
 from fdm_server.shape import begin_large_strain
 from fdm_server.stage_run import StageRun
@@ -166,9 +166,8 @@ class ContinuumSide:
         self.model, stage.sides = begin_stage(self.scene, stage.index, self.model, self.state, stage.gravity)
         stage.set_loads()
         stage.energy = EnergyWatch(self.model, self.state, stage.gravity, stage.rims, stage.warn)
-        if stage.rims:
-            paper = self.scene.coupling.mapping == "paper"
-            stage.interface = InterfaceWatch(stage.rims, self.scene.record.history, paper, stage.warn)
+        paper = self.scene.coupling.mapping == "paper"
+        stage.interface = [RimWatch(rim, self.scene.record.history, paper, stage.warn) for rim in stage.rims]
         stage.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
         run_stage(self, stage)
 
