@@ -97,16 +97,17 @@ class EnergyWatch:
         if self.rims:
             kinetic += self._look_at_discs(gravity)
         self.most = max(self.most, self.given)
-        limit, before = MARGIN * self._bound(model, state, kinetic), self.kinetic
+        bound, before = self._bound(model, state, kinetic), self.kinetic
+        limit = MARGIN * bound
         self.kinetic, self.looks = kinetic, self.looks + 1
-        if kinetic <= limit:
+        if kinetic <= bound:
             self.onset = None
-        elif self.onset is None:
+        elif kinetic > limit and self.onset is None:
             self.onset = limit if limit > 0.0 and self.looks > 1 else kinetic
             if self.warn is not None and self.looks > 1:
                 self.warn("drift", self._text(kinetic))
             before = kinetic
-        if self.onset is not None and self._too_much(kinetic, before):
+        if kinetic > limit and self._too_much(kinetic, before):
             x, y = model.grid.xy[fastest]
             zone = model.zone[np.flatnonzero((model.zones == fastest).any(axis=1))]
             raise Unstable(
