@@ -7,9 +7,9 @@ every step and grows:
 
     v+ . v- < -.9 |v+| |v-|,    |v+| > |v-|                                            (1)
 
-over all gridpoints of a rim, several steps in a row. Stable modes turn round like this only at the limit and do not grow; waves,
-slides and impacts do not turn round. Doubled since (1) began it is worth a warning; the run ends before the next step would
-make it more than four times what it was at the warning.
+over all gridpoints of a rim, several steps in a row. Stable modes turn round like this only near the limit, and there they swell
+and fade but do not grow; waves, slides and impacts do not turn round. Twice the largest |v| of the steps before (1) began
+(FADE a step) is worth a warning; the run ends before the next step would make it more than four times what it was at the warning.
 
 Mismatch. P.v over the gridpoints is what the discs see on their side, to round-off with the work-consistent mapping
 (coupler_protocol/mapping.py). The discs' number of a step comes with the forces two steps later.
@@ -21,8 +21,8 @@ import numpy as np
 
 from fdm_server.safety import Unstable
 
-REVERSED, LEAST = 0.9, 3  # cosine, steps in a row
-NOTICED, TOO_MUCH = 2.0, 4.0  # growth of |v| since (1) began, since the warning
+REVERSED, LEAST, FAST = 0.9, 3, 1.3  # cosine; steps in a row where a step makes |v| so many times larger, twice as many elsewhere
+NOTICED, TOO_MUCH, FADE = 2.0, 4.0, 0.98  # growth of |v| since (1) began, since the warning; what a step leaves of a past |v|
 STILL = 1e-12  # way in a step, over the rim's size, below which motion is round-off
 MISMATCH, WRONG = 1e-9, 3  # of sum |P||v|; looks in a row that end the run
 DELAY = 2  # steps from a step to the forces that tell the discs' power in it
@@ -35,19 +35,20 @@ class GrowthWatch:
         self.rim, self.warn = rim, warn
         self.floor = STILL * float(np.ptp(rim.xy, axis=0).max()) * len(rim.nodes) ** 0.5
         self.last = np.zeros(2 * len(rim.nodes))
-        self.size = 0.0  # |v-|
-        self.steps, self.begin, self.noticed = 0, 0.0, None  # steps of (1) in a row, |v| before them, |v| at the warning
+        self.size = self.peak = 0.0  # |v-|, largest |v| of steps past
+        self.steps, self.begin, self.noticed = 0, 0.0, None  # steps of (1) in a row, peak before them, |v| at the warning
 
     def see(self, velocity, dt):
         """Look at the velocities (2K,) [m/s] of a step of dt [s]. Raises Unstable."""
         product, size, before = float(velocity @ self.last), sqrt(float(velocity @ velocity)), self.size
-        self.last[:], self.size = velocity, size
+        peak = self.peak
+        self.last[:], self.size, self.peak = velocity, size, max(size, FADE * peak)
         if not product < -REVERSED * size * before or size <= before or size * dt <= self.floor:
             self.steps, self.noticed = 0, None
             return
-        self.begin = self.begin if self.steps else before
+        self.begin = self.begin if self.steps else peak
         self.steps += 1
-        if self.steps >= LEAST and size > NOTICED * self.begin:
+        if self.steps >= (LEAST if size > FAST * before else 2 * LEAST) and size > NOTICED * self.begin:
             self._noticed(size, size / before)
 
     def _noticed(self, size, ratio):

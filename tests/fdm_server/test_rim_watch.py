@@ -31,7 +31,7 @@ def watched(share, damping, stiffness, steps):
 
     The mode that sets the limit is in motion, with steps of `share` of the limit.
     """
-    found, mode = at_share(system(stiffness, 1 / 8, damping, oblique=True), share)
+    found, mode = at_share(system(stiffness, 0.1, damping, oblique=True), share)
     excite(found, mode, 1e-9, np.random.default_rng(0))
     nodes, heard, since = found.windows[0].nodes, Heard(), []
     watch = GrowthWatch(rim_of(nodes, found.model.grid.xy), heard)
@@ -62,19 +62,26 @@ def test_a_step_one_hundredth_below_the_limit_passes(damping, stiffness):
     assert watched(0.99, damping, stiffness, 2000)[:2] == ([], "")
 
 
+def until_stopped(watch, heard, velocities):
+    """Largest velocities from the warning on until the watch stops the run, which it must."""
+    since = []
+    for v in velocities:
+        try:
+            watch.see(v, 1.0)
+        except Unstable:
+            return [*since, np.abs(v).max()]
+        since += [np.abs(v).max()] if heard else []
+    raise AssertionError("nothing stopped")
+
+
 @pytest.mark.parametrize("ratio", [1.001, 1.3, 3.0, 20.0])
 def test_motion_that_turns_round_and_grows_ends_in_time(ratio):
     """v(n) = (-ratio)^n: the warning at a growth of two and three steps, the end before ten times the motion of the warning."""
     heard, rim = Heard(), rim_of(np.arange(3), np.eye(3, 2))
     watch, v = GrowthWatch(rim, heard), np.array([1e-3, 2e-3, -1e-3, 0.0, 1e-3, 0.0])
-    at = None
-    with pytest.raises(Unstable, match="^growth"):
-        for _ in range(100_000):
-            v = -ratio * v
-            watch.see(v, 1.0)
-            at = np.abs(v).max() if heard and at is None else at
+    since = until_stopped(watch, heard, (v * (-ratio) ** n for n in range(10_000)))
     assert heard == ["growth"]
-    assert np.abs(v).max() < 10.0 * (at or np.abs(v).max())
+    assert since[-1] < 10.0 * since[0]
 
 
 def test_a_push_that_grows_and_motion_of_round_off_are_no_growth():
@@ -87,6 +94,8 @@ def test_a_push_that_grows_and_motion_of_round_off_are_no_growth():
         watch.see((-1.5) ** n * 1e-19 * way, 1.0)
     for _ in range(500):
         watch.see(rng.normal(size=6), 1.0)  # turns as it likes
+    for n in range(500):
+        watch.see((-1.0) ** n * np.cos(0.1 * n) * way, 1.0)  # just below the limit: swells and fades
     assert heard == []
 
 
@@ -106,14 +115,18 @@ def test_power_is_compared_with_that_of_the_same_step_for_every_spacing_of_looks
             looked = powers[-1] if step % every == 0 else looked
         assert heard == [], every
         rim.answer.power = 2.0 * answer + 1.0
-        with pytest.raises(Unstable, match="^mismatch"):
-            for step in range(60, 60 + 4 * every):
-                watch.see(velocity, step)
-        assert heard == 3 * ["mismatch"], every
+        for step in range(60, 60 + 2 * every):
+            watch.see(velocity, step)
+        assert heard == 2 * ["mismatch"], every
+        with pytest.raises(Unstable, match=r"^mismatch"):
+            [watch.see(velocity, step) for step in range(60 + 2 * every, 60 + 3 * every)]
 
 
 def kept(mapping, steps):
-    """Warnings and largest velocities (steps,) of a free undamped block, shaken, its control discs 3 R off their segments."""
+    """A free undamped block, shaken, its control discs 3 R off their segments, watched by its energy.
+
+    Warnings, largest velocities (from the warning on, if there is one), reason of the end ("": none).
+    """
     joined = block(around=1, across=2, mapping=mapping, shift=3.0 * R)
     joined.begin(0.5, from_rest=False)
     rng, speed = np.random.default_rng(5), AMPLITUDE * R / joined.grid.dt / 10.0
@@ -135,16 +148,16 @@ def kept(mapping, steps):
         try:
             watch.look(joined.grid_model, joined.grid, 0.0)
         except Unstable as error:
-            assert str(error).startswith("drift: ")
-            break
+            return heard, np.array(speeds), str(error)
         if len(heard) > before:
             speeds = speeds[-1:]
-    return heard, np.array(speeds)
+    return heard, np.array(speeds), ""
 
 
 def test_flutter_of_the_paper_mapping_is_a_drift():
-    heard, speeds = kept("paper", 9000)
+    heard, speeds, reason = kept("paper", 9000)
     assert heard == ["drift"]
+    assert reason.startswith("drift: ")
     assert 2.0 * speeds[0] < speeds.max() < 10.0 * speeds[0]
 
 
