@@ -87,7 +87,7 @@ class Record(Table):
     every: int = quantity(200, unit="steps", meaning="steps between frames", ge=1)
     history: int = quantity(10, unit="steps", meaning="steps between points of the histories", ge=1)
     energy: bool = quantity(
-        False, meaning="histories of energies and works since each stage began, of the grid and of coupled discs"
+        False, meaning="histories of energies and works since each stage began, of the grid (small strain) and of coupled discs"
     )
 
 

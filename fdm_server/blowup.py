@@ -14,7 +14,7 @@ With windows all this holds for zones and discs together. What the discs' forces
 P is no external force; a mapping that loses or makes power does not keep to it. K, U0, K0 and the work of weights then include
 those of the discs as they were at their last look, and what is stored, U, counts too:
 
-    K <= U0 + K0 + W - U                                                               (1)
+    K <= U0 + K0 + W - U,
 
 or a share FLOOR of U0 + K0 + W, where U takes nearly all and hides what is left. K may grow by less then (COUPLED_GROWTH), as far
 as the look to come: the forces that come late are inside.
@@ -65,7 +65,7 @@ def work_kernel(force, applied, weight_mass, mass, added_mass, fixed, gravity, v
 class EnergyWatch:
     """The balance above since this was made, at the beginning of a stage; rims: of the windows, if they are coupled.
 
-    warn(name, text) hears of motion beyond the margin.
+    warn(name, text) then hears of motion that is beyond the margin at more than one look: work and discs may be seen late.
     """
 
     def __init__(self, model, state, gravity, rims=(), warn=None):
@@ -102,12 +102,16 @@ class EnergyWatch:
         self.kinetic, self.looks = kinetic, self.looks + 1
         if kinetic <= bound:
             self.onset = None
-        elif kinetic > limit and self.onset is None:
+        if kinetic <= limit:
+            return
+        again = self.onset is not None
+        if not again:
             self.onset = limit if limit > 0.0 and self.looks > 1 else kinetic
-            if self.warn is not None and self.looks > 1:
-                self.warn("drift", self._text(kinetic))
             before = kinetic
-        if kinetic > limit and self._too_much(kinetic, before):
+        ends = self._too_much(kinetic, before)
+        if self.rims and (again or ends):
+            self.warn("drift", self._text(kinetic))
+        if ends:
             x, y = model.grid.xy[fastest]
             zone = model.zone[np.flatnonzero((model.zones == fastest).any(axis=1))]
             raise Unstable(

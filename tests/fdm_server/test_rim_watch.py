@@ -149,14 +149,14 @@ def kept(mapping, steps):
             watch.look(joined.grid_model, joined.grid, 0.0)
         except Unstable as error:
             return heard, np.array(speeds), str(error)
-        if len(heard) > before:
+        if heard and not before:
             speeds = speeds[-1:]
     return heard, np.array(speeds), ""
 
 
 def test_flutter_of_the_paper_mapping_is_a_drift():
     heard, speeds, reason = kept("paper", 9000)
-    assert heard == ["drift"]
+    assert set(heard) == {"drift"}
     assert reason.startswith("drift: ")
     assert 2.0 * speeds[0] < speeds.max() < 10.0 * speeds[0]
 

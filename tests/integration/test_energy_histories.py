@@ -1,4 +1,4 @@
-"""`record.energy` in a coupled scene: both files hold the ledgers, power is one number seen from two sides, and nothing else changes."""
+"""`record.energy` in a coupled scene: both files hold ledgers, power is one number seen from two sides, nothing else changes."""
 
 import copy
 import json
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import colluvium
+from colluvium.rank_file import NotRecordedError
 from tests.integration.test_two_processes import differing
 
 GRID = ("kinetic", "strain", "plastic", "damping", "external", "gravity", "masses", "error")
@@ -86,6 +87,6 @@ def test_asking_for_it_changes_no_bit_and_not_asking_leaves_nothing(tables, run,
         for name in ("fdm.rank0.overload.h5", "dem.rank1.overload.h5"):
             assert differing(run.folders[0] / name, tmp_path / "run" / name) == [], name
         for rank, name in ((0, "energy_kinetic"), (1, "energy_kinetic"), (0, "interface_power"), (1, "interface_work")):
-            with pytest.raises(KeyError):
+            with pytest.raises(NotRecordedError):
                 plain.history(name, rank)
     assert json.loads((tmp_path / "run" / "run.json").read_text())["warnings"] == []

@@ -14,6 +14,7 @@ from coupler_protocol.exits import PHYSICS, PhysicsFailed
 from coupler_protocol.plugin import from_functions
 from coupler_protocol.restart import Origin
 from dem_server.effects.bond import BONDED, BROKEN_TENSION
+from dem_server.rim import Rim
 from tests.window_scenes import RING, SECTOR, uniform
 
 
@@ -26,8 +27,11 @@ def tables():
     return data
 
 
-def stopped(tables, out, on_step, origin=None):
-    """The run of a scene that on_step(moment) spoils: its only warning, reason, and largest velocities by rank and step."""
+def stopped(tables, out, on_step=lambda moment: None, origin=None):
+    """The run of a scene that is spoilt, by on_step(moment) in its last stage or otherwise; it must end for physics.
+
+    Returns its only warning, steps, and largest velocities by rank and step.
+    """
     speeds = {0: {}, 1: {}}
 
     def seen(moment):
@@ -81,14 +85,11 @@ def test_a_run_that_was_stopped_goes_on_from_the_last_stage_end(too_light):
         assert run.stages[-1] == "go"
 
 
-def test_discs_that_tell_another_power_are_noticed(tables, too_light, tmp_path):
-    """Their forces on the ring are made half as large again after they were sent."""
-
-    def change(moment):
-        if moment.rank == 1:
-            moment.state.force[: moment.model.ring] *= 1.5
-
-    warning, steps, _ = stopped(tables, tmp_path / "run", change, Origin(too_light[0], "couple"))
+def test_discs_that_tell_another_power_are_noticed(tables, too_light, tmp_path, monkeypatch):
+    """The ring's velocities are half as large again as they should be."""
+    real = Rim.power
+    monkeypatch.setattr(Rim, "power", lambda rim, state: 1.5 * real(rim, state))
+    warning, steps, _ = stopped(tables, tmp_path / "run", origin=Origin(too_light[0], "couple"))
     assert warning["name"] == "mismatch"
     assert steps - warning["step"] == 20  # two looks more
 
@@ -106,6 +107,19 @@ def test_motion_that_nobody_works_for_is_noticed(tables, too_light, tmp_path):
     assert warning["name"] == "drift"
     assert steps > warning["step"]
     assert max(speeds[0].values()) < 10.0 * speeds[0][warning["step"]]
+
+
+def test_loads_that_a_function_adds_to_the_ring_are_no_mismatch(tables, too_light, tmp_path):
+    """They do no work: the ring is moved by the grid."""
+
+    def push(moment):
+        if moment.rank == 1:
+            moment.state.load[: moment.model.ring, 1] += 1e3
+
+    out = tmp_path / "run"
+    out.mkdir()
+    inprocess.run(colluvium.Scene(**tables), out, origin=Origin(too_light[0], "couple"), plugin=from_functions(None, (1, push)))
+    assert json.loads((out / "run.json").read_text())["warnings"] == []
 
 
 @pytest.fixture(scope="module")
