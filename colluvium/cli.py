@@ -232,14 +232,16 @@ def report_command(options):
     """Draw the pictures of a run."""
     from colluvium import report
 
+    lacking = {}
     try:
-        report.write(options.run_dir, options.out, other_path=options.run_dir_b, progress=print, skipped=_not_drawn)
+        report.write(
+            options.run_dir, options.out, other_path=options.run_dir_b, progress=print,
+            skipped=lambda name, why: lacking.setdefault(why, []).append(name),
+        )  # fmt: skip
     except ModuleNotFoundError as error:
         raise exits.EnvironmentFailed(f"{error.name} is missing: pip install 'colluvium[report]'") from None
-
-
-def _not_drawn(name, lacking):
-    print(f"not drawn: {name} ({lacking})", file=sys.stderr)
+    for why, names in lacking.items():
+        print(f"not drawn, {why}: {', '.join(names)}", file=sys.stderr)
 
 
 def export_command(options):

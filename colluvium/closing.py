@@ -31,13 +31,15 @@ def _gravity(stage):
 
 
 def times(info):
-    """One row a stage as texts under SECONDS."""
-    table = []
-    for stage in info.get("stages", []):
+    """One row a stage as texts under SECONDS; empty for a side that the scene does not have."""
+    table, stages = [], info.get("stages", [])
+    grid, discs = any("ratio_continuum" in stage for stage in stages), bool(info.get("windows"))
+    for stage in stages:
         s = stage["seconds"]
         recording = s["recording"] + s["recording_discrete"]
-        values = (s["continuum"], s["waiting"], s["discrete"], s["waiting_discrete"], recording)
-        table.append([stage["name"], *(f"{value:.2f}" for value in values)])
+        waits = ((grid and discs, s[name]) for name in ("waiting", "waiting_discrete"))
+        values = ((grid, s["continuum"]), next(waits), (discs, s["discrete"]), next(waits), (True, recording))
+        table.append([stage["name"], *(f"{seconds:.2f}" if there else "" for there, seconds in values)])
     return table
 
 
@@ -120,14 +122,22 @@ def step_limits(info):
 def print_table(info, console):
     """Print both tables and the sentences."""
     console.print(info.get("title") or "", markup=False)
-    console.print(_table(OUTCOME, rows(info)))
-    console.print(
-        "P/l vs stress: rms difference between the discs' forces on the rim and the stress of the zones beside it, over the rms "
-        "stress."
-    )
-    console.print(_table(SECONDS, times(info)))
+    columns, texts = filled(OUTCOME, rows(info))
+    console.print(_table(columns, texts))
+    if OUTCOME[6] in columns:
+        console.print(
+            "P/l vs stress: rms difference between the discs' forces on the rim and the stress of the zones beside it, over the "
+            "rms stress."
+        )
+    console.print(_table(*filled(SECONDS, times(info))))
     for sentence in sentences(info):
         console.print(sentence, markup=False)
+
+
+def filled(columns, texts):
+    """The columns of a table in which something is said: their names, and the rows without the others."""
+    kept = [k for k in range(len(columns)) if any(row[k] for row in texts)]
+    return [columns[k] for k in kept], [[row[k] for k in kept] for row in texts]
 
 
 def _table(columns, texts):

@@ -14,7 +14,7 @@ from pathlib import Path
 import numba
 
 _ROOT = Path(__file__).resolve().parent.parent
-_SHARED = (_ROOT / "coupler_protocol" / "jit.py", _ROOT / "coupler_protocol" / "mapping.py")
+_SHARED = tuple(_ROOT / "coupler_protocol" / name for name in ("jit.py", "mapping.py", "atomics.py"))
 
 
 def sources(package):

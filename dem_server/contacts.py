@@ -1,15 +1,16 @@
 """Contact forces: one pass over the list of pairs.
 
-The list is summed part by part (neighbours.py). Parts of one colour touch different discs, so two threads may share
-them, and every disc gets its forces in the same order whatever the number of threads.
+The list is summed part by part (neighbours.py): the ring's pairs, runs of even number, of odd number, and pairs of distant
+discs. Runs of one colour touch different discs, so threads may share them, and every disc gets its forces in the same order
+whatever the number of threads.
 """
 
 import numpy as np
 
-from coupler_protocol import team
 from coupler_protocol.jit import jit
 from dem_server import neighbours, rows, walls
 from dem_server.contact_blocks import add_parts, table_of
+from dem_server.crew import meet, part_of, work_together
 from dem_server.effects.parallel_bond import ParallelBonds
 from dem_server.sharing import shares
 from dem_server.walls import wall_pass
@@ -35,43 +36,28 @@ def make_current(model, state):
 
 def add_forces(model, state):
     """Forces and moments on all discs from the list as it is."""
-    if len(shares(model)) > 1:
-        pass_together(model, state)
+    listed, laws, split = arguments(model, state), laws_of(model), shares(model)
+    if len(split) > 1:
+        work_together(lambda _, __, counts, crew: force_pass(*listed, counts, *laws, state.dt, crew), split, state.counters)
     else:
-        force_pass(*arguments(model, state))
+        force_pass(*listed, state.counters, *laws, state.dt, None)
     if state.walls is not None:
         wall_pass(state.disc, state.load, state.dt, *walls.arguments(model, state))
 
 
-def pass_together(model, state):
-    """`force_pass` by several threads: parts of one colour at the same time, each thread with a count of its own."""
-    disc, load, *between, counters, spring, friction, bond, rolling, dashpot, parallel_bond, dt = arguments(model, state)
-    effects, runs = (friction, bond, rolling, dashpot, parallel_bond), len(state.parts) - 2
-    table = table_of(spring, *effects)
-    even = 1 + (runs + 1) // 2
-    load[:] = 0.0
-    counts = [np.zeros_like(counters) for _ in shares(model)]
-
-    def add(begin, end, count):
-        add_parts(begin, end, disc, load, *between, count, *effects, dt, table, np.empty(rows.SIZE))
-
-    add(0, 1, counts[0])
-    for begin, end in ((1, even), (even, 1 + runs)):
-        cuts = [begin + (end - begin) * k // len(counts) for k in range(len(counts) + 1)]
-        team.each(add, list(zip(cuts[:-1], cuts[1:], counts, strict=True)))
-    add(1 + runs, 2 + runs, counts[0])
-    counters += sum(counts)
-
-
 def arguments(model, state):
-    """What `force_pass` takes."""
-    law = model.law
+    """What `force_pass` takes before counters and laws: discs, list, and what its pairs remember."""
     return (
         state.disc, state.load, state.first, state.second, state.parts, state.kind,
         state.normal, state.shear, state.reference_gap, state.bond_state, state.rolled, state.root_mass,
-        *(state.parallel or NO_BONDS), state.counters,
-        law.spring, law.friction, law.bond, law.rolling, law.dashpot, law.parallel_bond, state.dt,
+        *(state.parallel or NO_BONDS),
     )  # fmt: skip
+
+
+def laws_of(model):
+    """What `force_pass` takes after the counters."""
+    law = model.law
+    return law.spring, law.friction, law.bond, law.rolling, law.dashpot, law.parallel_bond
 
 
 @jit
@@ -89,12 +75,29 @@ def farthest(disc, listed_at):
 def force_pass(
     disc, load, first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
     glued, glue_gap, glue_normal, glue_shear, glue_moment, counters,
-    spring, friction, bond, rolling, dashpot, parallel_bond, dt,
+    spring, friction, bond, rolling, dashpot, parallel_bond, dt, crew,
 ):  # fmt: skip
-    """Loads of all discs from all listed pairs."""
-    load[:] = 0.0
-    add_parts(
-        0, len(parts), disc, load, first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
-        glued, glue_gap, glue_normal, glue_shear, glue_moment, counters, friction, bond, rolling, dashpot, parallel_bond, dt,
-        table_of(spring, friction, bond, rolling, dashpot, parallel_bond), np.empty(rows.SIZE),
-    )  # fmt: skip
+    """Loads of all discs from all listed pairs, by one thread (`crew` None) or by all of the crew that call it together."""
+    table, f = table_of(spring, friction, bond, rolling, dashpot, parallel_bond), np.empty(rows.SIZE)
+    if crew is None:
+        load[:] = 0.0
+        add_parts(
+            0, len(parts), disc, load, first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled,
+            root_mass, glued, glue_gap, glue_normal, glue_shear, glue_moment, counters, friction, bond, rolling, dashpot,
+            parallel_bond, dt, table, f,
+        )  # fmt: skip
+    else:
+        begin, end = part_of(crew, 0, len(load))
+        load[begin:end] = 0.0
+        meet(crew)
+        even, last = 1 + (len(parts) - 1) // 2, len(parts) - 1
+        for begin, end, shared in ((0, 1, False), (1, even, True), (even, last, True), (last, last + 1, False)):
+            if shared:
+                begin, end = part_of(crew, begin, end)
+            if shared or crew.rank == 0:
+                add_parts(
+                    begin, end, disc, load, first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled,
+                    root_mass, glued, glue_gap, glue_normal, glue_shear, glue_moment, counters, friction, bond, rolling,
+                    dashpot, parallel_bond, dt, table, f,
+                )  # fmt: skip
+            meet(crew)

@@ -12,9 +12,10 @@ import numpy as np
 from coupler_protocol.jit import jit
 from dem_server import contacts, guards, motion, walls
 from dem_server.clumps import move_clumps
-from dem_server.contacts import add_forces, contact_forces, farthest, force_pass, make_current
+from dem_server.contacts import contact_forces, farthest, force_pass
+from dem_server.crew import meet, of_all, work_together
 from dem_server.model import CAPS, SPIN, VX
-from dem_server.motion import SPEED_CAP, move, move_shares
+from dem_server.motion import SPEED_CAP, move
 from dem_server.neighbours import rebuild, skin
 from dem_server.sharing import shares
 from dem_server.timestep import stable_step
@@ -63,24 +64,15 @@ def stop(state):
 def advance(model, state, gravity, steps):
     """`steps` steps of motion and contact forces under `gravity` [m/s2]; returns the time they took [s].
 
-    Raises ArithmeticError where the step of the real-time mode would have to become too short.
+    As many steps as possible stay in compiled code. Raises ArithmeticError where the step of the real-time mode would have to
+    become too short.
     """
-    return (advance_together if len(shares(model)) > 1 else advance_alone)(model, state, gravity, steps)
-
-
-def advance_alone(model, state, gravity, steps):
-    """`advance` in one thread: as many steps as possible in compiled code."""
     time = 0.0
     while steps > 0:
         ahead = steps if model.real_time is None else guarded(model, state, steps)
-        kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
-        state.dt = dt
-        done, fast, fresh = cycle(
-            ahead, kick, *motion.arguments(model, state, gravity), model.ring, state.listed_at, 0.5 * skin(model),
-            *contacts.arguments(model, state)[2:], *walls.arguments(model, state)[:4],
-        )  # fmt: skip
+        done, fast, fresh = cycle_shares(model, state, gravity, ahead)
         steps -= done
-        time += done * dt
+        time += done * state.dt
         if not fresh:
             contact_forces(model, state)
         if fast > 0 and model.real_time is not None:
@@ -88,25 +80,20 @@ def advance_alone(model, state, gravity, steps):
     return time
 
 
-def advance_together(model, state, gravity, steps):
-    """`advance` by several threads, which meet between the phases of a step; the same bits."""
-    time, leeway = 0.0, 0.5 * skin(model)
-    moved = leeway  # no disc has moved farther, as in `cycle`
-    for _ in range(steps):
-        if model.real_time is not None:
-            guarded(model, state, 1)
-        fast, quickest = move_shares(model, state, gravity)
-        moved += quickest * state.dt
-        if state.walls is not None and move_walls(state.walls, state.walls.servo, state.listed_at, leeway, state.dt):
-            moved = leeway
-        time += state.dt
-        if not moved < 0.999 * leeway:
-            make_current(model, state)
-            moved = farthest(state.disc, state.listed_at)
-        add_forces(model, state)
-        if fast > 0 and model.real_time is not None:
-            shorten(model, state)
-    return time
+def cycle_shares(model, state, gravity, steps):
+    """`cycle` by as many threads as there are shares of the discs; the bits do not depend on their number."""
+    kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
+    state.dt = dt
+    before = (
+        steps, kick, *motion.arguments(model, state, gravity), state.listed_at, 0.5 * skin(model),
+        *contacts.arguments(model, state)[2:], *contacts.laws_of(model), dt, *walls.arguments(model, state)[:4],
+    )  # fmt: skip
+
+    def work(begin, end, counters, crew):
+        return cycle(*before, begin, end, counters, crew)
+
+    split = shares(model)
+    return work(*split[0], state.counters, None) if len(split) == 1 else work_together(work, split, state.counters)[0]
 
 
 def guarded(model, state, steps):
@@ -130,28 +117,38 @@ def shorten(model, state):
 
 @jit
 def cycle(
-    steps, kick, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, ring, listed_at, leeway,
+    steps, kick, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, listed_at, leeway,
     first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
-    glued, glue_gap, glue_normal, glue_shear, glue_moment, counters, spring, friction, bond, rolling, dashpot, parallel_bond, dt,
-    walls, servo, material, materials,
+    glued, glue_gap, glue_normal, glue_shear, glue_moment, spring, friction, bond, rolling, dashpot, parallel_bond, dt,
+    walls, servo, material, materials, begin, end, counters, crew,
 ):  # fmt: skip
-    """Kernel of `advance_alone`: steps done, bodies that were too fast in the last, whether its contact forces are known.
+    """Kernel of `advance`: steps done, bodies that were too fast in the last, whether its contact forces are known.
 
     It ends early if the list is out of date or, without `cap`, a body is too fast. No disc has moved farther than the sum
-    of the largest speeds; only where that comes to `leeway` [m], but for rounding, all are looked at.
+    of the largest speeds; only where that comes to `leeway` [m], but for rounding, all are looked at. Discs begin..end-1
+    are moved here: all free ones (`crew` None), or the share of one of several threads that do the same at the same time.
     """
     fast, fresh, step, moved = 0, True, 0, leeway
+    first_of_all = True
+    if crew is not None:
+        first_of_all = crew.rank == 0
     while step < steps and fresh and (fast == 0 or cap):
-        fast, quickest = move(ring, len(disc), disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt)
-        if clumps is not None:
-            more, other = move_clumps(disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt)
-            fast += more
-            quickest = max(quickest, other)
+        fast, quickest = move(begin, end, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt)
+        if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if first_of_all:
+                more, other = move_clumps(disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt)
+                fast += more
+                quickest = max(quickest, other)
         if cap:
             counters[CAPS] += fast
+        strayed = False
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-            if move_walls(walls, servo, listed_at, leeway, dt):
-                moved = leeway
+            if first_of_all:
+                strayed = move_walls(walls, servo, listed_at, leeway, dt)
+        if crew is not None:
+            fast, quickest, strayed = of_all(crew, fast, quickest, strayed)
+        if strayed:
+            moved = leeway
         moved += quickest**0.5 * dt
         if not moved < 0.999 * leeway:
             moved = farthest(disc, listed_at)
@@ -160,11 +157,13 @@ def cycle(
             force_pass(
                 disc, load, first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
                 glued, glue_gap, glue_normal, glue_shear, glue_moment, counters, spring, friction, bond, rolling, dashpot,
-                parallel_bond, dt,
+                parallel_bond, dt, crew,
             )  # fmt: skip
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-            if fresh:
+            if fresh and first_of_all:
                 wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring, friction, rolling, dashpot)
+        if crew is not None:
+            meet(crew)
         kick = dt
         step += 1
     return step, fast, fresh

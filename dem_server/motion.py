@@ -25,20 +25,14 @@ def move_free(model, state, gravity):
 
     Returns how many bodies were too fast; in static mode they were slowed down and counted.
     """
-    return move_shares(model, state, gravity)[0]
-
-
-def move_shares(model, state, gravity):
-    """`move_free` by as many threads as there are shares; returns how many bodies were too fast, and the largest speed."""
     kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
     taken = arguments(model, state, gravity)
-    found = [] if state.clumps is None else [move_clumps(*taken, kick, dt)]
-    found += team.each(lambda a, b: move(a, b, *taken, kick, dt), shares(model))
-    fast, largest = sum(each[0] for each in found), max(each[1] for each in found)
+    fast = 0 if state.clumps is None else move_clumps(*taken, kick, dt)[0]
+    fast += sum(found[0] for found in team.each(lambda a, b: move(a, b, *taken, kick, dt), shares(model)))
     if model.real_time is None:
         state.counters[CAPS] += fast
     state.dt = state.next_dt
-    return fast, largest**0.5
+    return fast
 
 
 def arguments(model, state, gravity):

@@ -1,7 +1,7 @@
 """How the discs of a step are shared among threads.
 
-Free discs are numbered in space and taken in runs of `RUN` discs. To wake a thread three times a step takes about as long as one
-thread needs for 30,000 discs, so a second one is asked only where there are many (docs/design/0007).
+Free discs are numbered in space and taken in runs of `RUN` discs. To wake a thread takes as long as one thread needs for some
+10,000 discs, so a second one is asked only where it gains even if it is woken for a single step (docs/design/0007).
 """
 
 from itertools import pairwise
@@ -9,7 +9,7 @@ from itertools import pairwise
 from coupler_protocol import team
 
 RUN = 2048  # discs
-FEWEST = 24  # runs a thread needs to be worth its waiting
+FEWEST = 8  # runs a thread needs to be worth its waking
 
 
 def shares(model):

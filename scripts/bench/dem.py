@@ -21,7 +21,7 @@ from coupler_protocol.grading_table import Grading
 from coupler_protocol.interface import build_ring
 from coupler_protocol.jit import jit
 from coupler_protocol.scene_reader import read_scene
-from dem_server import bonding, contacts, insitu, mesostructure, packing, sharing, stones
+from dem_server import bonding, contacts, insitu, mesostructure, packing, stones
 from dem_server.balance import unbalanced_ratio
 from dem_server.contacts import contact_forces, force_pass
 from dem_server.cycle import advance, stop
@@ -77,7 +77,8 @@ class Case:
     def seconds_of_pass(self, times):
         """Seconds of one force pass, from `times` of them over discs that stand still, so that no force changes."""
         stop(self.state)
-        arguments = contacts.arguments(self.model, self.state)
+        model, state = self.model, self.state
+        arguments = (*contacts.arguments(model, state), state.counters, *contacts.laws_of(model), state.dt, None)
         passes(1, arguments)
         return repeated(lambda: passes(times, arguments), 1, 1, warm_up=0)[0] / times
 
@@ -193,15 +194,13 @@ def graded(size, ratio, smallest=0.02):
 def threads_rows(size, work, repeats, companion):
     """One and two threads in turn on copies of one state, bonds included, and whether their bits are the same."""
     model, state = dense_box(*SIZES[size], friction=FRICTION, bond=BOND)
-    cases, usual = [Case(model, deepcopy(state)) for _ in range(2)], sharing.FEWEST
-    sharing.FEWEST = 4
+    cases = [Case(model, deepcopy(state)) for _ in range(2)]
     found, steps = [[], []], max(3, work // size)
     for _ in range(repeats):
         for threads, case in enumerate(cases, start=1):
             team.set_size(threads)
             found[threads - 1].append(case.seconds(steps))
     team.set_size(1)
-    sharing.FEWEST = usual
     one, two = (case.state for case in cases)
     same = all(np.array_equal(getattr(one, name), getattr(two, name)) for name in ("disc", "load", "normal", "shear"))
     rates = [[size / s for s in each] for each in found]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from colluvium.closing import sentences
+from colluvium.closing import OUTCOME, SECONDS, filled, rows, sentences, times
 
 WINDOW = {"name": "band", "discs": 100, "control_discs": 20, "porosity": 0.16, "error_yy": 0.031}
 STONES = {"stones": 9, "stone_content": 0.45, "stone_content_discs": 0.47}
@@ -26,3 +26,16 @@ def test_windows_in_words(more, words, not_words):
 
 def test_discs_alone_have_no_ring():
     assert "ring" not in next(sentences({"windows": [{"name": "dem.rank1", "discs": 7} | STONES]}))
+
+
+STAGE = {"name": "rest", "steps": 5, "ended_by": "ratio 1e-6", "gravity_factor": 1.0}
+STAGE |= {"ratio_discrete": [1e-6], "bonds_broken": [2]}
+TIMES = {"continuum": 0.1, "waiting": 0.2, "recording": 0.3, "discrete": 0.4, "waiting_discrete": 0.5, "recording_discrete": 0.6}
+
+
+def test_tables_have_no_columns_of_a_side_that_is_not_there():
+    alone = {"stages": [STAGE | {"seconds": TIMES}], "windows": [WINDOW]}
+    assert filled(OUTCOME, rows(alone))[0] == ["stage", "steps", "ended by", "gravity", "ratio\ndiscs", "bonds\nbroken"]
+    assert filled(SECONDS, times(alone)) == (["stage", "discs\ncompute", "both\nrecord"], [["rest", "0.40", "0.90"]])
+    both = {"stages": [STAGE | {"seconds": TIMES, "ratio_continuum": 1e-6}], "windows": [WINDOW]}
+    assert filled(SECONDS, times(both))[1] == [["rest", "0.10", "0.20", "0.40", "0.50", "0.90"]]

@@ -10,6 +10,7 @@ from coupler_protocol import team
 from dem_server import cycle, insitu, sharing
 from dem_server.contacts import contact_forces
 from dem_server.effects.bond import Bond
+from dem_server.motion import move_free
 from dem_server.sharing import RUN, shares
 
 WEAK = Bond(tension=30.0, shear=60.0)  # [N]: many break on the way
@@ -25,20 +26,32 @@ def box():
     return model, state
 
 
-def moved(box, threads, monkeypatch, steps=40):
+def in_one_loop(model, state, steps):
+    cycle.advance(model, state, 9.81, steps)
+
+
+def step_by_step(model, state, steps):
+    """As in a coupled run, where the rim moves in between."""
+    for _ in range(steps):
+        move_free(model, state, 9.81)
+        contact_forces(model, state)
+
+
+def moved(box, threads, monkeypatch, advance, steps=40):
     model, state = deepcopy(box)
     monkeypatch.setattr(sharing, "FEWEST", 4)  # threads share this box although it is too small for them to gain
     team.set_size(threads)
     try:
         assert len(shares(model)) == threads
-        cycle.advance(model, state, 9.81, steps)
+        advance(model, state, steps)
     finally:
         team.set_size(1)
     return state
 
 
-def test_two_threads_compute_the_bits_of_one(box, monkeypatch):
-    one, two = moved(box, 1, monkeypatch), moved(box, 2, monkeypatch)
+@pytest.mark.parametrize("advance", [in_one_loop, step_by_step])
+def test_two_threads_compute_the_bits_of_one(box, monkeypatch, advance):
+    one, two = moved(box, 1, monkeypatch, advance), moved(box, 2, monkeypatch, advance)
     assert one.builds > box[1].builds
     assert one.broken_tension > 0
     assert one.broken_shear > 0

@@ -73,6 +73,30 @@ walls = [*state.walls.force[0], *state.walls.normal.sum(0), *state.walls.rolled.
 np.save(sys.argv[3], [*fast, *walls, energy.kinetic(model, state), energy.stored(model, state)])
 """
 
+TWO_THREADS = """
+import sys
+import numpy as np
+from coupler_protocol import team
+from dem_server import neighbours, sharing
+
+sharing.RUN = neighbours.RUN = 4  # discs
+sharing.FEWEST = 1
+from disc_cases import loose_discs
+from dem_server import cycle
+from dem_server.walls import make_walls
+
+team.set_size(int(sys.argv[2]))
+xy = np.stack(np.meshgrid(np.arange(6.0), np.arange(4.0)), axis=-1).reshape(-1, 2) * 0.0595
+model, state = loose_discs(xy, np.full(24, 0.03), True)
+state.walls = make_walls([[-1.0, -0.029, 1.0, -0.0295]], [[0.0, 0.0]], model)
+model = cycle.in_real_time(model, state, 0.3)
+state.v[:] = np.random.default_rng(3).normal(0.0, 0.3, (24, 2))
+cycle.advance(model, state, 9.81, 40)
+print(len(sharing.shares(model)), *state.counters)
+np.savez(sys.argv[1], discs=np.column_stack([state.disc, state.load]), pairs=state.shear[:, None])
+np.save(sys.argv[3], state.walls.force)
+"""
+
 
 def run(tmp_path, disable, content, script=SCRIPT):
     out, bodies = tmp_path / f"state{disable}.npz", tmp_path / f"bodies{disable}.npy"
@@ -99,6 +123,16 @@ def test_compiled_equals_interpreted_with_every_law(tmp_path):
     assert any(int(word.strip("[],")) > 0 for word in counts[1:3])  # some bonds broke on the way
     np.testing.assert_allclose([float(compiled_ratio), *compiled_sums], [float(ratio), *sums], rtol=1e-9)
     same(compiled, plain)
+
+
+def test_interpreted_threads_compute_the_bits_of_one(tmp_path):
+    (shares, *counts), alone, wall = run(tmp_path, "1", "1", TWO_THREADS)
+    (other_shares, *other_counts), together, other_wall = run(tmp_path, "1", "2", TWO_THREADS)
+    assert (shares, other_shares) == ("1", "2")
+    assert counts == other_counts
+    np.testing.assert_array_equal(wall, other_wall)
+    for name in ("discs", "pairs"):
+        np.testing.assert_array_equal(alone[name], together[name])
 
 
 @pytest.mark.parametrize("content", ["0.3", "0.5"], ids=["largest first", "grown"])

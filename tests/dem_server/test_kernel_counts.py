@@ -16,7 +16,7 @@ import numpy as np
 from kernel_counts import counts_in_loops, kernels
 from disc_cases import loose_discs
 from window_case import stone_grain
-from dem_server import balance, cycle, energy, guards, neighbours, stones
+from dem_server import balance, contacts, cycle, energy, guards, neighbours, stones
 from dem_server.bonding import add_parallel_bonds
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.parallel_bond import ParallelBond
@@ -41,6 +41,9 @@ for changes in ({}, tables):
         state.walls = make_walls(ends, [[0.0, 0.0]], model, make_servo(ends, state.x))
         state.walls.servo.pressure[:] = state.walls.servo.fastest[:] = 1e-3
     neighbours.rebuild(model, state)  # with what the lines above made
+    cycle.advance(model, state, 9.81, 5)
+    middle = (model.ring + model.count) // 2
+    contacts.shares = cycle.shares = lambda model: [(model.ring, middle), (middle, model.count)]
     cycle.advance(model, state, 9.81, 5)
     guards.quickest(model, state)
     balance.unbalanced_ratio(model, state, 9.81), energy.kinetic(model, state), energy.stored(model, state)

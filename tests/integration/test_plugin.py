@@ -1,13 +1,19 @@
 """Functions of a user see both sides, and change the run to the same bits in one process and in two."""
 
 import json
+import re
 import subprocess
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import colluvium
+from dem_server.model import Model as DiscModel
+from dem_server.model import State as DiscState
+from fdm_server.model import Model as GridModel
+from fdm_server.model import State as GridState
 from tests.conftest import command
 from tests.integration.test_two_processes import FILES, SHORT, differing, overrides
 
@@ -91,3 +97,14 @@ def test_a_plugin_that_cannot_be_run_ends_the_run_at_once(tmp_path, configs):
     done = subprocess.run(command("colluvium.cli", *arguments), capture_output=True, text=True, timeout=120)
     assert done.returncode == 4
     assert "cannot be run: FileNotFoundError" in done.stderr
+
+
+def test_what_the_page_names_of_model_and_state_is_there():
+    page = (Path(__file__).parents[2] / "docs" / "plugins.md").read_text(encoding="utf-8")
+    grid, discs = page[page.index("| grid,") : page.index("| discs,")], page[page.index("| discs,") :]
+    for text, model, state in ((grid, GridModel, GridState), (discs, DiscModel, DiscState)):
+        names = set(re.findall(r"state\.(\w+)", text))
+        assert len(names) >= 5
+        assert [name for name in names if not hasattr(state, name) and name not in state.__annotations__] == []
+        for name in set(re.findall(r"model\.(\w+)", text)) - {"py"}:
+            assert hasattr(model, name) or name in model.__annotations__, name
