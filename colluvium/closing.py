@@ -77,6 +77,8 @@ def sentences(info):
                 f"smallest radii at ({x:.1f}, {y:.1f}) m; 2 let a disc through"
             )
     yield from stretched_rims(info)
+    for warning in info.get("warnings", []):
+        yield f"warning: in step {warning['step']} of stage {warning['stage']}: {warning['name']}: {warning['text']}"
     yield from step_limits(info)
     yield from _exchanges(info)
     if info.get("locate"):

@@ -69,6 +69,7 @@ class Answer(NamedTuple):
     dt_limit: float  # [s] longest step that the discs took into the stage, decided before its first one; 1 in static mode
     kinetic: float  # [J] (in scaled masses in static mode)
     stored: float  # [J] in contact springs
-    power: float  # [W] sum of P.v over the rim, as the discs see it
+    power: float  # [W] sum of P.v over the rim as the discs see it: P at the beginning of the step, v in it
     broken: float  # bonds broken since the window was filled
     warnings: float  # count of capped velocities and the like
+    height: float  # [kg m] sum over the free discs of weight (as mass) times y

@@ -92,7 +92,9 @@ class Record(Table):
     trace: int | None = quantity(
         None, unit="steps", meaning="both sides write when they computed, waited, recorded in so many steps of each stage", ge=1
     )
-    energy: bool = quantity(False, meaning="histories of the grid's energies and works since each stage began (small strain)")
+    energy: bool = quantity(
+        False, meaning="histories of energies and works since each stage began, of the grid (small strain) and of coupled discs"
+    )
 
 
 @cache

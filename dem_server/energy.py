@@ -67,6 +67,11 @@ def stored(model, state):
     return total if state.walls is None else total + walls.stored(model, state)
 
 
+def weight_height(model, state):
+    """Sum [kg m] over the free discs of the mass that gravity acts on times y."""
+    return float(state.weight[model.ring :] @ state.x[model.ring :, 1])
+
+
 def potential(state, gravity):
     """Energy of the discs' weight above y = 0 under `gravity` [m/s2] (J)."""
     return gravity * float(state.weight @ state.x[:, 1])

@@ -54,6 +54,7 @@ class Rim:
         self.ring = ring
         self.nodes, self._sums, self._builds = state or (ring.nodes.copy(), np.zeros(len(ring.nodes)), -1)
         self.force = np.zeros_like(self.nodes)
+        self._carried = np.zeros((len(ring.radius), 3))  # forces [N] and moments [N m] on the control discs that it came from
         self.paper = mapping == "paper"
         self._where = (ring.seg0, ring.seg1, ring.w0, ring.node)
 
@@ -76,12 +77,12 @@ class Rim:
         R = self.discs
         where = self._where
         forces_to_nodes(self.nodes, *where, state.x[:R], state.force[:R], state.moment[:R], self.force, self.paper)
+        self._carried[:] = state.load[:R, :3]
         return self.force
 
     def power(self, state):
-        """Power [W] (dt = 1: work of the last step [J]) of the contact forces on the ring as the discs see it."""
-        R = self.discs
-        return float(np.sum(state.force[:R] * state.v[:R]) + np.dot(state.moment[:R], state.spin[:R]))
+        """Power [W] of the contact forces that were carried to the nodes last, in the present velocities of the discs."""
+        return float(np.sum(self._carried * state.disc[: self.discs, 2:5]))
 
     def inner_mass(self, state):
         """Mass (K,) [kg/m] of the control discs' inner shares, at the nodes: weight, in real time inertia, of the grid."""

@@ -48,12 +48,12 @@ def lockstep(side):
         if not agreed:
             move_discs(side, gravity)
         for between in steps_between(order, gravity):
-            complete_step(side, gravity)
+            complete_step(side, gravity, between)
             finish_step(side, between)
             side.answer = side.looked
             gravity = between.gravity
             move_discs(side, gravity)
-        complete_step(side, gravity)
+        complete_step(side, gravity, order)
 
 
 def steps_between(order, gravity):
@@ -67,19 +67,26 @@ def steps_between(order, gravity):
         yield order._replace(step=order.step - steps + n, gravity=now, flags=0.0)
 
 
-def complete_step(side, gravity):
+def complete_step(side, gravity, order):
     """The second half of a step, and its other sub-steps."""
-    move_rim(side)
+    move_rim(side, gravity, order)
     for _ in range(side.substeps - 1):
         move_discs(side, gravity)
-        move_rim(side)
+        move_rim(side, gravity)
 
 
-def move_rim(side):
-    """Control discs move with the rim, contacts follow."""
-    side.rim.move(side.state, side.velocity)
+def move_rim(side, gravity, order=None):
+    """Control discs move with the rim, contacts follow. order: of the step that begins with this motion."""
+    state, ledger = side.state, side.ledger
+    side.rim.move(state, side.velocity)
     refuse_fast_rim(side)
-    contact_forces(side.model, side.state)
+    if order is not None:
+        side.see_power(order)
+    if ledger:
+        side.book(gravity, begins=order is not None)
+    contact_forces(side.model, state)
+    if ledger:
+        ledger.book_contacts(side.model, state)
     side.check_step()
 
 
@@ -93,6 +100,8 @@ def finish_step(side, order):
 
 def move_discs(side, gravity):
     """Move the free discs; in real time nothing is slowed down, so a disc that is too fast ends the run."""
+    if side.ledger:
+        side.ledger.keep(side.state)
     fast = move_free(side.model, side.state, gravity)
     if fast and side.model.real_time is not None:
         raise PhysicsFailed(f"{fast} discs or stones {TOO_FAST.format(side.steps)}")

@@ -19,6 +19,7 @@ from coupler_protocol.trace import stopwatch
 from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
 from dem_server import balance, clock, energy, frequency, record, restart, run, stones
 from dem_server.escape import RingGuard
+from dem_server.ledger import Ledger
 from dem_server.strain import WindowStrain
 from dem_server.takeover import take_over
 from dem_server.window import drawn_stones, packed_window
@@ -34,11 +35,13 @@ class DiscreteSide:
         self.scene, self.rank, self.conversation, self.plugin = scene, rank, conversation, plugin
         self.out, self.progress, self.origin = Path(out), progress, origin
         self.watch = stopwatch(scene.record.trace)
-        self.answer = self.looked = messages.Answer(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # with the next FORCE, and after it
+        self.answer = self.looked = messages.Answer(1.0, *[1.0] + [0.0] * 6)  # with the next FORCE, and after it
         self.steps, self.time = 0, 0.0  # time [s]; static steps count as 1
         self.step = 1.0  # [s] agreed with the continuum, 1 in static mode; None: not yet, in a stage in real time
         self.substeps = 1  # of the discs in one of them
+        self.power = 0.0  # [W] of the ring in the last step that was looked at
         self.stage = None
+        self.ledger = None  # a dem_server.ledger.Ledger, where the scene asks for it
         self.recorder = None
         self.report, self.openings, self.limits = {}, [], []
         self.model = self.guard = self.state = self.rim = self.stones = None
@@ -162,6 +165,7 @@ class DiscreteSide:
         self.step, self.substeps = (None, self.scene.coupling.substeps) if real else (1.0, 1)
         longest = clock.longest_step(self.model, self.state, self.substeps)
         self.answer, self.looked = (a._replace(dt_limit=longest) for a in (self.answer, self.looked))
+        self.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
 
     def _name_of(self, index):
         if not 0 <= index < len(self.scene.stage):
@@ -199,6 +203,19 @@ class DiscreteSide:
                 "give the stage a smaller step_factor"
             )
 
+    def see_power(self, order):
+        """Keep the ring's power in a step that will be looked at, before its contact forces are gone."""
+        if int(order.step) % self.scene.record.history == 0:
+            self.power = self.rim.power(self.state)
+
+    def book(self, gravity, begins):
+        """The ledger's middle of a step, contacts have not followed the motion yet. begins: it is the first sub-step."""
+        self.ledger.book_motion(self.model, self.state, gravity, 0.5 * (self.ledger.dt + self.state.dt))
+        if begins and self.steps % self.scene.record.history == 0:
+            values = {f"energy_{name}": value for name, value in self.ledger.values(self.model, self.state).items()}
+            self.recorder.history(self.steps, interface_power=self.ledger.power, interface_work=self.ledger.work, **values)
+        self.ledger.keep_contacts(self.model, self.state)
+
     def look(self, order):
         """Count the step; every few steps see how the discs fare."""
         self.steps = int(order.step)
@@ -222,9 +239,10 @@ class DiscreteSide:
             dt_limit=self.looked.dt_limit,
             kinetic=energy.kinetic(self.model, self.state),
             stored=energy.stored(self.model, self.state),
-            power=self.rim.power(self.state),
+            power=self.power,
             broken=float(broken),
             warnings=float(self.state.capped),
+            height=energy.weight_height(self.model, self.state),
         )
 
     def record(self, order):

@@ -11,15 +11,17 @@ rule, (X_n + X_n+1)/2 . du:
     gravity    of the weights
     external   of applied forces, and of what holds or drives gridpoints
     damping    what damping takes: - (M (v+ - v-)/dt - zones - applied - weight) on free components
+    masses     change of T with masses that are no constants (scaled ones in large strain, those that discs add to a rim):
+               sum (M' - M) v-^2 / 2
     plastic    of stresses on plastic strain, zone by zone and triangle by triangle; plastic strain: what elasticity does
                not explain of a stress increment
 
 The discrete leap-frog keeps T + U exactly where nothing is damped (T is the kinetic energy for which it does), so
 
-    error = T - T0 + U - U0 + plastic + damping - gravity - external
+    error = T - T0 + U - U0 + plastic + damping - masses - gravity - external
 
 is round-off in small strain, whatever yields: gridpoints and zones are booked apart. The stiffness part of Rayleigh damping
-is the difference of both, so there the error can show less; in coupled stages it shows the masses that discs change.
+is the difference of both, so there the error can show less.
 """
 
 import numpy as np
@@ -33,7 +35,7 @@ from fdm_server.strain import DIFFERENCE, DILATION, GAMMA, STRAIN_ROWS, T0, T1, 
 from fdm_server.stress import SD, SM, XY, ZZ
 
 GRAVITY, EXTERNAL, DAMPING, ZONES = range(4)  # work on gridpoints; ZONES: that of the zones' forces
-NAMES = ("kinetic", "strain", "plastic", "damping", "external", "gravity", "error")
+NAMES = ("kinetic", "strain", "plastic", "damping", "external", "gravity", "masses", "error")
 
 
 @jit
@@ -105,14 +107,23 @@ class Ledger:
         self.half_old, self.half_new = np.zeros(4), np.zeros(4)
         self.plastic = self.zones = 0.0
         self.begin = None  # T0 + U0
+        self.power = self.work_of_discs = 0.0  # of the discs' forces on the rims, in coupled stages
+        self.mass = masses(model, state) + state.added_mass
+        self.masses = 0.0
 
     def keep(self, state):
         """Before velocities change: what they and the stresses were."""
         self.old[:] = state.velocity
         self.stress[:] = state.stress
 
-    def book_motion(self, model, state, gravity, kick=None):
-        """After velocities have changed. kick [s]: where forces acted for less than a step, velocities count back a whole one."""
+    def book_motion(self, model, state, gravity, kick=None, rims=()):
+        """After velocities have changed. kick [s]: where forces acted for less than a step, velocities count back a whole one.
+
+        rims: of open windows, whose discs' forces have `power` [W] in these velocities, in sum the `work_of_discs` [J].
+        """
+        mass = masses(model, state) + state.added_mass
+        self.masses += 0.5 * float((mass - self.mass) @ np.sum(self.old**2, axis=1))
+        self.mass = mass
         if kick is not None:
             self.old[:] = state.velocity - (state.velocity - self.old) * (state.dt / kick)
         self.kinetic = point_work(
@@ -122,7 +133,10 @@ class Ledger:
         if self.begin is None:  # what velocities did before the stage is none of its business
             self.begin = self.kinetic + strain_energy(model, state)
             self.half_old[:] = 0.0
+            self.masses = 0.0
         self.work += self.half_old + self.half_new
+        self.power = float(sum(np.sum(rim.force * state.velocity[rim.nodes]) for rim in rims))
+        self.work_of_discs += self.power * seconds(state)
 
     def book_strain(self, model, state):
         """After stresses have changed."""
@@ -142,6 +156,6 @@ class Ledger:
             damping += -work[ZONES] - self.zones
         strain = strain_energy(model, state)
         gained = self.kinetic + strain - self.begin
-        error = gained + self.plastic + damping - work[GRAVITY] - work[EXTERNAL]
-        values = self.kinetic, strain, self.plastic, damping, work[EXTERNAL], work[GRAVITY], error
+        error = gained + self.plastic + damping - self.masses - work[GRAVITY] - work[EXTERNAL]
+        values = self.kinetic, strain, self.plastic, damping, work[EXTERNAL], work[GRAVITY], self.masses, error
         return dict(zip(NAMES, map(float, values), strict=True))

@@ -26,12 +26,14 @@ def run_stage(side, stage):
         update_velocities(model, state, stage.gravity, stage.kick)
         stage.drive(state)
         if ledger:
-            ledger.book_motion(model, state, stage.gravity, stage.kick)
+            ledger.book_motion(model, state, stage.gravity, stage.kick, rims)
         for rim in rims:
             rim.note_velocities(state, pace.taken == 0)
         order = stage.order()
         for rim in rims if order.interval else ():
             rim.say_velocities(order)
+        if order.interval:
+            stage.watch_rims(state)
         stage.look(model, state)
         advance(model, state)
         if ledger:

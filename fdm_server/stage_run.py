@@ -30,6 +30,8 @@ class StageRun:
         self.ledger = None  # a fdm_server.ledger.Ledger, where the scene asks for it
         self.energy = None  # a fdm_server.blowup.EnergyWatch
         self.stretch = None  # a fdm_server.stretch.StretchWatch, where there are rims
+        self.interface = []  # a fdm_server.rim_watch.RimWatch of every window that is open
+        self._warned = set()
         self.ended = False
         self.kick = None  # [s] that forces act in the first step of a coupled stage in real time; None: the whole step
         self._step = self._step_before = 0.0  # [s] agreed with the discs; of the real-time stage before
@@ -61,6 +63,18 @@ class StageRun:
     def share(self):
         """Share of the discs in the rim's forces."""
         return min(1.0, self.done / self._handover) if self._handover else 1.0
+
+    def watch_rims(self, state):
+        """See that nothing grows by itself at the interface and that both sides agree on its power."""
+        for watch in self.interface:
+            watch.see(clock.seconds(state), self.side.steps + 1)
+
+    def warn(self, name, text):
+        """A warning of the stage, once of each name: into the log and run.json."""
+        if name not in self._warned:
+            self._warned.add(name)
+            log.warning("step %d of stage %s: %s: %s", self.side.steps, self.stage.name, name, text)
+            self.side.warnings.append({"stage": self.stage.name, "step": self.side.steps, "name": name, "text": text})
 
     def order(self):
         """Scalars of VELOCITY for the present step, `interval` 0 where nothing is said after it."""
@@ -99,8 +113,10 @@ class StageRun:
         if warning:
             log.warning("step %d of stage %s: %s", self.side.steps, self.stage.name, warning)
         if self.ledger:
-            values = self.ledger.values(model, state)
-            self.side.recorder.history(self.side.steps, **{f"energy_{name}": value for name, value in values.items()})
+            values = {f"energy_{name}": value for name, value in self.ledger.values(model, state).items()}
+            if self.rims:
+                values |= {"interface_power": self.ledger.power, "interface_work": self.ledger.work_of_discs}
+            self.side.recorder.history(self.side.steps, **values)
 
     def _judge(self, model, state):
         self._unjudged = False

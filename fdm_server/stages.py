@@ -26,6 +26,7 @@ from fdm_server.initial_stress import initial_state
 from fdm_server.ledger import Ledger
 from fdm_server.loads import dig, press
 from fdm_server.model import build_model, new_state
+from fdm_server.rim_watch import RimWatch
 from fdm_server.run import run_stage
 from fdm_server.shape import begin_large_strain
 from fdm_server.stage_run import StageRun
@@ -55,6 +56,7 @@ class ContinuumSide:
         self.time = 0.0  # [s]; static steps count as 1
         self.earlier = []  # rows of run.json of the stages before `origin`
         self.results = []
+        self.warnings = []  # of the stages of this run
         self.recorder = None
         self.farewells = {}
         self.saved = None if origin is None else load(scene, origin, restart.NAME)
@@ -166,9 +168,12 @@ class ContinuumSide:
             begin_large_strain(self.model, self.state)
         self.model, stage.sides = begin_stage(self.scene, stage.index, self.model, self.state, stage.gravity)
         stage.set_loads()
-        stage.energy = EnergyWatch(self.model, self.state, stage.gravity)
+        stage.energy = EnergyWatch(self.model, self.state, stage.gravity, stage.rims, stage.warn)
         if stage.rims:
             stage.stretch = StretchWatch(self.model, np.concatenate([rim.nodes for rim in stage.rims]))
+        coupling = self.scene.coupling
+        kept = coupling.mapping != "paper" and coupling.exchange_every == 1
+        stage.interface = [RimWatch(rim, self.scene.record.history, kept, stage.warn) for rim in stage.rims]
         stage.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
         run_stage(self, stage)
 
@@ -228,6 +233,7 @@ class ContinuumSide:
             "gridpoints": len(self.grid.xy),
             "zones": len(self.grid.zones),
             "stages": self.rows(),
+            "warnings": self.warnings,
             "windows": [
                 {"name": rim.window.name, "rank": rim.conversation.rank, "control_nodes": len(rim.nodes)}
                 | rim.report

@@ -60,8 +60,9 @@ def test_version_1_is_refused_by_its_number_and_differs_in_nothing_else():
         assert resealed(frame, 4, "<H", 2) == recorded(2)[name]
 
 
-def test_version_2_is_refused_by_its_number_and_differs_in_the_time_of_go_only():
-    """What is new in bytes in version 3 is the time in GO; what else is new is what lengths of steps mean."""
+def test_version_2_is_refused_by_its_number_and_differs_in_the_time_of_go_and_a_scalar_of_force():
+    """New in bytes in version 3: the time in GO, the weight's height in FORCE; what else is new is what lengths of steps mean."""
+    head, scalars = wire.HEADER.size, 7 * 8
     earlier = recorded(2)
     assert set(earlier) == set(recorded())
     for name, frame in earlier.items():
@@ -70,6 +71,10 @@ def test_version_2_is_refused_by_its_number_and_differs_in_the_time_of_go_only()
         if name in ("GO", "GO with bin"):
             now = wire.content_of(recorded()[name])
             assert msgpack.unpackb(frame[wire.HEADER.size :]) == {key: value for key, value in now.items() if key != "time"}
+        elif name.startswith("FORCE"):
+            now = recorded()[name]
+            assert frame[head : head + scalars] == now[head : head + scalars]
+            assert frame[head + scalars :] == now[head + scalars + 8 :]
         else:
             assert resealed(frame, 4, "<H", 3) == recorded()[name]
 

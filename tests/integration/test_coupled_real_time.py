@@ -142,6 +142,14 @@ def test_sub_steps_make_steps_of_the_grid_longer_and_change_little(straight, div
     assert 0.0 < np.abs(moved[1] - moved[0]).max() < 0.01 * np.abs(moved[0]).max()
 
 
+def test_both_sides_see_the_same_power_in_sub_steps_too(divided):
+    """Of the forces that were said in the velocities that followed, which the first sub-step has on the discs' side."""
+    assert divided.info.get("warnings", []) == []
+    (steps, grid), (theirs, discs) = (divided.history("interface_power", rank) for rank in (0, 1))
+    np.testing.assert_array_equal(steps, theirs)
+    assert np.abs(grid - discs).max() < 1e-12 * np.abs(grid).max()
+
+
 def test_sub_steps_have_the_same_bits_in_two_processes_and_after_a_restart(divided, tmp_path):
     scene = tmp_path / "scene.json"
     scene.write_text((divided.folders[0] / "scene.json").read_text())

@@ -1,0 +1,128 @@
+"""The ledger of the discs closes: to round-off where the leap-frog identity holds, to first order in the amplitude elsewhere."""
+
+import numpy as np
+import pytest
+from verification.coupling import chain
+from verification.coupling.block import R, block
+
+from dem_server.contacts import contact_forces
+from dem_server.effects.bond import BROKEN_TENSION
+from dem_server.ledger import Ledger as DiscLedger
+from dem_server.motion import move_free
+from fdm_server.advance import advance
+from fdm_server.ledger import Ledger as GridLedger
+from fdm_server.motion import update_velocities
+
+
+def booked(joined, steps, gravity=0.0, change=None):
+    """Rows of both ledgers (grid, discs) of a verification.coupling.joined.Joined: dictionaries of arrays, power and work too."""
+    grid, discs = joined.grid, joined.discs
+    ledgers = GridLedger(joined.grid_model, grid), DiscLedger(joined.disc_model, discs)
+    rim, rows = type("Rim", (), {"nodes": joined.nodes}), ([], [])
+    for n in range(steps):
+        rim.force = joined.hang(gravity).copy()
+        ledgers[0].keep(grid)
+        ledgers[1].keep(discs)
+        before = discs.dt
+        update_velocities(joined.grid_model, grid, gravity, joined.kick)
+        ledgers[0].book_motion(joined.grid_model, grid, gravity, joined.kick, [rim])
+        joined.kick = None
+        move_free(joined.disc_model, discs, gravity)
+        joined.rim.move(discs, grid.velocity[joined.nodes])
+        ledgers[1].book_motion(joined.disc_model, discs, gravity, 0.5 * (before + discs.dt))
+        for rows_of, ledger, model, state in zip(
+            rows, ledgers, (joined.grid_model, joined.disc_model), (grid, discs), strict=True
+        ):
+            rows_of.append(ledger.values(model, state) | {"power": ledger.power})
+        ledgers[1].keep_contacts(joined.disc_model, discs)
+        if change:
+            change(n)
+        contact_forces(joined.disc_model, discs)
+        ledgers[1].book_contacts(joined.disc_model, discs)
+        advance(joined.grid_model, grid)
+        ledgers[0].book_strain(joined.grid_model, grid)
+    return [{name: np.array([row[name] for row in own]) for name in own[0]} for own in rows]
+
+
+def shaken(amplitude, **how):
+    """A coupled block at 29 degrees, its discs bonded, in motion of about so many R."""
+    joined = block(around=1, across=2, **how)
+    joined.begin(0.5, from_rest=False)
+    rng, speed = np.random.default_rng(5), amplitude * R / joined.grid.dt / 10.0
+    joined.grid.velocity[:] = speed * rng.normal(size=joined.grid.velocity.shape)
+    free = joined.discs.v[joined.disc_model.ring :]
+    free[:] = speed * rng.normal(size=free.shape)
+    return joined
+
+
+def test_a_coupled_chain_closes_to_round_off():
+    """Linear and undamped: both sides explain their energies, and what leaves one arrives at the other."""
+    joined, _, _ = chain.coupled()
+    grid, discs = booked(joined, 1000)
+    total = grid["kinetic"] + grid["strain"] + discs["kinetic"] + discs["stored"]
+    assert np.ptp(total) < 1e-12 * total[0]
+    for rows in (grid, discs):
+        assert np.abs(rows["error"]).max() < 1e-12 * total[0]
+    assert np.abs(discs["ring"]).max() > 0.05 * total[0]
+    np.testing.assert_allclose(discs["ring"], -grid["external"], atol=1e-12 * total[0])
+    for name in ("friction", "bonds", "damping", "masses", "gravity"):
+        assert np.abs(discs[name]).max() < 1e-12 * total[0], name
+
+
+@pytest.mark.parametrize("shift", [0.0, 2.0 * R])
+def test_both_sides_see_the_same_power(shift):
+    """To 1e-12 of the largest, with control discs on their segments and beside them, in large motion."""
+    grid, discs = booked(shaken(1e-2, shift=shift), 300)
+    scale = np.abs(grid["power"]).max()
+    assert np.abs(grid["power"] - discs["power"]).max() < 1e-12 * scale
+
+
+def test_the_paper_mapping_loses_or_makes_power_and_the_ledgers_show_it():
+    grid, discs = booked(shaken(1e-6, shift=2.0 * R, mapping="paper"), 300)
+    assert np.abs(grid["power"] - discs["power"]).max() > 0.01 * np.abs(grid["power"]).max()
+
+
+def test_in_the_plane_the_error_falls_with_the_amplitude():
+    """Directions of contacts turn by as much as the amplitude over R: relative error of first order, below 1e-6 at 1e-6 R."""
+    errors = []
+    for amplitude in (1e-4, 1e-6):
+        _, discs = booked(shaken(amplitude), 500)
+        errors.append(np.abs(discs["error"]).max() / discs["kinetic"].max())
+    assert errors[1] < 1e-7
+    assert errors[1] < 0.03 * errors[0]
+
+
+def test_a_broken_bond_loses_what_it_held():
+    """The chain is cut in motion: what is stored, X^2 / 2k, less the work X w / 2 of the step, X falling to 0, is lost there."""
+    joined, _, _ = chain.coupled()
+    discs, seen = joined.discs, {}
+
+    def cut(n):
+        if n < 100 or seen:
+            return
+        at = int(np.argmin(discs.normal))
+        i, j = discs.first[at], discs.second[at]
+        n_ij = discs.x[j] - discs.x[i]
+        way = (discs.v[j] - discs.v[i]) @ n_ij / np.hypot(*n_ij) * discs.dt
+        X, k = discs.normal[at], joined.disc_model.law.spring.normal[discs.kind[at]]
+        discs.bond_state[at] = BROKEN_TENSION
+        seen.update(step=n, tension=X, lost=0.5 * X * X / k - 0.5 * X * way)
+
+    _, rows = booked(joined, 102, change=cut)
+    assert seen["tension"] < 0.0
+    step = seen["step"]
+    assert np.all(rows["bonds"][: step + 1] == 0.0)
+    assert rows["bonds"][step + 1] == pytest.approx(seen["lost"], rel=1e-9)
+    assert np.abs(rows["error"]).max() < 1e-12 * rows["kinetic"][0]
+
+
+def test_weights_and_their_work_are_booked():
+    """Free fall of the coupled block: kinetic energy is the work of weights on both sides."""
+    joined = block(around=1, across=2)
+    joined.begin(0.5)
+    grid, discs = booked(joined, 200, gravity=9.81)
+    for rows in (grid, discs):
+        gained = rows["kinetic"] - rows["kinetic"][0]
+        assert gained[-1] > 1.0
+        over = gained - rows["gravity"] - rows.get("external", 0.0)
+        np.testing.assert_allclose(over, 0.0, atol=1e-9 * gained[-1])
