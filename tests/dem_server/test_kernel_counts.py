@@ -42,9 +42,10 @@ for changes in ({}, tables):
         state.walls.servo.pressure[:] = state.walls.servo.fastest[:] = 1e-3
     neighbours.rebuild(model, state)  # with what the lines above made
     cycle.advance(model, state, 9.81, 5)
-    middle = (model.ring + model.count) // 2
-    contacts.shares = cycle.shares = lambda model: [(model.ring, middle), (middle, model.count)]
-    cycle.advance(model, state, 9.81, 5)
+    if changes:
+        middle = (model.ring + model.count) // 2
+        contacts.shares = cycle.shares = lambda model: [(model.ring, middle), (middle, model.count)]
+        cycle.advance(model, state, 9.81, 5)
     guards.quickest(model, state)
     balance.unbalanced_ratio(model, state, 9.81), energy.kinetic(model, state), energy.stored(model, state)
 print(json.dumps({name: counts_in_loops(kernel) for name, kernel in kernels("dem_server").items()}))
