@@ -5,9 +5,10 @@ thread is enough. The work is cut into parts whose outcome does not depend on wh
 """
 
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
+from threading import local
 
 _size = 1
+_own = local()
 
 
 def set_size(count):
@@ -21,9 +22,12 @@ def size():
     return _size
 
 
-@cache
 def _others(count):
-    return ThreadPoolExecutor(count, thread_name_prefix="team")
+    """Threads that serve the asking one alone: crews wait for each other awake, so two that begin at once must not share any."""
+    teams = _own.__dict__
+    if count not in teams:
+        teams[count] = ThreadPoolExecutor(count, thread_name_prefix="team")
+    return teams[count]
 
 
 def each(work, parts):

@@ -47,7 +47,7 @@ def lockstep(side):
         side.take_step(order)
         if not agreed:
             move_discs(side, gravity)
-        for between in steps_between(order, gravity):
+        for between in steps_between(order, gravity, side.gravity_in(order)):
             complete_step(side, gravity, between)
             finish_step(side, between)
             side.answer = side.looked
@@ -56,14 +56,14 @@ def lockstep(side):
         complete_step(side, gravity, order)
 
 
-def steps_between(order, gravity):
-    """Orders of the steps before the last one that a VELOCITY is for; gravity [m/s2]: of the first of them.
+def steps_between(order, gravity, last):
+    """Orders of the steps before the last one that a VELOCITY is for; gravity, last [m/s2]: in the first step and in the last.
 
-    Nothing is ordered after them; from the first step to the one after the last gravity changes linearly.
+    Nothing is ordered after them; between the first and the last step gravity changes linearly.
     """
     steps = int(order.interval)
     for n in range(1, steps):
-        now = gravity + (order.gravity - gravity) * (n / steps)
+        now = gravity + (last - gravity) * (n / (steps - 1))
         yield order._replace(step=order.step - steps + n, gravity=now, flags=0.0)
 
 

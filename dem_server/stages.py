@@ -194,6 +194,10 @@ class DiscreteSide:
         elif dt != self.step:
             raise PeerLost(f"the continuum takes a step of {dt:g} s, {self.step:g} s were agreed for the stage")
 
+    def gravity_in(self, order):
+        """Gravity [m/s2] in the last of the steps that VELOCITY is for; the order says that of the next one."""
+        return plan(self.scene)[int(order.stage)].gravity * order.gravity_factor if order.interval > 1.0 else order.gravity
+
     def check_step(self):
         """Raise PhysicsFailed where new contacts have made the agreed step too long for the discs."""
         if self.state.next_dt < self.step / self.substeps:

@@ -19,10 +19,11 @@ NAME = "fdm.rank0"
 
 
 class RimState(NamedTuple):
-    """Reaction of the zones that were inside a rim of K gridpoints."""
+    """Reaction of the zones that were inside a rim of K gridpoints, and what its discs do to it."""
 
     reaction: NDArray[np.float64]  # (K,2) [N] without weight
     reaction_mass: NDArray[np.float64]  # (K,) [kg]
+    force: NDArray[np.float64]  # (K,2) [N] of the last step
 
 
 class GridState(NamedTuple):
@@ -36,8 +37,8 @@ class GridState(NamedTuple):
 def save(side, stage, phase, factor):
     """Write the checkpoint of a stage of a fdm_server.stages.ContinuumSide; returns its path."""
     path = side.out / f"{NAME}.{stage}.h5"
-    rims = {rim.window.name: RimState(rim.reaction, rim.reaction_mass) for rim in side.rims}
-    more = {"rows": side.rows(), "gravity": side.gravity, "time": side.time}
+    rims = {rim.window.name: RimState(rim.reaction, rim.reaction_mass, rim.force) for rim in side.rims}
+    more = {"rows": side.rows(), "gravity": side.gravity, "time": side.time, "warnings": side.warnings}
     about = restart.attributes(side.scene, stage, phase, side.steps, side.session, factor, **more)
     checkpoint.save(path, GridState(side.model.zone, side.state, rims), about)
     return path
@@ -56,9 +57,10 @@ def take_up(side, saved):
     side.model = model_at(side.scene, side.grid, found.zone, saved.index)
     side.state = found.grid
     for rim in side.rims:
-        rim.reaction, rim.reaction_mass = found.rims[rim.window.name]
+        rim.reaction, rim.reaction_mass, rim.force[:] = found.rims[rim.window.name]
     side.steps = saved.about["step"]
     side.earlier = json.loads(saved.about["rows"])
+    side.warnings = json.loads(saved.about["warnings"])
     side.time = json.loads(saved.about["time"])
     side.gravity = tuple(json.loads(saved.about["gravity"]))
     side.coupled = restart.coupled(side.scene, saved.index)

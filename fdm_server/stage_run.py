@@ -70,7 +70,7 @@ class StageRun:
             watch.see(clock.seconds(state), self.side.steps + 1)
 
     def warn(self, name, text):
-        """A warning of the stage, once of each name: into the log and run.json."""
+        """A warning of the stage, once of each name, after the steps taken so far: into the log and run.json."""
         if name not in self._warned:
             self._warned.add(name)
             log.warning("step %d of stage %s: %s: %s", self.side.steps, self.stage.name, name, text)

@@ -56,7 +56,7 @@ class ContinuumSide:
         self.time = 0.0  # [s]; static steps count as 1
         self.earlier = []  # rows of run.json of the stages before `origin`
         self.results = []
-        self.warnings = []  # of the stages of this run
+        self.warnings = []  # of all stages so far
         self.recorder = None
         self.farewells = {}
         self.saved = None if origin is None else load(scene, origin, restart.NAME)

@@ -29,3 +29,19 @@ def test_an_error_in_another_thread_reaches_the_one_who_asks():
 
     with pytest.raises(ArithmeticError, match="part 1"):
         team.each(work, [(0,), (1,)])
+
+
+def test_threads_of_two_that_ask_at_once_do_not_wait_for_each_other():
+    """Six parts in all meet, three of each: with threads in common some would wait for a thread that another part holds."""
+    meeting = threading.Barrier(6, timeout=10)
+
+    def ask(answers):
+        answers += team.each(lambda part: meeting.wait(), [(0,), (1,), (2,)])
+
+    found = [], []
+    asking = [threading.Thread(target=ask, args=(answers,)) for answers in found]
+    for thread in asking:
+        thread.start()
+    for thread in asking:
+        thread.join()
+    assert sorted(found[0] + found[1]) == [0, 1, 2, 3, 4, 5]

@@ -139,11 +139,20 @@ def test_motion_that_grows_by_itself_falls_back_before_it_is_ten_times_as_fast(t
 
 
 def test_gravity_between_exchanges_lies_on_a_line():
-    order = messages.Order(3.0, 28.0, 14.0, 1.4, 1.0, 4.0, 5.0)
-    between = list(steps_between(order, 10.0))
+    """From the first step to the last, whatever follows: the next stage may begin with a jump."""
+    order = messages.Order(3.0, 28.0, 99.0, 1.3, 1.0, 4.0, 5.0)
+    between = list(steps_between(order, 10.0, 13.0))
     assert [(part.step, part.gravity) for part in between] == [(25.0, 11.0), (26.0, 12.0), (27.0, 13.0)]
     assert all(part.flags == 0.0 for part in between)
-    assert list(steps_between(order._replace(interval=1.0), 10.0)) == []
+    assert list(steps_between(order._replace(interval=1.0), 10.0, 10.0)) == []
+
+
+def test_discs_know_the_gravity_of_the_last_step_of_a_stage(configs):
+    """The overload of the quick scene grows; its factor travels, gravity at factor 1 stands in the scene."""
+    scene = colluvium.Scene.read(configs / "quick_slope.toml")
+    index = next(i for i, stage in enumerate(scene.stage) if stage.kind == "overload")
+    order = messages.Order(float(index), 28.0, 99.0, 1.3, 1.0, 4.0, float(messages.END_OF_STAGE))
+    assert DiscreteSide.gravity_in(SimpleNamespace(scene=scene), order) == pytest.approx(1.3 * 9.81, rel=1e-15)
 
 
 @pytest.mark.parametrize(("interval", "step"), [(0.0, 24.0), (9.0, 33.0), (4.0, 29.0), (np.nan, 28.0)])

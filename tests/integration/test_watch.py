@@ -15,6 +15,8 @@ from coupler_protocol.plugin import from_functions
 from coupler_protocol.restart import Origin
 from dem_server.effects.bond import BONDED, BROKEN_TENSION
 from dem_server.rim import Rim
+from fdm_server import restart, stages
+from fdm_server.blowup import EnergyWatch
 from tests.window_scenes import RING, SECTOR, uniform
 
 
@@ -157,3 +159,27 @@ def test_the_paper_mapping_passes_where_it_is_damped(tables, tmp_path):
     data = copy.deepcopy(tables) | {"coupling": {"mapping": "paper"}}
     with colluvium.run(colluvium.Scene(**data), tmp_path / "run") as run:
         assert run.info["warnings"] == []
+
+
+def test_the_watch_begins_after_a_restart_as_in_the_straight_run(tables, tmp_path, monkeypatch):
+    """With the forces of the discs on the rim, and with the warnings that there were."""
+    begun = []
+
+    class Seen(EnergyWatch):
+        def __init__(self, model, state, gravity, rims=(), warn=None):
+            super().__init__(model, state, gravity, rims, warn)
+            begun.append((self.given, self.before.copy()))
+
+    monkeypatch.setattr(stages, "EnergyWatch", Seen)
+    scene, again = colluvium.Scene(**tables), tmp_path / "again"
+    noticed = [{"stage": "couple", "step": 1, "name": "drift", "text": "seen before the end of the stage"}]
+    with monkeypatch.context() as patch:
+        real = restart.save
+        patch.setattr(restart, "save", lambda side, *rest: (setattr(side, "warnings", noticed), real(side, *rest))[1])
+        colluvium.run(scene, tmp_path / "straight").close()
+    straight = begun[-1]
+    again.mkdir()
+    inprocess.run(scene, again, origin=Origin(tmp_path / "straight", "couple"))
+    assert begun[-1][0] == straight[0]
+    np.testing.assert_array_equal(begun[-1][1], straight[1])
+    assert json.loads((again / "run.json").read_text())["warnings"] == noticed
