@@ -6,7 +6,7 @@ steps do work that damping cannot take then ([theory](theory.md), *Pauses betwee
 stiffness and make no pause at all. Then that limit is put out of force, and only the monitor is left: it must see the motion grow
 and go back to an exchange in every step before the largest speed of all gridpoints and discs is ten times that of the same stage
 without pauses. Without the monitor as well the run ends by itself, with a message (pauses of 2 or 3 steps may be borne by the
-damping). Where contacts are softer than zones pauses go on to the end. Where pauses are compared with none, the largest speed must
+damping). Where contacts are softer than zones pauses go on to the end. Where they are compared with none, the largest speed must
 be at least half as large.
 """
 
