@@ -26,9 +26,10 @@ class Intervals(NamedTuple):
         return Intervals(*(column[mask] for column in self))
 
     def shares(self) -> dict[str, float]:
-        """Share of the time [-] by activity."""
+        """Share of the time [-] by activity; 0 of no time."""
         spent = self.end - self.begin
-        return {name: float(spent[self.activity == name].sum() / spent.sum()) for name in ACTIVITIES}
+        whole = float(spent.sum()) or 1.0
+        return {name: float(spent[self.activity == name].sum()) / whole for name in ACTIVITIES}
 
 
 def intervals(run: Run) -> dict[str, Intervals]:

@@ -24,14 +24,22 @@ class Trace(Stopwatch):
     def __init__(self, steps):
         super().__init__()
         self.steps, self.rows = steps, []
+        self._done = 0  # steps of the stage that were done when the present one began
+
+    def begin(self, name):
+        """Start a stage."""
+        super().begin(name)
+        self._done = 0
 
     def to(self, column):
-        """Book the time since the last booking, and keep when that was."""
+        """Book the time since the last booking, and keep when that was. With its recording a step is over."""
         begin = self._last
         super().to(column)
         stage = self.stages[-1]
-        if stage.steps < self.steps:
+        if self._done < self.steps:
             self.rows.append((stage.name, stage.steps, column, begin, self._last))
+        if column == "recording":
+            self._done = stage.steps
 
     def write(self, path):
         """Write the file."""

@@ -194,6 +194,6 @@ class StageRun:
             "ratio_discrete": [rim.answer.ratio for rim in self.rims],
             "bonds_broken": [int(rim.answer.broken) for rim in self.rims],
             **(self.pace.report() if self.rims else {}),
-            "rim_stretched": self.stretch.report() if self.stretch else None,
+            **(self.stretch.report() if self.stretch else {}),
             "reactions": reactions(self.side.model, self.side.state, self.leg.at(max(0, self.done - 1)), self.sides.holders),
         }

@@ -233,7 +233,7 @@ class ContinuumSide:
             "gridpoints": len(self.grid.xy),
             "zones": len(self.grid.zones),
             "stages": self.rows(),
-            "warnings": self.warnings,
+            **({"warnings": self.warnings} if self.warnings else {}),
             "windows": [
                 {"name": rim.window.name, "rank": rim.conversation.rank, "control_nodes": len(rim.nodes)}
                 | rim.report

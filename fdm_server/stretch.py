@@ -51,10 +51,11 @@ class StretchWatch:
         return f"on the rim of a window {self.worst.in_words()}: finer zones there would follow better" if due else ""
 
     def report(self):
-        """What run.json says of a stage in which a warning was due; None for others."""
+        """What the row of a stage in run.json says where a warning was due; nothing for others."""
         if not self.warned:
-            return None
-        return {"zone": self.worst.zone, "stretch": self.worst.stretch, "place": self.worst.place.tolist()}
+            return {}
+        found = {"zone": self.worst.zone, "stretch": self.worst.stretch, "place": self.worst.place.tolist()}
+        return {"rim_stretched": found}
 
 
 def stretches(drawn, now, zones):

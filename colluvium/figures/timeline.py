@@ -13,8 +13,11 @@ COLOURS = dict(zip(ACTIVITIES, ("#123a5e", "#d9d9d9", "#d0472f"), strict=True))
 
 
 def missing(run: Run) -> str:
-    """A trace of at least two processes."""
-    return "" if len(intervals(run)) > 1 else "no trace (record.trace = STEPS writes it)"
+    """A trace of at least two processes that took steps together."""
+    found = intervals(run)
+    if len(found) < 2:
+        return "no trace (record.trace = STEPS writes it)"
+    return "" if _coupled_stages(found) else "no coupled stage in the trace"
 
 
 @style.styled
@@ -44,9 +47,10 @@ def _coupled_stages(found: dict[str, Intervals]) -> list[str]:
 
 def _panel(axes: Any, stage: str, found: dict[str, Intervals]) -> None:
     grid = next(iter(found.values()))
-    first = max(0, int(grid.step.max()) - SHOWN) // 2
-    shown = grid.where((grid.step >= first) & (grid.step < first + SHOWN))
-    start, end = shown.begin.min(), shown.end.max()
+    traced = int(grid.step.max())
+    first = max(0, traced - SHOWN) // 2
+    last = min(traced, first + SHOWN)
+    start, end = _moment(grid, first), _moment(grid, last)
     inside = {name: _cut(own, start, end) for name, own in found.items()}
     for row, own in enumerate(inside.values()):
         for name in ACTIVITIES:
@@ -57,7 +61,15 @@ def _panel(axes: Any, stage: str, found: dict[str, Intervals]) -> None:
     axes.set_yticks(range(len(words)), words)
     axes.invert_yaxis()
     axes.set_xlim(0.0, 1e3 * (end - start))
-    axes.set_title(f"{stage}, steps {first} to {first + SHOWN} of {int(grid.step.max()) + 1} traced")
+    axes.set_title(f"{stage}, steps {first} to {last} of {traced} traced")
+
+
+def _moment(own: Intervals, steps: int) -> float:
+    """When a process had so many steps behind it [s]: the end of what it did in the last of them."""
+    if steps == 0:
+        return float(own.begin.min())
+    recorded = own.where((own.step == steps) & (own.activity == "recording"))
+    return float(recorded.end.min())
 
 
 def _cut(own: Intervals, start: float, end: float) -> Intervals:

@@ -25,10 +25,15 @@ def test_the_first_steps_of_every_stage_are_kept_and_written(tmp_path):
         rows = list(csv.DictReader(file))
     for stage in ("one", "two"):
         own = [row for row in rows if row["stage"] == stage]
-        assert [int(row["step"]) for row in own] == [0, 1, 1, 1, 2, 2, 2]
-        assert [row["activity"] for row in own] == ["waiting", "computing", "recording"] * 2 + ["waiting"]
+        assert [int(row["step"]) for row in own] == [0, 1, 1, 1, 2, 2, 2, 3, 3]
+        assert [row["activity"] for row in own] == ["waiting", "computing", "recording"] * 3
         assert all(a["end"] == b["begin"] for a, b in itertools.pairwise(own))
         assert all(float(row["begin"]) <= float(row["end"]) for row in own)
+
+
+def test_a_trace_of_one_step_has_the_whole_step():
+    own = [row for row in stepped(Trace(1)).rows if row[0] == "one"]
+    assert [row[1:3] for row in own] == [(0, "waiting"), (1, "computing"), (1, "recording")]
 
 
 def test_seconds_of_stages_are_booked_as_without_a_trace():

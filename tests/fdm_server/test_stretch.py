@@ -46,13 +46,14 @@ def test_the_farthest_zone_of_the_rim_is_named_once(grid):
     away = turned(0.7)[0]
     displacement[corners[2]] = (FAR - 1.0) * 1.0 * away
     assert watch.look(0.3 * displacement) == ""
-    assert watch.report() is None
+    assert watch.report() == {}
     displacement *= 3.0
     said = watch.look(displacement)
     x, y = (grid.xy + displacement)[corners].mean(axis=0)
     assert f"zone {zone} at ({x:.4g}, {y:.4g}) is stretched" in said
     assert watch.look(displacement) == ""
-    assert watch.report() == {"zone": zone, "stretch": watch.worst.stretch, "place": pytest.approx([x, y])}
+    found = watch.report()["rim_stretched"]
+    assert found == {"zone": zone, "stretch": watch.worst.stretch, "place": pytest.approx([x, y])}
     assert watch.worst.stretch > FAR
 
 

@@ -86,5 +86,7 @@ def test_a_grid_alone_ends_when_its_band_is_complete(tmp_path, configs):
     tables |= {"window": [], "stage": [tables["stage"][0], more], "record": {"every": 100}}
     with colluvium.run(colluvium.Scene(**tables), tmp_path / "run") as run:
         assert run.info["stages"][-1]["ended_by"] == "band complete"
+        assert "warnings" not in run.info
+        assert not any("rim_stretched" in stage for stage in run.info["stages"])
         levels = [level.through for level in band.levels(run)]
     assert levels[-3] < band.FAILED <= levels[-2]

@@ -35,7 +35,7 @@ def test_intervals_of_a_process_do_not_overlap_and_cover_its_time(run, stage):
         assert (own.begin <= own.end).all()
         assert (own.begin[1:] >= own.end[:-1]).all()
         assert (own.end - own.begin).sum() >= 0.95 * (own.end[-1] - own.begin[0])
-        assert set(own.step) == set(range(TRACED))
+        assert set(own.step) == set(range(TRACED + 1))
 
 
 @pytest.mark.parametrize("stage", ["couple", "more"])
@@ -53,4 +53,5 @@ def test_the_report_draws_it(run):
     figure = timeline.draw(run)
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert [title.partition(",")[0] for title in titles] == ["couple", "more"]
+    assert titles[0] == f"couple, steps 24 to 36 of {TRACED} traced"
     assert len(figure.axes[0].collections) == 2 * len(ACTIVITIES)

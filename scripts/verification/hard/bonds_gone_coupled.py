@@ -6,6 +6,9 @@ their energy, nothing may add any:
 
     kinetic + stored, of zones and discs, <= stored when the bonds broke, + 1 %
 
+That something moves is asked as well: at least .05 of what was stored becomes kinetic, and the largest speed is at least .01 of
+what the lightest disc would have with all of it.
+
 Of the loose discs' contacts, which open and close within steps, the energy errs to second order in the step: after the break it
 grows by 2.5 % of what was stored in 20,000 steps of half the stable one, by .24 % in 40,000 of a quarter, in which its gain is
 measured.
@@ -45,9 +48,9 @@ def rows(fast):
     steps = 4000 if fast else 20_000
     stored, seen, bound, (momentum, parts) = burst(steps, 0.5)
     kinetic, whole, speed = seen.max(axis=0)
-    yield row("largest kinetic energy over what was stored", kinetic / stored, 1.0, [-1.0, 0.01], "conservation")
-    yield row("largest kinetic and stored energy over what was stored", whole / stored, 1.0, [-1.0, 0.01], "conservation")
-    yield row("largest speed over that of the lightest disc with all the energy", speed / bound, 1.0, [-1.0, 0.0], "conservation")
+    yield row("largest kinetic energy over what was stored", kinetic / stored, 1.0, [-0.95, 0.01], "conservation")
+    yield row("largest kinetic and stored energy over what was stored", whole / stored, 1.0, [-0.95, 0.01], "conservation")
+    yield row("largest speed over that of the lightest disc with all the energy", speed / bound, 1.0, [-0.99, 0], "conservation")
     yield row("momentum at the end, over its parts", np.abs(momentum).max() / parts, 0.0, 1e-12, "conservation")
     yield row("all numbers finite", np.isfinite(seen).all(), 1.0, 0.0, "as asked for")
     finer = gain(burst(2 * steps, 0.25)[1][:, 1]) / stored

@@ -65,7 +65,7 @@ def rows(fast):
     yield from carried.rows("strip: ")
     yield row("strip: largest motion of a disc in a step, over R", fastest / SIZE, 0.0, 0.1, "bounded")
     stage, reason = run()
-    told = stage["rim_stretched"] or {"stretch": np.nan, "place": [np.nan, np.nan]}
+    told = stage.get("rim_stretched") or {"stretch": np.nan, "place": [np.nan, np.nan]}
     yield row("scene: ends as asked for", reason == "all stages done", 1.0, 0.0, "as asked for")
     yield row("scene: stretch of the zone that the run warns of", told["stretch"], 5.0, 0.05, "closed form")
     above = 3.0 < told["place"][1] < 3.0 + 5.0 * 0.5
