@@ -39,10 +39,11 @@ NAMES = ("kinetic", "stored", "friction", "bonds", "damping", "masses", "gravity
 
 
 @jit
-def body_work(disc, load, weight, clumps, ring, gravity, dt, old, old_body, half_old, half_new):
+def body_work(disc, load, weight, clumps, ring, gravity, dt, old, old_body, on_body, half_old, half_new):
     """Works [J] of a step's forces over half the displacements before (`old`) and after it; returns T [J].
 
-    old (n,3), old_body (c,3): velocities and spins before the kick; half_old, half_new (3,): GRAVITY, RING, DAMPING.
+    old (n,3), old_body (c,3): velocities and spins before the kick; on_body (c,3): forces and moments on clumps as their discs
+    stood before the motion; half_old, half_new (3,): GRAVITY, RING, DAMPING.
     """
     half_old[:] = 0.0
     half_new[:] = 0.0
@@ -70,14 +71,20 @@ def body_work(disc, load, weight, clumps, ring, gravity, dt, old, old_body, half
         for c in range(len(body)):
             if clumps.start[c] == clumps.start[c + 1]:
                 continue
-            forces = resultant(c, clumps, disc, load, weight, gravity)
             for k in range(3):
                 m = body[c, 7] if k == 2 else body[c, 6]
-                rest = m * (body[c, 2 + k] - old_body[c, k]) / dt - forces[k]
+                rest = m * (body[c, 2 + k] - old_body[c, k]) / dt - on_body[c, k]
                 kinetic += 0.5 * m * old_body[c, k] * body[c, 2 + k]
                 half_old[DAMPING] += 0.5 * dt * rest * old_body[c, k]
                 half_new[DAMPING] += 0.5 * dt * rest * body[c, 2 + k]
     return kinetic
+
+
+@jit
+def forces_on_clumps(disc, load, weight, clumps, gravity, out):
+    """Forces and moments (c,3) on all clumps, weight included."""
+    for c in range(len(out)):
+        out[c, 0], out[c, 1], out[c, 2] = resultant(c, clumps, disc, load, weight, gravity)
 
 
 @jit
@@ -112,17 +119,19 @@ class Ledger:
         self.old_body = None if state.clumps is None else state.clumps.motion[:, 2:5].copy()
         self.mass, self.inertia = state.mass.copy(), state.inertia.copy()
         self.body_mass = None if state.clumps is None else state.clumps.motion[:, 6:8].copy()
+        self.on_body = None if state.clumps is None else np.zeros((len(state.clumps.motion), 3))
         self.total = np.zeros(3)  # up to half a step ahead of the last whole step
         self.half_old, self.half_new = np.zeros(3), np.zeros(3)
         self.friction = self.bonds = self.masses = self.power = self.work = 0.0
         self.begin = None  # T0 + U0
 
-    def keep(self, state):
-        """Before velocities change: what they and the step were."""
+    def keep(self, state, gravity):
+        """Before velocities change: what they and the step were, and what acts on clumps, whose levers turn with them."""
         self.dt = state.dt
         self.old[:] = state.disc[:, 2:5]
         if state.clumps is not None:
             self.old_body[:] = state.clumps.motion[:, 2:5]
+            forces_on_clumps(state.disc, state.load, state.weight, state.clumps, float(gravity), self.on_body)
 
     def book_motion(self, model, state, gravity, kick):
         """After all discs have moved, before the contacts follow. kick [s]: how long forces acted, the step but for a first one.
@@ -138,7 +147,7 @@ class Ledger:
                 count_back(self.old_body, state.clumps.motion, state.dt / kick)
         self.kinetic = body_work(
             state.disc, state.load, state.weight, state.clumps, model.ring, float(gravity), state.dt, self.old, self.old_body,
-            self.half_old, self.half_new,
+            self.on_body, self.half_old, self.half_new,
         )  # fmt: skip
         if self.begin is None:  # what velocities did before the stage is none of its business
             self.begin = self.kinetic + energy.stored(model, state)

@@ -101,7 +101,7 @@ def finish_step(side, order):
 def move_discs(side, gravity):
     """Move the free discs; in real time nothing is slowed down, so a disc that is too fast ends the run."""
     if side.ledger:
-        side.ledger.keep(side.state)
+        side.ledger.keep(side.state, gravity)
     fast = move_free(side.model, side.state, gravity)
     if fast and side.model.real_time is not None:
         raise PhysicsFailed(f"{fast} discs or stones {TOO_FAST.format(side.steps)}")

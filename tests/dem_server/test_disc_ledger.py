@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from disc_cases import loose_discs
 from verification.coupling import chain
 from verification.coupling.block import R, block
+from window_case import stone_grain
 
+from dem_server import clock, neighbours, stones
 from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BROKEN_TENSION
 from dem_server.ledger import Ledger as DiscLedger
@@ -22,7 +25,7 @@ def booked(joined, steps, gravity=0.0, change=None):
     for n in range(steps):
         rim.force = joined.hang(gravity).copy()
         ledgers[0].keep(grid)
-        ledgers[1].keep(discs)
+        ledgers[1].keep(discs, gravity)
         before = discs.dt
         update_velocities(joined.grid_model, grid, gravity, joined.kick)
         ledgers[0].book_motion(joined.grid_model, grid, gravity, joined.kick, [rim])
@@ -126,3 +129,30 @@ def test_weights_and_their_work_are_booked():
         assert gained[-1] > 1.0
         over = gained - rows["gravity"] - rows.get("external", 0.0)
         np.testing.assert_allclose(over, 0.0, atol=1e-9 * gained[-1])
+
+
+def test_a_clump_that_is_hit_and_turns_loses_nothing_to_damping_that_is_not_there():
+    """Four discs as one body, spinning, meet a free one, under their weight: levers are those of before the motion."""
+    xy = np.array([[0.0, 0.0], [0.06, 0.0], [0.0, 0.06], [0.06, 0.06], [0.119, 0.02]])
+    model, state = loose_discs(xy, np.full(5, 0.03), stone=stone_grain())
+    square = np.array([[-0.01, -0.01], [0.07, -0.01], [0.07, 0.07], [-0.01, 0.07]])
+    stones.mark(model, state, [square], 2700.0)
+    model = stones.make(model, state, [square], "clump")
+    neighbours.rebuild(model, state)
+    model = clock.begin(model, state, None, 0.05)
+    state.clumps.motion[0, 2:5] = 0.2, 0.0, 8.0
+    state.v[4] = -0.2, 0.1
+    contact_forces(model, state)
+    ledger, spins = DiscLedger(model, state), []
+    for _ in range(4000):
+        ledger.keep(state, 9.81)
+        before = state.dt
+        move_free(model, state, 9.81)
+        ledger.book_motion(model, state, 9.81, 0.5 * (before + state.dt))
+        found = ledger.values(model, state)
+        assert abs(found["damping"]) < 1e-12 * found["kinetic"]
+        ledger.keep_contacts(model, state)
+        contact_forces(model, state)
+        ledger.book_contacts(model, state)
+        spins.append(state.clumps.motion[0, 4])
+    assert np.ptp(spins) > 1e-3 * abs(spins[0]), np.ptp(spins)  # it was hit off its centre
