@@ -55,9 +55,10 @@ def behind(word, said):
 
 
 def version_from(words, marker):
-    """The first line with `marker` that a program says of itself; None if there is no such program."""
+    """The first line with `marker` that a program says of itself; None if there is no such program. Its logs are thrown away."""
     try:
-        done = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
+        with TemporaryDirectory() as folder:
+            done = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=60, check=False)
     except OSError:
         return None
     return next((line.strip() for line in (done.stdout + done.stderr).splitlines() if marker in line), None)
