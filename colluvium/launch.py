@@ -31,7 +31,7 @@ class Process:
         self.name = name
         self.errors = []
         self.popen = subprocess.Popen(
-            [sys.executable, "-m", *arguments, "--tether", "--progress", "json"],
+            [sys.executable, "-P", "-m", *arguments, "--tether", "--progress", "json"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

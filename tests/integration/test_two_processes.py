@@ -245,6 +245,16 @@ def test_ctrl_c_stops_both_sides_and_leaves_readable_files(launched):
     assert json.loads((out / "run.json").read_text())["exit_code"] == 130
 
 
+def test_servers_of_another_tree_in_the_current_folder_are_not_taken(tmp_path, configs):
+    """The launcher starts the servers of its own installation, wherever it is called."""
+    for name in ("fdm_server", "dem_server"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text("raise SystemExit(99)\n")
+    words = [sys.executable, "-P", "-m", "colluvium.cli", "run", configs / "quick_slope.toml", "--out", tmp_path / "run"]
+    done = subprocess.run([*map(str, words), *overrides(), "--quiet"], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_bad_scene_ends_the_run_before_anything_is_written(tmp_path, configs):
     text = (configs / "quick_slope.toml").read_text().replace("bulk", "bulc").replace("height = 12.0", "height = -12.0")
     bad = tmp_path / "bad.toml"
