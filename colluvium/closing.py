@@ -37,9 +37,9 @@ def times(info):
     for stage in stages:
         s = stage["seconds"]
         recording = s["recording"] + s["recording_discrete"]
-        waits = ((grid and discs, s[name]) for name in ("waiting", "waiting_discrete"))
-        values = ((grid, s["continuum"]), next(waits), (discs, s["discrete"]), next(waits), (True, recording))
-        table.append([stage["name"], *(f"{seconds:.2f}" if there else "" for there, seconds in values)])
+        values = (s["continuum"], s["waiting"], s["discrete"], s["waiting_discrete"], recording)
+        there = (grid, grid and discs, discs, grid and discs, True)
+        table.append([stage["name"], *(f"{value:.2f}" if shown else "" for value, shown in zip(values, there, strict=True))])
     return table
 
 

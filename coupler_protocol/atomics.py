@@ -5,7 +5,7 @@ A value is stored after all that was written before it (release), and what is re
 Source: LLVM Language Reference, "Atomic Memory Ordering Constraints"; IEEE Std 1003.1, sched_yield.
 """
 
-import os
+import time
 
 import numba
 from llvmlite import ir
@@ -68,4 +68,4 @@ if numba.config.DISABLE_JIT:
 
     def give_way():
         """Let another thread have the interpreter."""
-        os.sched_yield() if hasattr(os, "sched_yield") else None
+        time.sleep(0.0)  # os.sched_yield would keep it

@@ -1,7 +1,6 @@
 """Coupled stages in real time: one step for both sides, the same bits in one process, in two and after a restart."""
 
 import copy
-import json
 import subprocess
 import tomllib
 
@@ -39,13 +38,6 @@ def straight(tables, tmp_path_factory):
     """That scene in one process."""
     with colluvium.run(colluvium.Scene(**tables), tmp_path_factory.mktemp("real") / "run") as run:
         yield run
-
-
-@pytest.fixture(scope="module")
-def scene_file(tables, tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "scene.json"
-    path.write_text(json.dumps(tables))
-    return path
 
 
 def steps_of(run, rank):

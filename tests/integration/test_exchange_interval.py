@@ -1,7 +1,6 @@
 """Several steps between exchanges: the same answer, the same bits however it is run, and back to one where it must not be."""
 
 import copy
-import json
 import subprocess
 import tomllib
 from types import SimpleNamespace
@@ -49,13 +48,6 @@ def every_step(tables, tmp_path_factory):
 def straight(tables, tmp_path_factory):
     with computed(tables, tmp_path_factory.mktemp("eight") / "run", exchange_every=8) as run:
         yield run
-
-
-@pytest.fixture(scope="module")
-def scene_file(tables, tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "scene.json"
-    path.write_text(json.dumps(tables))
-    return path
 
 
 def saved(run, side, stage="overload"):

@@ -28,10 +28,11 @@ def rows(fast):
     _, held, _ = watch.of("hold")
     kinetic, stored, speed = watch.of("burst")
     start = held[-1]
-    most = [-1.0, 0.01]
+    most = [-0.95, 0.01]  # at least a twentieth must move
     yield row("largest kinetic energy over what was stored", kinetic.max() / start, 1.0, most, "conservation")
     both = (kinetic + stored).max() / start
     yield row("largest kinetic and stored energy over what was stored", both, 1.0, most, "conservation")
     bound = (2.0 * start / (2000.0 * np.pi * (0.75 * 0.03) ** 2)) ** 0.5
-    yield row("largest speed over that of the lightest disc with all the energy", speed.max() / bound, 1.0, most, "conservation")
+    share = speed.max() / bound
+    yield row("largest speed over that of the lightest disc with all the energy", share, 1.0, [-0.99, 0.01], "conservation")
     yield row("all numbers finite", watch.finite, 1.0, 0.0, "as asked for")
