@@ -39,9 +39,7 @@ def run(scene, out, stop=None, report="none", origin=None, plugin=None):
         finally:
             transport.close()
 
-    threads = [
-        threading.Thread(target=discs, args=(rank, end), name=f"rank {rank}") for rank, end in enumerate(ends, start=1)
-    ]
+    threads = [threading.Thread(target=discs, args=(rank, end), name=f"rank {rank}") for rank, end in enumerate(ends, start=1)]
     for thread in threads:
         thread.start()
     try:

@@ -80,9 +80,7 @@ class Discs(Table):
     confinement: float = quantity(100e3, unit="Pa", meaning="mean pressure of the fresh packing", gt=0)
     density_matching: bool = quantity(True, meaning="discs weigh what the zones they replace weighed")
     stiffness: Literal["disc", "contact"] = quantity("disc", meaning="springs belong to discs (in series) or to contacts")
-    time_step: float = quantity(
-        0.05, meaning="time = real: share of the discs' stable step, unless the stage says", gt=0, le=1
-    )
+    time_step: float = quantity(0.05, meaning="time = real: share of the discs' stable step, unless the stage says", gt=0, le=1)
     file: str | None = quantity(
         None, meaning="CSV file of the discs, in place of packing: x, y, radius, vx, vy, spin, material, stone (docs/packings.md)"
     )

@@ -33,9 +33,7 @@ def cache_folder(package):
         if path.exists():
             digest.update(str(path.relative_to(_ROOT)).encode())
             digest.update(path.read_bytes())
-    base = os.environ.get("NUMBA_CACHE_DIR") or (
-        Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "colluvium"
-    )
+    base = os.environ.get("NUMBA_CACHE_DIR") or (Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "colluvium")
     return str(Path(base) / f"{package}-{digest.hexdigest()[:16]}")
 
 

@@ -127,4 +127,3 @@ def forces_to_nodes(x, seg0, seg1, w0, node, xd, P, Mp, F, paper):
             F[b, 0] += xi * P[p, 0]
             F[b, 1] += xi * P[p, 1]
             _couple(F, x, a, M)
-

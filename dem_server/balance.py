@@ -13,8 +13,18 @@ from dem_server.clumps import resultant
 def unbalanced_ratio(model, state, gravity):
     """Eq (1) [-]; 0 if no force acts at all."""
     return ratio(
-        state.disc, state.load, state.weight, state.first, state.second, state.normal, state.shear,
-        state.parallel, state.walls, state.clumps, model.ring, gravity,
+        state.disc,
+        state.load,
+        state.weight,
+        state.first,
+        state.second,
+        state.normal,
+        state.shear,
+        state.parallel,
+        state.walls,
+        state.clumps,
+        model.ring,
+        gravity,
     )
 
 

@@ -1,9 +1,9 @@
 """The contacts of a part of the list, block by block.
 
-    gather     what a block of pairs needs of its discs, its parameters, and what it remembers, into rows of scratch memory
-    law        forces of all pairs of the block at once (contact_law.py): a loop without branches, which the
-               compiler turns into vector instructions
-    scatter    forces and moments to the discs, in the order of the list; what the pairs will remember goes back
+gather     what a block of pairs needs of its discs, its parameters, and what it remembers, into rows of scratch memory
+law        forces of all pairs of the block at once (contact_law.py): a loop without branches, which the
+           compiler turns into vector instructions
+scatter    forces and moments to the discs, in the order of the list; what the pairs will remember goes back
 """
 
 import numpy as np

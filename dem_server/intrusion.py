@@ -51,13 +51,15 @@ def edges_near(a, n, b, m, gap):
             r0, r1 = b[j, 0], b[j, 1]
             s = j + 1 if j + 1 < m else 0
             s0, s1 = b[s, 0], b[s, 1]
-            if side(p0, p1, q0, q1, r0, r1) != side(p0, p1, q0, q1, s0, s1) and side(
-                r0, r1, s0, s1, p0, p1
-            ) != side(r0, r1, s0, s1, q0, q1):
+            if side(p0, p1, q0, q1, r0, r1) != side(p0, p1, q0, q1, s0, s1) and side(r0, r1, s0, s1, p0, p1) != side(
+                r0, r1, s0, s1, q0, q1
+            ):
                 return True
             nearest = min(
-                distance2(r0, r1, p0, p1, q0, q1), distance2(s0, s1, p0, p1, q0, q1),
-                distance2(p0, p1, r0, r1, s0, s1), distance2(q0, q1, r0, r1, s0, s1),
+                distance2(r0, r1, p0, p1, q0, q1),
+                distance2(s0, s1, p0, p1, q0, q1),
+                distance2(p0, p1, r0, r1, s0, s1),
+                distance2(q0, q1, r0, r1, s0, s1),
             )
             if nearest < gap * gap:
                 return True

@@ -25,9 +25,7 @@ class Geometry(NamedTuple):
     corner: NDArray[np.uint32]  # (B,4 rows) gridpoint at each corner
     x: NDArray[np.float64]  # (B,4 rows) [m]
     y: NDArray[np.float64]  # (B,4 rows) [m]
-    inverse_double_area: NDArray[
-        np.float64
-    ]  # (B,5 rows) [1/m2] 1/(2A) of the four triangles and of the zone; 0 where A = 0
+    inverse_double_area: NDArray[np.float64]  # (B,5 rows) [1/m2] 1/(2A) of the four triangles and of the zone; 0 where A = 0
     share: NDArray[np.float64]  # (B,4 rows) [-] area of a triangle in its pair
 
 
@@ -37,9 +35,7 @@ def to_blocks(values):
     blocks = -(-zones // LANES)
     padded = np.zeros((blocks * LANES, R), dtype=values.dtype)
     padded[:zones] = values
-    return np.ascontiguousarray(padded.reshape(blocks, LANES, R).transpose(0, 2, 1)).reshape(
-        blocks, R * LANES
-    )
+    return np.ascontiguousarray(padded.reshape(blocks, LANES, R).transpose(0, 2, 1)).reshape(blocks, R * LANES)
 
 
 def from_blocks(blocks, zones):

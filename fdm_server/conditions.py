@@ -157,9 +157,7 @@ def _push(model, state, earlier, own):
             state.loads[before.place] = force
     touched = [np.any((after[place] != 0.0) | (state.loads[place] != 0.0), axis=1) for place in last]
     nodes = np.flatnonzero(np.any(touched, axis=0))
-    loads = tuple(
-        Load(place, state.loads[place][nodes].copy(), after[place][nodes], b.over) for place, b in last.items()
-    )
+    loads = tuple(Load(place, state.loads[place][nodes].copy(), after[place][nodes], b.over) for place, b in last.items())
     others = state.applied[nodes]
     for load in loads:
         others = others - load.start

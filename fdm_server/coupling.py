@@ -183,9 +183,7 @@ def traction_difference(model, state, rim, stress):
     normal = np.column_stack([-vector[:, 1], vector[:, 0]])  # times length, into the window: out of the grid
     zone = zones_behind(model, rim)
     s = stress[zone]
-    push = np.column_stack(
-        [s[:, 0] * normal[:, 0] + s[:, 3] * normal[:, 1], s[:, 3] * normal[:, 0] + s[:, 1] * normal[:, 1]]
-    )
+    push = np.column_stack([s[:, 0] * normal[:, 0] + s[:, 3] * normal[:, 1], s[:, 3] * normal[:, 0] + s[:, 1] * normal[:, 1]])
     expected = 0.5 * (push + np.roll(push, 1, axis=0)) / half[:, None]
     found = rim.force / half[:, None]
     size = np.sqrt(np.mean(np.sum(expected**2, axis=1)))

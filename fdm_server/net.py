@@ -34,8 +34,7 @@ def _whole(extent, size, name, axis):
     if count < 1 or abs(count * size - extent) > SNAP * extent:
         fit = extent / max(count, 1)
         raise ValueError(
-            f"{name} {extent:g} m is no whole number of zones of {size:g} m: "
-            f"use a zone size in {axis} of {fit:.10g}"
+            f"{name} {extent:g} m is no whole number of zones of {size:g} m: use a zone size in {axis} of {fit:.10g}"
         )
     return count
 
@@ -44,14 +43,9 @@ def _surface(profile, size, columns, rows):
     """Heights (in rows) of the snapped surface at the left and the right side of every column of cells."""
     at = np.rint(profile / np.asarray(size)).astype(int)
     if at[0, 0] != 0 or at[-1, 0] != columns:
-        raise ValueError(
-            f"profile must run from x = 0 to x = length, it runs from {profile[0, 0]:g} to "
-            f"{profile[-1, 0]:g} m"
-        )
+        raise ValueError(f"profile must run from x = 0 to x = length, it runs from {profile[0, 0]:g} to {profile[-1, 0]:g} m")
     if np.any(at[:, 1] < 1) or np.any(at[:, 1] > rows):
-        raise ValueError(
-            f"profile must stay between one zone and the height of the grid, {rows * size[1]:g} m"
-        )
+        raise ValueError(f"profile must stay between one zone and the height of the grid, {rows * size[1]:g} m")
     left, right = np.zeros(columns, dtype=np.int64), np.zeros(columns, dtype=np.int64)
     for p, ((i0, j0), (i1, j1)) in enumerate(pairwise(at)):
         run, rise = i1 - i0, j1 - j0
@@ -70,9 +64,7 @@ def _misfit(profile, p, size, height):
     (x0, y0), (x1, y1) = profile[p : p + 2]
     run, rise = abs(x1 - x0), abs(y1 - y0)
     counts = range(1, 4 * int(np.ceil(run / size[0])) + 1)
-    fits = [
-        n for n in counts if _divide(profile[:, 0], run / n) and _divide([*profile[:, 1], height], rise / n)
-    ]
+    fits = [n for n in counts if _divide(profile[:, 0], run / n) and _divide([*profile[:, 1], height], rise / n)]
     remedy = f"choose zone_size = [dx, dy] with dy/dx = {rise / run:.6g}"
     if fits:
         n = min(fits, key=lambda n: abs(run / n - size[0]))

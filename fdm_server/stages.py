@@ -45,9 +45,7 @@ class ContinuumSide:
         self.grid = build_grid(scene)
         self.model = build_model(scene, self.grid)
         self.state = initial_state(scene, self.model) if origin is None else new_state(self.model)
-        self.rims = [
-            Rim(self.grid, window, hub.conversations[rank]) for rank, window in enumerate(scene.window, start=1)
-        ]
+        self.rims = [Rim(self.grid, window, hub.conversations[rank]) for rank, window in enumerate(scene.window, start=1)]
         self.digs = excavations(scene, self.grid, self.model.fixed, self.rims)
         self.bin_length = bin_length(scene, self.grid)
         self.coupled = False
@@ -203,9 +201,7 @@ class ContinuumSide:
         result = stage.result()
         if self.coupled:
             stress = fields.stress(self.model, self.state)
-            result["traction_difference"] = [
-                traction_difference(self.model, self.state, rim, stress) for rim in self.rims
-            ]
+            result["traction_difference"] = [traction_difference(self.model, self.state, rim, stress) for rim in self.rims]
             nodes = np.concatenate([rim.nodes for rim in self.rims])
             sums = np.concatenate([rim.sums for rim in self.rims])
             result["limits"] = safe_limits(self.model, self.state, nodes, sums)

@@ -66,17 +66,11 @@ def strain_increments(b, x, y, inverse_double_area, u, strain):
         strain[DILATION + i] = whole * (u2 * (y3 - y1) + (u1 - u3) * y2 - v2 * (x3 - x1) - (v1 - v3) * x2)
 
         inverse = inverse_double_area[b, T0 + i]
-        strain[DIFFERENCE + T0 + i], strain[GAMMA + T0 + i] = triangle_strain(
-            inverse, x1, y1, x2, y2, u1, v1, u2, v2
-        )
+        strain[DIFFERENCE + T0 + i], strain[GAMMA + T0 + i] = triangle_strain(inverse, x1, y1, x2, y2, u1, v1, u2, v2)
         inverse = inverse_double_area[b, T1 + i]
-        strain[DIFFERENCE + T1 + i], strain[GAMMA + T1 + i] = triangle_strain(
-            inverse, x2, y2, x3, y3, u2, v2, u3, v3
-        )
+        strain[DIFFERENCE + T1 + i], strain[GAMMA + T1 + i] = triangle_strain(inverse, x2, y2, x3, y3, u2, v2, u3, v3)
         inverse = inverse_double_area[b, T2 + i]
-        strain[DIFFERENCE + T2 + i], strain[GAMMA + T2 + i] = triangle_strain(
-            inverse, x1, y1, x3, y3, u1, v1, u3, v3
-        )
+        strain[DIFFERENCE + T2 + i], strain[GAMMA + T2 + i] = triangle_strain(inverse, x1, y1, x3, y3, u1, v1, u3, v3)
         inverse = inverse_double_area[b, T3 + i]
         strain[DIFFERENCE + T3 + i], strain[GAMMA + T3 + i] = triangle_strain(
             inverse, *(x2 - x1, y2 - y1, x3 - x1, y3 - y1), *(u2 - u1, v2 - v1, u3 - u1, v3 - v1)

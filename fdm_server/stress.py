@@ -92,9 +92,7 @@ def return_triangles(b, m, share, mohr_coulomb, tension, stress, limited, soften
                     strain = shear_strain(t1 - s1, t2 - s2, t3 - s3, softens[m, LANES + i])
                     limited[SHEARING + o + i] = weight * strain if sheared else 0.0
             if tension is not None:
-                s1, s2, s3, opened = cut_off(
-                    *(s1, s2, s3), tension[m, i], tension[m, LANES + i], tension[m, 2 * LANES + i]
-                )
+                s1, s2, s3, opened = cut_off(*(s1, s2, s3), tension[m, i], tension[m, LANES + i], tension[m, 2 * LANES + i])
                 flow += 2.0 if opened else 0.0
 
             yields = flow > 0.0

@@ -77,8 +77,19 @@ def _draw_panel(run: Run, frame: int, rank: int, axes: Any, outline: np.ndarray,
     axes.add_collection(PolyCollection([outline], facecolors="none", edgecolors=style.INK, linewidths=0.8))
     arrows = moved[chosen] * (LONGEST * cell / longest)
     axes.quiver(
-        *xy[chosen].T, *arrows.T, color=colour[chosen], angles="xy", scale_units="xy", scale=1.0,
-        units="xy", width=0.05 * cell, headwidth=4.0, headlength=5.0, minlength=0.0, minshaft=1.5, zorder=3,
+        *xy[chosen].T,
+        *arrows.T,
+        color=colour[chosen],
+        angles="xy",
+        scale_units="xy",
+        scale=1.0,
+        units="xy",
+        width=0.05 * cell,
+        headwidth=4.0,
+        headlength=5.0,
+        minlength=0.0,
+        minshaft=1.5,
+        zorder=3,
     )
     room = (MARGIN + 1) * cell  # for arrows that begin in the margin
     axes.update_datalim([outline.min(axis=0) - room, outline.max(axis=0) + room, *(xy[chosen] + arrows)])

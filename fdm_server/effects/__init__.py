@@ -37,9 +37,7 @@ def law_from(scene):
     materials = scene.material
     for m in materials:
         if m.elastic is None:
-            raise ValueError(
-                f"material {m.name!r} has no stiffness: add elastic = {{ bulk = .., shear = .. }}"
-            )
+            raise ValueError(f"material {m.name!r} has no stiffness: add elastic = {{ bulk = .., shear = .. }}")
     has_mohr_coulomb = any(m.mohr_coulomb is not None for m in materials)
     has_tension = any(m.tension is not None for m in materials)
     has_softening = any(m.softening is not None for m in materials)

@@ -47,9 +47,7 @@ def _reduced(material, factor, table):
         law = material.mohr_coulomb
         phi = _divided(law.friction, factor)
         psi = min(law.dilation, phi) if table.dilation == "kept" else _divided(law.dilation, factor)
-        change["mohr_coulomb"] = law.model_copy(
-            update={"friction": phi, "cohesion": law.cohesion / factor, "dilation": psi}
-        )
+        change["mohr_coulomb"] = law.model_copy(update={"friction": phi, "cohesion": law.cohesion / factor, "dilation": psi})
     if material.tension is not None and table.tension == "reduced":
         strength = material.tension.strength / factor
         change["tension"] = material.tension.model_copy(update={"strength": strength})

@@ -37,9 +37,7 @@ def tile():
             branch -= side * np.rint(branch / side)
             distance = np.hypot(*branch.T)
             push = np.maximum(radius[a] + radius[b] - distance, 0.0)[:, None] * branch / distance[:, None]
-            force = np.column_stack(
-                [np.bincount(b, push[:, k], IN_TILE) - np.bincount(a, push[:, k], IN_TILE) for k in range(2)]
-            )
+            force = np.column_stack([np.bincount(b, push[:, k], IN_TILE) - np.bincount(a, push[:, k], IN_TILE) for k in range(2)])
             velocity = 0.93 * velocity + 0.15 * force
             xy += velocity
     return xy % side, radius, side

@@ -1,8 +1,8 @@
 """Boxes of zones under any set of laws: what a law allocates, and a step to time.
 
-    box = Box(40, 40, ("elastic", "mohr_coulomb", "softening"), flowing=True)
-    box.step()                      one step of gridpoints and zones
-    box.bytes()                     {"state.plastic_shear": 8.0, ...} a zone
+box = Box(40, 40, ("elastic", "mohr_coulomb", "softening"), flowing=True)
+box.step()                      one step of gridpoints and zones
+box.bytes()                     {"state.plastic_shear": 8.0, ...} a zone
 """
 
 from dataclasses import fields

@@ -142,9 +142,7 @@ def test_uniform_stress_reaches_the_nodes_exactly_on_an_oblique_rim():
     half = ring.arc[:, None] / 2
     P = half * traction[ring.seg0] + half * traction[ring.seg1]
     F = np.empty_like(square)
-    mapping.forces_to_nodes(
-        square, ring.seg0, ring.seg1, ring.w0, ring.node, ring.xy, P, np.zeros(len(P)), F, False
-    )
+    mapping.forces_to_nodes(square, ring.seg0, ring.seg1, ring.w0, ring.node, ring.xy, P, np.zeros(len(P)), F, False)
     whole = normal @ sigma / 2
     np.testing.assert_allclose(F, whole + np.roll(whole, 1, axis=0), atol=1e-12)
 

@@ -25,9 +25,7 @@ def test_fall_follows_weight_over_mass():
     assert not state.v[:, 0].any()
 
 
-@pytest.mark.parametrize(
-    ("force", "velocity", "expected"), [(2, 1, 1), (2, -1, 3), (-2, 1, -3), (-2, -1, -1), (2, 0, 2)]
-)
+@pytest.mark.parametrize(("force", "velocity", "expected"), [(2, 1, 1), (2, -1, 3), (-2, 1, -3), (-2, -1, -1), (2, 0, 2)])
 def test_damping_acts_against_the_motion(force, velocity, expected):
     assert damped(float(force), float(velocity), 0.5) == expected
 

@@ -25,8 +25,7 @@ def test_random_polygons_agree_with_shapely():
     answers = []
     for _ in range(600):
         a, b = (
-            placed(random_outline(n, 1.8, rng), rng.random(2), np.pi * rng.random(), size)
-            for n, size in ((7, 0.4), (11, 0.6))
+            placed(random_outline(n, 1.8, rng), rng.random(2), np.pi * rng.random(), size) for n, size in ((7, 0.4), (11, 0.6))
         )
         gap = 0.2 * rng.random()
         answers.append(shapely.Polygon(a).distance(shapely.Polygon(b)) < gap)

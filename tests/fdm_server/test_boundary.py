@@ -14,9 +14,7 @@ def paper():
     return build_grid(slope())
 
 
-@pytest.mark.parametrize(
-    ("side", "points"), [("left", 13), ("right", 37), ("bottom", 61), ("face", 25), ("top", 12 + 26)]
-)
+@pytest.mark.parametrize(("side", "points"), [("left", 13), ("right", 37), ("bottom", 61), ("face", 25), ("top", 12 + 26)])
 def test_sides_of_the_paper_slope(paper, side, points):
     assert len(side_of(paper, side)) == points
 
@@ -31,8 +29,6 @@ def test_fixed_components_add_up(paper):
     x, y = paper.xy.T
     assert np.array_equal(fixed[:, 0], (x < 1e-9) | (x > 20 - 1e-9) | (y < 1e-9))
     assert np.array_equal(fixed[:, 1], y < 1e-9)
-    again = fixed_components(
-        paper, [Boundary(on="bottom", fix="y"), Boundary(on="bottom", fix="x")]
-    )
+    again = fixed_components(paper, [Boundary(on="bottom", fix="y"), Boundary(on="bottom", fix="x")])
     assert fixed_components(paper, []).sum() == 0
     assert np.array_equal(again[:, 0], again[:, 1])

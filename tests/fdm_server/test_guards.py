@@ -267,5 +267,3 @@ def test_the_ledger_is_for_small_strain_and_absent_unless_asked_for(alone):
     alone["grid"]["large_strain"] = True
     ((key, _),) = broken(alone)
     assert key == "record.energy"
-
-

@@ -59,9 +59,7 @@ def test_forces_at_the_rim_are_the_same_to_round_off(settled):
     attached = np.diff(cut.start) > 0
     total = after.force + reaction.force
     np.testing.assert_allclose(total[attached], state.force[attached], atol=1e-10 * np.abs(state.force).max())
-    np.testing.assert_allclose(
-        (cut.weight_mass + reaction.mass)[attached], model.weight_mass[attached], rtol=1e-12
-    )
+    np.testing.assert_allclose((cut.weight_mass + reaction.mass)[attached], model.weight_mass[attached], rtol=1e-12)
     acting = np.flatnonzero(np.abs(reaction.force).sum(axis=1))
     assert np.array_equal(acting, np.sort(rim_of(model.grid, mask)))
 

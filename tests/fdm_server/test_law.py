@@ -76,9 +76,7 @@ def test_associated_return_is_the_closest_admissible_stress():
         f = planes @ back + C
         assert f.min() > -1e-12
         assert yielded == ((planes @ trial + C).min() < 0)
-        flow = np.linalg.solve(
-            stiffness, back - trial
-        )  # minus the plastic strain: a sum of active normals, weights >= 0
+        flow = np.linalg.solve(stiffness, back - trial)  # minus the plastic strain: a sum of active normals, weights >= 0
         active = planes[np.abs(f) < 1e-10]
         for other in rng.normal(0, 5, (200, 3)):
             if (planes @ other + C).min() >= 0:

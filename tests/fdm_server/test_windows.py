@@ -28,14 +28,10 @@ def test_rim_runs_counter_clockwise_along_zone_sides(paper):
     xy = paper.xy[rim_of(paper, window_zones(paper, window()))]
     side = np.roll(xy, -1, axis=0) - xy
     np.testing.assert_allclose(np.hypot(*side.T), 1 / 3)
-    assert 0.5 * np.sum(xy[:, 0] * np.roll(xy[:, 1], -1) - xy[:, 1] * np.roll(xy[:, 0], -1)) == pytest.approx(
-        34 / 3
-    )
+    assert 0.5 * np.sum(xy[:, 0] * np.roll(xy[:, 1], -1) - xy[:, 1] * np.roll(xy[:, 0], -1)) == pytest.approx(34 / 3)
 
 
-@pytest.mark.parametrize(
-    ("columns", "rows"), [((0, 5), (2, 4)), ((50, 54), (30, 35)), ((3, 6), (8, 11)), ((20, 25), (0, 3))]
-)
+@pytest.mark.parametrize(("columns", "rows"), [((0, 5), (2, 4)), ((50, 54), (30, 35)), ((3, 6), (8, 11)), ((20, 25), (0, 3))])
 def test_windows_at_the_boundary_are_refused(paper, columns, rows):
     with pytest.raises(ValueError, match="touches the boundary"):
         rim_of(paper, window_zones(paper, window(columns, rows)))

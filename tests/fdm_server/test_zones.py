@@ -155,9 +155,7 @@ def test_ratio_of_a_model_at_rest_under_gravity_is_that_of_its_weights():
     free = ~model.fixed.all(axis=1)
     weight = model.weight_mass[free]
     largest = weight[~model.fixed[free, 1]].max()
-    assert unbalanced_ratio(model, new_state(model), 9.81) == pytest.approx(
-        largest / weight.mean(), rel=1e-12
-    )
+    assert unbalanced_ratio(model, new_state(model), 9.81) == pytest.approx(largest / weight.mean(), rel=1e-12)
     assert unbalanced_ratio(model, new_state(model), 0.0) == 0.0
 
 

@@ -205,9 +205,7 @@ def launched(tmp_path, configs):
     """A long coupled run under the launcher, once steps are taken: (launcher, ids of both servers, run directory)."""
     out = tmp_path / "run"
     arguments = ["run", configs / "quick_slope.toml", "--out", out, "--quiet", *overrides(*LONG)]
-    launcher = subprocess.Popen(
-        command("colluvium.cli", *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+    launcher = subprocess.Popen(command("colluvium.cli", *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     servers = []
     try:
         wait_for(lambda: coupled_frames(out / "dem.rank1.vtkhdf") > 3, 200, "coupled steps")

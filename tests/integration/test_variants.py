@@ -79,9 +79,7 @@ def test_both_mappings_agree_where_control_discs_are_centred(compute):
 def test_a_lighter_window_presses_less_on_what_is_below(compute):
     matched = compute(lambda data: None, "matched")
     light = compute(lambda data: data["discs"].update(density_matching=False), "light")
-    below = [
-        run.zones(-1).stress[np.hypot(*(run.zones(-1).xy - [11.667, 5.0]).T).argmin(), 1] for run in (matched, light)
-    ]
+    below = [run.zones(-1).stress[np.hypot(*(run.zones(-1).xy - [11.667, 5.0]).T).argmin(), 1] for run in (matched, light)]
     assert below[0] < 1.03 * below[1] < 0.0
     assert "density_factor" not in light.info["windows"][0]
     assert matched.info["windows"][0]["density_factor"] > 1.5
@@ -111,9 +109,7 @@ def test_a_scene_without_windows_needs_no_discrete_process(compute):
 
 def test_locate_can_be_discarded(compute):
     def change(data):
-        data["stage"].insert(
-            1, {"name": "locate", "gravity_factor": 4.0, "until": {"steps": 300}, "discard": True}
-        )
+        data["stage"].insert(1, {"name": "locate", "gravity_factor": 4.0, "until": {"steps": 300}, "discard": True})
 
     kept = compute(lambda data: None, "plain")
     run = compute(change, "located")

@@ -43,9 +43,7 @@ def test_a_bonded_pair_rings_down_in_the_gap_and_in_slip(turned):
     across = np.array([-along[1], along[0]])
     for direction, stiffness, factor in ((along, KN, 2.0), (across, KS, 6.0)):
         glue, dashpot = Bond(tension=1e9, shear=1e9), Dashpot(normal=beta, shear=beta)
-        model, state = loose_discs(
-            [[0.0, 0.0], 2.0 * R * along], [R, R], bonded=True, bond=glue, dashpot=dashpot, damping=None
-        )
+        model, state = loose_discs([[0.0, 0.0], 2.0 * R * along], [R, R], bonded=True, bond=glue, dashpot=dashpot, damping=None)
         model = in_real_time(model, state, 1e-3)
         state.v[:] = -1e-6 * direction, 1e-6 * direction
         if factor == 6.0:

@@ -1,6 +1,6 @@
 """A column under its own weight between smooth walls.
 
-    sigma_yy = -rho g (H - y)        sigma_xx = K0 sigma_yy,    K0 = nu/(1 - nu)
+sigma_yy = -rho g (H - y)        sigma_xx = K0 sigma_yy,    K0 = nu/(1 - nu)
 """
 
 import numpy as np

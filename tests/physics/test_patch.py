@@ -58,6 +58,4 @@ def test_linear_displacement_gives_constant_stress(distorted):
     exact = np.array([a1 * exx + a2 * eyy, a2 * exx + a1 * eyy, a2 * (exx + eyy), G * gamma])
     np.testing.assert_allclose(state.displacement, target, atol=1e-10 * np.abs(target).max())
     np.testing.assert_allclose(fields.stress(model, state), np.tile(exact, (len(model.zone), 1)), rtol=1e-10)
-    np.testing.assert_allclose(
-        fields.shear_strain(model, state), np.hypot(exx - eyy, gamma), rtol=1e-9
-    )
+    np.testing.assert_allclose(fields.shear_strain(model, state), np.hypot(exx - eyy, gamma), rtol=1e-9)

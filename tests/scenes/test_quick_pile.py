@@ -48,7 +48,7 @@ def test_the_pile(pile):
 
 
 def test_a_run_goes_on_from_a_stage(pile, configs, tmp_path):
-    more = ["--set", 'stage.2.until={steps=100}']
+    more = ["--set", "stage.2.until={steps=100}"]
     done = colluvium("run", configs / "quick_pile.toml", "--from", f"{pile}@collapse", "--out", tmp_path / "b", "--quiet", *more)
     assert done.returncode == 0, done.stderr
     with open_run(tmp_path / "b") as run:

@@ -32,9 +32,7 @@ for k, (x, y, radius, mass, u, v) in enumerate(discs):
     young = {"young": box["normal"] / radius, "poisson": ratio, "frictionAngle": angle}
     if box["bonded"]:
         strong = box["strength"] / radius**2
-        material = CohFrictMat(
-            isCohesive=True, momentRotationLaw=False, normalCohesion=strong, shearCohesion=strong, **young
-        )
+        material = CohFrictMat(isCohesive=True, momentRotationLaw=False, normalCohesion=strong, shearCohesion=strong, **young)
     else:
         material = FrictMat(**young)
     held = k < box["held"]
@@ -45,9 +43,7 @@ for k, (x, y, radius, mass, u, v) in enumerate(discs):
     body.state.vel = (u, v, 0.0)
     O.bodies.append(body)
 
-collider = InsertionSortCollider(
-    [Bo1_Sphere_Aabb()], verletDist=box["margin"] * discs[:, 2].min(), avoidSelfInteractionMask=2
-)
+collider = InsertionSortCollider([Bo1_Sphere_Aabb()], verletDist=box["margin"] * discs[:, 2].min(), avoidSelfInteractionMask=2)
 if box["bonded"]:
     loop = InteractionLoop(
         [Ig2_Sphere_Sphere_ScGeom6D()],
