@@ -9,7 +9,7 @@ def __getattr__(name):
 
         return open_run
     if name == "read_scene":
-        from coupler_protocol.scene_reader import read_scene
+        from coupler_protocol.scene.reader import read_scene
 
         return read_scene
     if name == "Scene":

@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from coupler_protocol import program, restart
-from coupler_protocol.plugin import from_functions
-from coupler_protocol.scene_reader import build_scene, read_scene
+from coupler_protocol.files import restart
+from coupler_protocol.process import command_line as program
+from coupler_protocol.process.plugin import from_functions
+from coupler_protocol.scene.reader import build_scene, read_scene
 
 
 class Scene:
@@ -24,7 +25,7 @@ def run(scene, out, in_process=True, force=False, report="none", *, on_stage=Non
 
     in_process: both sides in threads of this process; otherwise one process each, bit-identical.
     on_stage: function that is called at the end of each stage, on_step: (n, function) for every n steps, with a
-    coupler_protocol.plugin.Moment of the side; what it changes the run goes on with. In one process only.
+    coupler_protocol.process.plugin.Moment of the side; what it changes the run goes on with. In one process only.
     Raises a coupler_protocol.exits.RunEnded that says what went wrong and whose fault it is.
     """
     from colluvium import inprocess, launch

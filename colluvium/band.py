@@ -1,7 +1,8 @@
 """Has the slope failed, and does the band cross the window? A rule anyone can check on the recorded frames.
 
 The *level* of a frame is the highest shear strain L such that cells strained by at least L connect the toe (ground surface in the
-lowest quarter of the slope's height) with the crest (level ground on top); coupler_protocol.band has the rule. The slope counts
+lowest quarter of the slope's height) with the crest (level ground on top); coupler_protocol.criteria.shear_band has the rule. The
+slope counts
 as failed from the first frame whose level reaches FAILED. The band crosses the windows where the level drops once their bins may
 not be used, else it goes round them.
 
@@ -14,8 +15,8 @@ import numpy as np
 
 from colluvium import window_fields
 from colluvium.results import Run
-from coupler_protocol import band
-from coupler_protocol.band import Cells, Surface
+from coupler_protocol.criteria import shear_band as band
+from coupler_protocol.criteria.shear_band import Cells, Surface
 
 FAILED = band.COUNTED
 

@@ -10,7 +10,7 @@ import shapely
 from scipy.sparse import coo_array, eye_array
 from scipy.sparse.csgraph import dijkstra
 
-from coupler_protocol import band
+from coupler_protocol.criteria import shear_band as band
 
 
 def along(cells: band.Cells, surface: band.Surface, level: float) -> np.ndarray:

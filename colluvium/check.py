@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from coupler_protocol import disc_file
-from coupler_protocol.grading_table import grading_of
-from coupler_protocol.interface import polygon_area
-from coupler_protocol.scene import declared_effects
-from coupler_protocol.scene_rules import doubts
-from coupler_protocol.schedule import beginning, large_strain, plan
+from coupler_protocol.files import disc_csv as disc_file
+from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.scene.rules.between_tables import doubts
+from coupler_protocol.scene.scene import declared_effects
+from coupler_protocol.scene.schedule import beginning, large_strain, plan
+from coupler_protocol.scene.tables.grading import grading_of
 
 
 def effects(scene):

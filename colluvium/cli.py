@@ -7,7 +7,8 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-from coupler_protocol import exits, program
+from coupler_protocol import exits
+from coupler_protocol.process import command_line as program
 
 
 def parser():
@@ -99,8 +100,8 @@ def _write_json(content, target):
 def run_command(options):
     """Compute a scene, from its start or from the end of a stage of an earlier run."""
     from colluvium import launch
-    from coupler_protocol import restart
-    from coupler_protocol.scene_reader import read_scene
+    from coupler_protocol.files import restart
+    from coupler_protocol.scene.reader import read_scene
 
     program.set_threads(options.threads)
     scene = read_scene(options.scene, options.set)
@@ -151,7 +152,7 @@ def _add_band(scene, out):
     """Where the grid alone has its band, and whether the slope failed under overload: into run.json."""
     from colluvium import band, locate
     from colluvium.results import open_run
-    from coupler_protocol.runfile import write_json
+    from coupler_protocol.files.run_json import write_json
 
     with open_run(out) as run:
         found = {"locate": locate.answer(run, scene), "band": band.summary(run)}
@@ -164,7 +165,7 @@ def _add_band(scene, out):
 def _add_exact_limits(scene, out):
     """The exact limits of the step at the ends of coupled stages: into run.json."""
     from colluvium import limits
-    from coupler_protocol.runfile import write_json
+    from coupler_protocol.files.run_json import write_json
 
     path, exact = out / "run.json", limits.exact_of_run(scene, out)
     info = json.loads(path.read_text(encoding="utf-8"))
@@ -176,7 +177,7 @@ def _add_exact_limits(scene, out):
 
 def _in_process(scene, out, show, options):
     from colluvium import inprocess
-    from coupler_protocol.interrupt import StopRequest, stop_on_signals
+    from coupler_protocol.process.interrupt import StopRequest, stop_on_signals
 
     stop = StopRequest()
     stop_on_signals(stop)
@@ -212,7 +213,7 @@ def check_command(options):
     """Say what a scene will compute, where its band runs if it asks, how long a coupled step may be; problems: exit code 3."""
     from colluvium import check, limits, locate
     from colluvium.picture import picture
-    from coupler_protocol.scene_reader import read_scene
+    from coupler_protocol.scene.reader import read_scene
 
     scene = read_scene(options.scene, options.set)
     found = check.answer(scene)

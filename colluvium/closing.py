@@ -128,7 +128,7 @@ def stretched_rims(info):
 
 def step_limits(info):
     """How long a step may be at the end of each coupled stage: for sure and, where that was asked for, exactly."""
-    from coupler_protocol.stability import in_words
+    from coupler_protocol.criteria.stable_step import in_words
 
     for stage in info.get("stages", []):
         found = dict(stage.get("limits") or {})

@@ -2,7 +2,8 @@
 
 Components in order: x, y of all gridpoints, then x, y, rotation of every window's bodies. Springs of a window add their stiffness
 to the gridpoints of its rim and to its bodies; held components have infinite mass. Under local damping each side counts with
-M / (1 + alpha), its own alpha (coupler_protocol/stability.py, Eq (1)), so that the step is stable up to omega^2 dt^2 = 4.
+M / (1 + alpha), its own alpha (coupler_protocol/criteria/stable_step.py, Eq (1)), so that the step is stable up to omega^2 dt^2 =
+4.
 """
 
 from typing import NamedTuple
@@ -10,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse
 
-from coupler_protocol.stability import highest, limit, stiffness_matrix
+from coupler_protocol.criteria.stable_step import highest, limit, stiffness_matrix
 
 
 class Window(NamedTuple):
@@ -59,7 +60,7 @@ def _disc_alpha(model):
 
 
 def exact_limit(model, state, windows):
-    """Limit of the step (coupler_protocol.stability.limit) by Lanczos, with what moves most in the mode that sets it."""
+    """Limit of the step (criteria.stable_step.limit) by Lanczos, with what moves most in the mode that sets it."""
     K, mass = operator(model, state, windows)
     omega2, mode = highest(K, mass)
     return limit(omega2, 0.0, state.dt, *_largest(model, state, windows, np.where(mode != 0.0, mass, 0.0) * mode**2))

@@ -1,4 +1,4 @@
-"""`colluvium export`: the discs of a frame as a CSV file (coupler_protocol/disc_file.py), to begin another scene with.
+"""`colluvium export`: the discs of a frame as a CSV file (coupler_protocol/files/disc_csv.py), to begin another scene with.
 
 Control discs are left out. Velocities go along from stages in real time only: those of static stages are metres a step.
 """
@@ -9,7 +9,7 @@ import sys
 import numpy as np
 
 from colluvium.results import open_run
-from coupler_protocol import disc_file
+from coupler_protocol.files import disc_csv as disc_file
 
 RING = 0  # number of the material of control discs
 

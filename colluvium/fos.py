@@ -6,8 +6,9 @@ import sys
 from math import pi
 from pathlib import Path
 
-from coupler_protocol import exits, program
+from coupler_protocol import exits
 from coupler_protocol.problems import Problem, SceneError
+from coupler_protocol.process import command_line as program
 
 OWN = ("fos.json", "fos.log", "scene.toml", "mechanism.png", "plastic_zones.png", "trials.png", "meshes.png")
 
@@ -32,7 +33,7 @@ def command(options):
     """Search, show what was found, draw."""
     from colluvium import launch
     from colluvium.picture import picture
-    from coupler_protocol.scene_reader import read_scene
+    from coupler_protocol.scene.reader import read_scene
 
     scene = read_scene(options.scene, options.set)
     if scene.grid is None:

@@ -7,16 +7,16 @@ import threading
 from pathlib import Path
 
 from coupler_protocol.exits import OURSELVES, PeerLost, RunEnded
-from coupler_protocol.interrupt import StopRequest
-from coupler_protocol.link_inproc import transports
-from coupler_protocol.progress import Progress
-from coupler_protocol.runfile import name_the_cause
+from coupler_protocol.files.run_json import name_the_cause
+from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.process.progress import Progress
+from coupler_protocol.wire.link_inproc import transports
 
 
 def run(scene, out, stop=None, report="none", origin=None, plugin=None):
     """Compute `scene` into the folder `out` (which exists), from the stage end `origin` on. `report`: form of the progress.
 
-    plugin: a coupler_protocol.plugin.Plugin that both sides call, or None.
+    plugin: a coupler_protocol.process.plugin.Plugin that both sides call, or None.
 
     Raises what ended the run, a RunEnded of coupler_protocol.exits as a rule.
     """

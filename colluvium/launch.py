@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 from coupler_protocol import exits
-from coupler_protocol.runfile import name_the_cause, write_json
+from coupler_protocol.files.run_json import name_the_cause, write_json
 
 GRACE = 15.0  # seconds a process gets to end by itself before it is killed
 ECHO = 10.0  # seconds in which an error of the other side follows the one that caused it

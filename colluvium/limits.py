@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from coupler_protocol.stability import in_words
+from coupler_protocol.criteria.stable_step import in_words
 
 
 def concerned(scene):
@@ -20,7 +20,7 @@ def concerned(scene):
 
 
 def answer(scene, exact=False, note=None):
-    """Limits (coupler_protocol.stability.limit) by "grid", "interface", "discs"; exact: the limit of all together, too."""
+    """Limits (criteria.stable_step.limit) by "grid", "interface", "discs"; exact: the limit of all together, too."""
     from colluvium import coupled
     from dem_server.frequency import safe_limit
     from fdm_server.frequency import safe_limits
@@ -68,7 +68,7 @@ def exact_of_run(scene, folder):
     They are those of one leap-frog, which sub-steps of the discs (dem_server/clock.py) are not.
     """
     from colluvium import coupled
-    from coupler_protocol import restart
+    from coupler_protocol.files import restart
 
     found = {}
     for index, stage in enumerate(scene.stage):
@@ -83,8 +83,8 @@ def exact_of_run(scene, folder):
 def saved_model(scene, index, paths):
     """What `open_model` returns, as the checkpoints `paths` (grid, then windows) of the stage with number `index` have it."""
     from colluvium.coupled import Window
-    from coupler_protocol import checkpoint
-    from coupler_protocol.interface import build_ring
+    from coupler_protocol.files import checkpoint
+    from coupler_protocol.interface.ring import build_ring
     from dem_server.restart import WindowState
     from dem_server.rim import Rim
     from fdm_server.effects import with_damping

@@ -1,6 +1,7 @@
 """Where would the band run? What a stage of kind `locate`, the grid alone under other gravity, says about the scene's windows.
 
-The band's level is the highest shear strain that connects toe and crest (coupler_protocol.band); colluvium.band_line says where
+The band's level is the highest shear strain that connects toe and crest (coupler_protocol.criteria.shear_band);
+colluvium.band_line says where
 it runs. It crosses a window where the level drops once the zones that become the hole may not be used: the band needs them. The
 line says where it enters and leaves, and how far the window's ends, its two short sides, are from it.
 """
@@ -15,10 +16,10 @@ import shapely
 from colluvium import band as recorded
 from colluvium import band_line
 from colluvium.results import Run, open_run
-from coupler_protocol import band
+from coupler_protocol.criteria import shear_band as band
 from coupler_protocol.exits import RunEnded
-from coupler_protocol.scene_rules import broken_rules
-from coupler_protocol.stage_rules import is_level
+from coupler_protocol.scene.rules.between_tables import broken_rules
+from coupler_protocol.scene.rules.stages import is_level
 
 
 class Band(NamedTuple):

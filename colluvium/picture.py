@@ -3,7 +3,7 @@
 import sys
 import time
 
-from coupler_protocol.progress import as_line
+from coupler_protocol.process.progress import as_line
 
 
 class PlainPicture:

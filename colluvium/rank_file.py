@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from coupler_protocol.vtkhdf import FrameInfo
+from coupler_protocol.files.vtkhdf import FrameInfo
 
 
 class NotRecordedError(LookupError):

@@ -17,7 +17,7 @@ from colluvium.fabric import Fabric, contact_fabric
 from colluvium.rank_file import Fields, NotRecordedError, RankFile
 from colluvium.rank_parts import RankParts
 from colluvium.ring_motion import RingMotion, ring_motion
-from coupler_protocol.vtkhdf import FrameInfo
+from coupler_protocol.files.vtkhdf import FrameInfo
 
 _RANK_FILE = re.compile(r".+\.rank(\d+)(?:\.part(\d+))?\.vtkhdf")
 _ROOM = {"continuum": "zones, gridpoints", "discrete": "discs, contacts"}

@@ -6,7 +6,7 @@
     d   it is complete: on to the crest
 
 A state holds in a frame where the highest shear strain that still makes its connection (`Reach`) is 1 % or more.
-coupler_protocol.band_states has the rule; stages can end by it, too.
+coupler_protocol.criteria.shear_band_states has the rule; stages can end by it, too.
 
 A state is *reached* in the first frame from which on it holds to the end of the run: connections through a window that shears
 everywhere come and go. Where it was seen earlier and lost again, that is said.
@@ -21,8 +21,8 @@ import numpy as np
 from colluvium import band
 from colluvium.fabric import Fabric, contact_fabric
 from colluvium.results import Run
-from coupler_protocol import band_states
-from coupler_protocol.band import COUNTED, Surface
+from coupler_protocol.criteria import shear_band_states as band_states
+from coupler_protocol.criteria.shear_band import COUNTED, Surface
 
 MEANING = {
     "a": "not yet at the window",

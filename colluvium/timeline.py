@@ -1,4 +1,4 @@
-"""When each process of a run computed, waited and recorded, from the files of `record.trace` (coupler_protocol/trace.py)."""
+"""When each process of a run computed, waited and recorded, from the files of `record.trace` (process/trace.py)."""
 
 import csv
 from typing import NamedTuple

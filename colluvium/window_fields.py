@@ -4,7 +4,7 @@ stress_ij = -1/A sum over contacts of branch_i force_j, with the branch from the
 or a rigid clump of discs, and the force on the second, tension positive (J. Christoffersen, M.M. Mehrabadi,
 S. Nemat-Nasser, J. Appl. Mech. 48 (1981) 339-344).
 
-Strain: coupler_protocol.strain_bins, by which the discs measure theirs while they compute.
+Strain: coupler_protocol.criteria.strain_bins, by which the discs measure theirs while they compute.
 
 Bins and places are those at the start, as the zones' are: a disc or contact stays in its bin while the window
 deforms.
@@ -15,9 +15,9 @@ import shapely
 
 from colluvium.rank_file import Fields
 from colluvium.results import Run
-from coupler_protocol import strain_bins
-from coupler_protocol.interface import polygon_area
-from coupler_protocol.strain_bins import Bins
+from coupler_protocol.criteria import strain_bins
+from coupler_protocol.criteria.strain_bins import Bins
+from coupler_protocol.interface.ring import polygon_area
 
 BRANCH_PARTS = (0.125, 0.375, 0.625, 0.875)  # points along a branch that stand for a quarter of it each
 

@@ -3,9 +3,11 @@
 import logging
 import sys
 
-from coupler_protocol import exits, messages, program
-from coupler_protocol.interrupt import StopRequest, stop_on_signals, stop_with_parent
-from coupler_protocol.progress import Progress
+from coupler_protocol import exits
+from coupler_protocol.process import command_line as program
+from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
+from coupler_protocol.process.progress import Progress
+from coupler_protocol.wire import messages
 
 
 def parser():
@@ -29,8 +31,8 @@ def main(argv=None):
 
 def serve(options, stop):
     """Read the scene, connect, compute."""
-    from coupler_protocol import link
-    from coupler_protocol.scene_reader import read_scene
+    from coupler_protocol.scene.reader import read_scene
+    from coupler_protocol.wire import link_tcp as link
 
     scene = read_scene(options.scene, options.set)
     own = [f"dem.rank{options.rank}.{ending}" for ending in ("vtkhdf", "log", "trace.csv")]
@@ -56,10 +58,11 @@ def serve(options, stop):
 def compute(scene, rank, transport, out, progress, stop, origin=None, plugin=None):
     """Compute the window of `rank` over any transport; used by the command line and by the in-process twin.
 
-    origin: the end of a stage to go on from (coupler_protocol.restart.Origin); plugin: a coupler_protocol.plugin.Plugin or None.
+    origin: the end of a stage to go on from (coupler_protocol.files.restart.Origin); plugin: a
+    coupler_protocol.process.plugin.Plugin or None.
     On failure the peer is told, State is saved where there is one, and the exception goes on.
     """
-    from coupler_protocol.lockstep import Clocks, Conversation
+    from coupler_protocol.wire.lockstep import Clocks, Conversation
     from dem_server.stages import DiscreteSide
 
     conversation = Conversation(transport, rank, 0, Clocks(scene.link), stop)

@@ -11,11 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupler_protocol import checkpoint, exits, restart, runfile
-from coupler_protocol.ending import Ending
-from coupler_protocol.plugin import Moment
-from coupler_protocol.recorder import FrameInfo, Recorder
-from coupler_protocol.schedule import plan
+from coupler_protocol import exits
+from coupler_protocol.files import checkpoint, restart
+from coupler_protocol.files import run_json as runfile
+from coupler_protocol.files.recorder import FrameInfo, Recorder
+from coupler_protocol.process.plugin import Moment
+from coupler_protocol.scene.ending import Ending
+from coupler_protocol.scene.schedule import plan
 from coupler_protocol.timing import Stopwatch
 from dem_server import balance, bonding, clock, cycle, energy, filling, insitu, overlaps, record, wall_tables
 from dem_server.contacts import contact_forces

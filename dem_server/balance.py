@@ -6,7 +6,7 @@ over the free bodies, discs and clumps; F: resultant of contact forces and weigh
 The same words as on the continuum's side.
 """
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server.clumps import resultant
 
 

@@ -12,7 +12,7 @@ Luding (2012), Comput. Phys. Commun. 183, 931-936.
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 
 RATIO = 5.0  # of largest to smallest radius on a level
 CELLS_PER_DISC = 4  # at most: a disc far away must not make the cell grids grow without bound

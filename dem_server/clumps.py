@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server.effects import damping as damping_law
 
 damped = jit(damping_law.damped)

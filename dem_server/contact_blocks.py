@@ -8,7 +8,7 @@ scatter    forces and moments to the discs, in the order of the list; what the p
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server import rows
 from dem_server.contact_law import law_of_block
 from dem_server.effects.bond import BONDED, BROKEN_SHEAR, BROKEN_TENSION

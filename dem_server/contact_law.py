@@ -20,7 +20,7 @@ file in `effects`.
 
 from math import sqrt
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server import rows
 from dem_server.effects import bond as bond_law
 from dem_server.effects import dashpot as dashpot_law

@@ -7,7 +7,7 @@ whatever the number of threads.
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server import neighbours, rows, walls
 from dem_server.contact_blocks import add_parts, table_of
 from dem_server.crew import meet, part_of, work_together

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupler_protocol import team
-from coupler_protocol.atomics import give_way, load, store
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled.jit import jit
+from coupler_protocol.compiled.waiting_words import give_way, load, store
 
 APART = 16  # words: no two threads write into the same or the next cache line
 GONE = np.iinfo(np.int64).max

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server import contacts, guards, motion, walls
 from dem_server.clumps import move_clumps
 from dem_server.contacts import contact_forces, farthest, force_pass

@@ -4,7 +4,7 @@ Kinetic: sum m v^2 / 2 + I w^2 / 2 with the masses of the motion (scaled ones in
 sum Fn^2 / 2 kn + Fs^2 / 2 ks, in rolling springs Mr^2 / 2 kr, in parallel bonds Fn^2 / 2 kn'A + Fs^2 / 2 ks'A + M^2 / 2 kn'J.
 """
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server import walls
 from dem_server.effects.bond import BONDED
 from dem_server.stiffness import bending_stiffness, bond_radius, effective_radius, rolling_stiffness

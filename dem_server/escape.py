@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 
 
 class Opening(NamedTuple):

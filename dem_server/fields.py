@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from dem_server.effects.bond import BONDED
 from dem_server.ring import inner_share
 

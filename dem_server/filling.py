@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from coupler_protocol.interface import build_ring
+from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.problems import unfit
 from dem_server import imported, packing, stones
 from dem_server.contacts import contact_forces

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse
 
-from coupler_protocol.mapping import velocities_to_discs
-from coupler_protocol.stability import Springs, limit, spring_sums
+from coupler_protocol.criteria.stable_step import Springs, limit, spring_sums
+from coupler_protocol.interface.mapping import velocities_to_discs
 from dem_server.fields import contacts, levers, listed_pairs
 from dem_server.stiffness import pair_stiffnesses
 
@@ -51,7 +51,7 @@ def bodies_of(model, state):
 
 
 def springs_of(model, state, rim=None, listed=False):
-    """Springs (coupler_protocol.stability) between the rim's nodes and the bodies.
+    """Springs (coupler_protocol.criteria.stable_step) between the rim's nodes and the bodies.
 
     listed: of all near pairs, whether they touch or not.
     """
@@ -112,7 +112,7 @@ def motion_of_ring(model, state, rim):
 
 
 def safe_limit(model, state, rim):
-    """Limit of the step (coupler_protocol.stability.limit) by discs and stones: all listed pairs closed."""
+    """Limit of the step (coupler_protocol.criteria.stable_step.limit) by discs and stones: all listed pairs closed."""
     bodies = bodies_of(model, state)
     sums = spring_sums(springs_of(model, state, rim, listed=True))
     own = np.maximum(sums.bodies / bodies.mass, sums.rotations / bodies.inertia)

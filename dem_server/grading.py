@@ -4,7 +4,7 @@
 
 So a small number of discs has the grading too: its distribution is never off by more than 1/n, where independent
 numbers would be off by about 1/sqrt(n) (stratified sampling: McKay, Beckman & Conover 1979, Technometrics 21, 239-245).
-F is that of coupler_protocol/grading_table.py.
+F is that of coupler_protocol/scene/tables/grading.py.
 """
 
 import numpy as np

@@ -8,7 +8,7 @@ would help, and the run ends.
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server import walls
 from dem_server.effects.bond import BONDED
 from dem_server.fields import listed_pairs

@@ -1,4 +1,4 @@
-"""Discs from a file (coupler_protocol/disc_file.py): free discs of their own, stones among them, or the packing of a window.
+"""Discs from a file (coupler_protocol/files/disc_csv.py): free discs of their own, stones among them, or the packing of a window.
 
 Stones of a file have no polygons. A clump has the area A, the centroid and the radius of gyration of the *union* of its discs:
 where they overlap the stone counts once, gaps between them count as none. It weighs density x A, shared among its discs as in
@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from coupler_protocol import disc_file
+from coupler_protocol.files import disc_csv as disc_file
 from coupler_protocol.problems import unfit
 from dem_server import overlap_rules, stones
 from dem_server.clumps import make_clumps
@@ -55,7 +55,7 @@ def free_discs(scene):
 
 
 def of_window(scene, ring):
-    """Packing of a window in its `ring` (coupler_protocol.interface.Ring) from `scene.discs.file`, checked to fit into it."""
+    """Packing of a window in its `ring` (interface.ring.Ring) from `scene.discs.file`, checked to fit into it."""
     path = scene.discs.file
     found = disc_file.read(path)
     if found.stone is not None:

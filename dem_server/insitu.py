@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from coupler_protocol.problems import unfit
 from dem_server.balance import unbalanced_ratio
 from dem_server.bins import bins_over

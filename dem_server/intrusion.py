@@ -10,7 +10,7 @@ azimuth, size (diameter of the circle of equal area); `reach` (S,) largest dista
 centroid in sizes.
 """
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 
 
 @jit

@@ -13,7 +13,7 @@ of the procedure: Study on Failure Mechanism of Soil-Rock Slope with FDM-DEM Met
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server.intrusion import inside
 
 CHOICE = 8  # radii a pair may choose from

@@ -6,7 +6,7 @@ directions follow each other exchange them where both have room, so that none is
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server.intrusion import fits
 
 TRIES = 1000  # places tried for a stone

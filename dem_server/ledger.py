@@ -28,7 +28,7 @@ within a step, and what dashpots take.
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server import energy
 from dem_server.clumps import resultant
 from dem_server.contacts import NO_BONDS, make_current

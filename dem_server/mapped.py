@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from coupler_protocol.problems import unfit
 from dem_server import mesostructure
 from dem_server.mesostructure import Mesostructure

@@ -33,7 +33,7 @@ import numpy as np
 import scipy.optimize
 import shapely
 
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from coupler_protocol.problems import unfit
 from dem_server.jostle import SWEEPS, grow, largest_first
 from dem_server.outline_rules import outlines_of

@@ -8,8 +8,8 @@ step, so that no disc can pass through another one; every cap is counted. In rea
 change momentum: there the step shortens (cycle.py). Discs of a clump move with it.
 """
 
-from coupler_protocol import team
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled.jit import jit
 from dem_server.clumps import move_clumps
 from dem_server.effects import damping as damping_law
 from dem_server.model import CAPS

@@ -11,7 +11,7 @@ pairs of discs whose numbers are farther apart, which stand at the end of the li
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server.cells import levels_of, near_pairs, sorted_pairs
 from dem_server.effects.bond import BONDED
 from dem_server.effects.parallel_bond import ParallelBonds

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from coupler_protocol import disc_file
+from coupler_protocol.files import disc_csv as disc_file
 from coupler_protocol.problems import SceneError, unfit
 
 BURST = 0.1  # of the smaller radius: largest overlap of two discs, or of one with a wall, that may begin as it is

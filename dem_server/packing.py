@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from coupler_protocol.grading_table import Grading, grading_of
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from coupler_protocol.problems import unfit
+from coupler_protocol.scene.tables.grading import Grading, grading_of
 from dem_server import fields, growth, inward
 from dem_server.contacts import contact_forces
 from dem_server.effects import RING, SOIL, Law

@@ -6,7 +6,7 @@ Eq (1) of ledger.py, pair by pair, with the ways of contact_law.py: change of th
 
 from math import sqrt
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server.contact_law import NOWHERE, bending_stiffness, bond_radius, effective_radius, rolling_stiffness
 from dem_server.effects.bond import BONDED
 

@@ -7,9 +7,9 @@ keeps, and the outcome of looks: of the one that the forces of this step carry, 
 import json
 from typing import NamedTuple
 
-from coupler_protocol import checkpoint, restart
-from coupler_protocol.interface import build_ring
-from coupler_protocol.messages import Answer
+from coupler_protocol.files import checkpoint, restart
+from coupler_protocol.interface.ring import build_ring
+from coupler_protocol.wire.messages import Answer
 from dem_server.model import Model, State
 from dem_server.rim import Rim, RimState
 
@@ -40,7 +40,7 @@ def save(side, stage, phase, factor):
 
 
 def take_up(side, saved, nodes):
-    """Bring a side to a saved stage end (coupler_protocol.restart.Saved); nodes (K,2): the rim as drawn [m]."""
+    """Bring a side to a saved stage end (coupler_protocol.files.restart.Saved); nodes (K,2): the rim as drawn [m]."""
     found = checkpoint.rebuild(WindowState, saved.fields)
     side.model, side.state = found.model, found.discs
     side.rim = Rim(build_ring(nodes, side.scene.discs.radius), side.scene.coupling.mapping, found.rim)

@@ -13,17 +13,17 @@ over the springs of the ring's contacts: b_cI . u_I is how far the motion u_I of
 
 (rolling resistance, bending of parallel bonds). A node takes half of each spring, the disc on the other end the other half,
 as between two discs; then omega^2 <= 2 for these springs and masses, and what damping asks for, 1 + alpha < 2, is there
-(coupler_protocol/stability.py, Eq (2); `tests/physics/test_interface_limit.py`). In real time no mass is added: the same
-sums times dt^2 bound the step (fdm_server/agreement.py), and the nodes carry the mass of the control discs' inner shares.
+(coupler_protocol/criteria/stable_step.py, Eq (2); `tests/physics/test_interface_limit.py`). In real time no mass is added: the
+same sums times dt^2 bound the step (fdm_server/agreement.py), and the nodes carry the mass of the control discs' inner shares.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from coupler_protocol.interface import node_shares, segment_vectors
-from coupler_protocol.jit import jit
-from coupler_protocol.mapping import forces_to_nodes, velocities_to_discs
+from coupler_protocol.compiled.jit import jit
+from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
+from coupler_protocol.interface.ring import node_shares, segment_vectors
 from dem_server.boundary import ring_contacts
 
 

@@ -4,9 +4,9 @@ from math import isfinite
 
 import numpy as np
 
-from coupler_protocol import messages
 from coupler_protocol.exits import PeerLost, PhysicsFailed
-from coupler_protocol.wire import WireError, content_of
+from coupler_protocol.wire import messages
+from coupler_protocol.wire.frames import WireError, content_of
 from dem_server.contacts import contact_forces
 from dem_server.motion import SPEED_CAP, move_free
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 
 GAIN = 0.25  # G of Eq (1)
 

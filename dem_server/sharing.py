@@ -6,7 +6,7 @@ Free discs are numbered in space and taken in runs of `RUN` discs. To wake a thr
 
 from itertools import pairwise
 
-from coupler_protocol import team
+from coupler_protocol.compiled import threads as team
 
 RUN = 2048  # discs
 FEWEST = 8  # runs a thread needs to be worth its waking

@@ -6,17 +6,17 @@ from pathlib import Path
 
 import numpy as np
 
-from coupler_protocol import messages
+from coupler_protocol.criteria.stable_step import in_words
 from coupler_protocol.exits import PeerLost, PhysicsFailed
-from coupler_protocol.handshake import join, resume_from
-from coupler_protocol.plugin import Moment
-from coupler_protocol.recorder import FrameInfo, Recorder
-from coupler_protocol.restart import END, filled, index_of, kept_stages, load, part_file
-from coupler_protocol.runfile import peak_memory
-from coupler_protocol.schedule import plan
-from coupler_protocol.stability import in_words
-from coupler_protocol.trace import stopwatch
-from coupler_protocol.wire import StepFrame, content_of, pack_array, unpack_array
+from coupler_protocol.files.recorder import FrameInfo, Recorder
+from coupler_protocol.files.restart import END, filled, index_of, kept_stages, load, part_file
+from coupler_protocol.files.run_json import peak_memory
+from coupler_protocol.process.plugin import Moment
+from coupler_protocol.process.trace import stopwatch
+from coupler_protocol.scene.schedule import plan
+from coupler_protocol.wire import messages
+from coupler_protocol.wire.frames import StepFrame, content_of, pack_array, unpack_array
+from coupler_protocol.wire.handshake import join, resume_from
 from dem_server import balance, clock, energy, frequency, record, restart, run, stones
 from dem_server.escape import RingGuard
 from dem_server.ledger import Ledger

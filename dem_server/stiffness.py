@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server.contact_law import NOWHERE
 from dem_server.effects import parallel_bond as parallel_law
 from dem_server.effects import rolling as rolling_law

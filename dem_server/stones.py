@@ -21,7 +21,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from dem_server.bonding import add_parallel_bonds
 from dem_server.clumps import make_clumps
 from dem_server.contacts import contact_forces

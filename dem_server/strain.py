@@ -1,7 +1,8 @@
 """What the window says of its strain where the continuum asks for it: a FORCE with the bins of the moment behind the forces."""
 
-from coupler_protocol import messages, strain_bins
-from coupler_protocol.wire import StepFrame
+from coupler_protocol.criteria import strain_bins
+from coupler_protocol.wire import messages
+from coupler_protocol.wire.frames import StepFrame
 
 
 class WindowStrain:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from coupler_protocol.disc_tables import names_of_walls
 from coupler_protocol.problems import unfit
+from coupler_protocol.scene.tables.discs import names_of_walls
 from dem_server import servo
 from dem_server.motion import SPEED_CAP
 from dem_server.walls import make_walls

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server.effects import RING
 from dem_server.effects import dashpot as dashpot_law
 from dem_server.effects import friction as friction_law

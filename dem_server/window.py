@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from coupler_protocol.interface import build_ring
+from coupler_protocol.interface.ring import build_ring
 from dem_server import imported, packing, stones
 from dem_server.contacts import contact_forces
 from dem_server.mapped import stones_of

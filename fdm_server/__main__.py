@@ -4,9 +4,11 @@ import logging
 import sys
 import time
 
-from coupler_protocol import exits, messages, program
-from coupler_protocol.interrupt import StopRequest, stop_on_signals, stop_with_parent
-from coupler_protocol.progress import Progress
+from coupler_protocol import exits
+from coupler_protocol.process import command_line as program
+from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
+from coupler_protocol.process.progress import Progress
+from coupler_protocol.wire import messages
 
 OWN_FILES = ("fdm.rank0.vtkhdf", "fdm.rank0.log", "fdm.rank0.trace.csv", "run.json", "scene.json", "endpoint")
 
@@ -32,8 +34,8 @@ def main(argv=None):
 
 def serve(options, stop):
     """Read the scene, listen, compute."""
-    from coupler_protocol import link
-    from coupler_protocol.scene_reader import read_scene
+    from coupler_protocol.scene.reader import read_scene
+    from coupler_protocol.wire import link_tcp as link
 
     scene = read_scene(options.scene, options.set)
     if not link.is_loopback(options.bind) and not options.insecure:
@@ -62,12 +64,13 @@ def serve(options, stop):
 def compute(scene, transport, out, progress, stop, origin=None, plugin=None):
     """Compute the grid and conduct the stages over any transport; used by the command line and by the in-process twin.
 
-    origin: the end of a stage to go on from (coupler_protocol.restart.Origin); plugin: a coupler_protocol.plugin.Plugin or None.
+    origin: the end of a stage to go on from (coupler_protocol.files.restart.Origin); plugin: a
+    coupler_protocol.process.plugin.Plugin or None.
     Writes run.json however it ends. On failure the peers are told and State is saved; the exception goes on.
     """
-    from coupler_protocol import runfile
-    from coupler_protocol.lockstep import Clocks, Hub
-    from coupler_protocol.scene_rules import doubts
+    from coupler_protocol.files import run_json as runfile
+    from coupler_protocol.scene.rules.between_tables import doubts
+    from coupler_protocol.wire.lockstep import Clocks, Hub
     from fdm_server.stages import ContinuumSide
 
     about = runfile.describe(scene)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from coupler_protocol import team
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled.jit import jit
 from fdm_server import shape
 from fdm_server.blocks import LANES
 from fdm_server.forces import corner_forces, sum_at_gridpoints

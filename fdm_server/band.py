@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from coupler_protocol import band, band_states
+from coupler_protocol.criteria import shear_band as band
+from coupler_protocol.criteria import shear_band_states as band_states
 from fdm_server import fields
 from fdm_server.grid import areas
 

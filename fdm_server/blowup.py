@@ -22,7 +22,7 @@ as the look to come: the forces that come late are inside.
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from fdm_server.energy import strain_energy
 from fdm_server.motion import kinetic_energy
 from fdm_server.safety import Unstable

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from coupler_protocol.schedule import acting, beginning
+from coupler_protocol.scene.schedule import acting, beginning
 from fdm_server import shape
 from fdm_server.boundary import edges_of, fixed_components, motion_of, points_in, sides_of
 from fdm_server.edges import boundary_edges

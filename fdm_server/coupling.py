@@ -14,11 +14,11 @@ from math import isfinite
 
 import numpy as np
 
-from coupler_protocol import messages
+from coupler_protocol.compiled.jit import jit
+from coupler_protocol.criteria.strain_bins import from_rows, shape_over
 from coupler_protocol.exits import PeerLost, PhysicsFailed
-from coupler_protocol.jit import jit
-from coupler_protocol.strain_bins import from_rows, shape_over
-from coupler_protocol.wire import StepFrame, WireError, content_of, pack_array, unpack_array
+from coupler_protocol.wire import messages
+from coupler_protocol.wire.frames import StepFrame, WireError, content_of, pack_array, unpack_array
 from fdm_server.hole import cut_window
 from fdm_server.shape import present
 from fdm_server.windows import rim_of, window_zones

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import shapely
 
-from coupler_protocol.grading_table import grading_of
+from coupler_protocol.scene.tables.grading import grading_of
 from fdm_server.boundary import fixed_components
 from fdm_server.excavation import all_held
 from fdm_server.grid import build_grid, centroids

@@ -9,7 +9,7 @@ Both overlaid pairs of triangles fill the zone, so each counts half. The mean st
 its forces follow from the outline of the zone alone.
 """
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from fdm_server.blocks import LANES
 from fdm_server.strain import C0, C1, C2, C3, T0, T1, T2, T3, V
 from fdm_server.stress import SD, SM, XY

@@ -9,8 +9,8 @@ count, for plastic flow only softens, and the shape is frozen.
 import numpy as np
 import scipy.sparse
 
-from coupler_protocol.jit import jit
-from coupler_protocol.stability import limit
+from coupler_protocol.compiled.jit import jit
+from coupler_protocol.criteria.stable_step import limit
 from fdm_server.blocks import LANES, build_geometry, from_blocks
 from fdm_server.forces import CORNER_ROWS, corner_forces
 from fdm_server.shape import masses, present
@@ -77,7 +77,8 @@ def stiffness_matrix(model, stiffness):
 
 
 def safe_limits(model, state, nodes=None, sums=None):
-    """Limits of the step (coupler_protocol.stability.limit) by zones and, with rims, by their nodes: {"grid", "interface"}.
+    """Limits of the step (coupler_protocol.criteria.stable_step.limit) by zones and, with rims, by their nodes: {"grid",
+    "interface"}.
 
     nodes (K,): gridpoints of all rims; sums (K,) [N/m]: of the mass rule of their contact springs (dem_server/rim.py), which
     bound u.K u of the springs by 2 sums u^2. A node has to bear these and what the bound of the zones asks of its mass.

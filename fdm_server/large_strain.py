@@ -4,7 +4,7 @@ None of it is compiled into a step of small strain. The shapes of one block are 
 that the kernels of small strain read them.
 """
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from fdm_server.blocks import LANES
 from fdm_server.effects import large_strain as law
 from fdm_server.strain import C0, C1, C2, C3, T0, T1, T2, T3, V

@@ -1,6 +1,6 @@
 """What a scene's materials, damping and time must fulfil together; found by the scene reader through `colluvium.rules`."""
 
-from coupler_protocol.schedule import large_strain
+from coupler_protocol.scene.schedule import large_strain
 from fdm_server.effects.softening import curves
 
 

@@ -26,7 +26,7 @@ is the difference of both, so there the error can show less.
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from fdm_server.blocks import LANES
 from fdm_server.clock import seconds
 from fdm_server.energy import strain_energy

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from coupler_protocol import team
+from coupler_protocol.compiled import threads as team
 from fdm_server.blocks import LANES, Geometry, build_gather, build_geometry, to_blocks
 from fdm_server.boundary import fixed_components
 from fdm_server.effects import Law, law_from

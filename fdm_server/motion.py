@@ -12,8 +12,8 @@ from math import sqrt
 
 import numpy as np
 
-from coupler_protocol import team
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled.jit import jit
 from fdm_server.effects import combined_damping as combined_law
 from fdm_server.effects import damping as damping_law
 from fdm_server.effects import rayleigh as rayleigh_law

@@ -1,6 +1,6 @@
 """Kernels for the rate of stress in a step, which Rayleigh damping adds to the stress that makes forces."""
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from fdm_server.blocks import LANES
 from fdm_server.stress import STRESS_ROWS
 

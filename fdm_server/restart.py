@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from coupler_protocol import checkpoint, restart
-from coupler_protocol.schedule import acting
+from coupler_protocol.files import checkpoint, restart
+from coupler_protocol.scene.schedule import acting
 from fdm_server.boundary import fixed_components
 from fdm_server.model import State, build_model, model_of
 
@@ -52,7 +52,7 @@ def model_at(scene, grid, zone, index):
 
 
 def take_up(side, saved):
-    """Bring a side that was just built to a saved stage end (coupler_protocol.restart.Saved)."""
+    """Bring a side that was just built to a saved stage end (coupler_protocol.files.restart.Saved)."""
     found = checkpoint.rebuild(GridState, saved.fields)
     side.model = model_at(side.scene, side.grid, found.zone, saved.index)
     side.state = found.grid

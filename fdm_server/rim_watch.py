@@ -12,7 +12,7 @@ and fade but do not grow; waves, slides and impacts do not turn round. Twice the
 (FADE a step) is worth a warning; the run ends before the next step would make it more than four times what it was at the warning.
 
 Mismatch. P.v over the gridpoints is what the discs see on their side, to round-off with the work-consistent mapping
-(coupler_protocol/mapping.py). The discs' number of a step comes with the forces two steps later.
+(coupler_protocol/interface/mapping.py). The discs' number of a step comes with the forces two steps later.
 """
 
 from math import sqrt

@@ -5,7 +5,7 @@ A block none of whose zones has flowed yet takes the strength of its materials a
 
 from math import sqrt
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from fdm_server.blocks import LANES
 from fdm_server.effects import mohr_coulomb as mohr_coulomb_law
 from fdm_server.effects import softening as law

@@ -2,9 +2,9 @@
 
 import logging
 
-from coupler_protocol import messages
-from coupler_protocol.ending import Ending
-from coupler_protocol.schedule import beginning, leg_of
+from coupler_protocol.scene.ending import Ending
+from coupler_protocol.scene.schedule import beginning, leg_of
+from coupler_protocol.wire import messages
 from fdm_server import agreement, clock
 from fdm_server.band import BandWatch
 from fdm_server.conditions import NOTHING

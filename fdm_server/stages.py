@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from coupler_protocol import messages
-from coupler_protocol.handshake import resume_from, welcome_all
-from coupler_protocol.plugin import Moment
-from coupler_protocol.recorder import FrameInfo, Recorder
-from coupler_protocol.restart import END, filled, kept_stages, load, part_file
-from coupler_protocol.runfile import stage_rows
-from coupler_protocol.schedule import large_strain, leg_of
-from coupler_protocol.trace import stopwatch
+from coupler_protocol.files.recorder import FrameInfo, Recorder
+from coupler_protocol.files.restart import END, filled, kept_stages, load, part_file
+from coupler_protocol.files.run_json import stage_rows
+from coupler_protocol.process.plugin import Moment
+from coupler_protocol.process.trace import stopwatch
+from coupler_protocol.scene.schedule import large_strain, leg_of
+from coupler_protocol.wire import messages
+from coupler_protocol.wire.handshake import resume_from, welcome_all
 from fdm_server import fields, record, restart
 from fdm_server.band import bin_length
 from fdm_server.blowup import EnergyWatch

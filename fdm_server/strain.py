@@ -11,7 +11,7 @@ the area mean over its triangles,
     e = [(u0 - u2)(y1 - y3) + (u1 - u3)(y2 - y0) + (v0 - v2)(x3 - x1) + (v1 - v3)(x0 - x2)]/2A
 """
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from fdm_server.blocks import LANES
 
 C0, C1, C2, C3 = (k * LANES for k in range(4))  # rows of the corners of a zone

@@ -9,7 +9,7 @@ of the four triangles ask for are averaged by area: without that, dilatant flow 
 
 from math import sqrt
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from fdm_server.blocks import LANES
 from fdm_server.effects import elastic as elastic_law
 from fdm_server.effects import mohr_coulomb as mohr_coulomb_law

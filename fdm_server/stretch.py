@@ -2,7 +2,8 @@
 
 A side of the rim that has become lambda times as long has gaps of 2 r (lambda - 1) between its control discs (radius r): two
 smallest radii, room for a disc, at lambda = 2 (dem_server/escape.py watches the gaps). Force, moment and power still cross it
-exactly (coupler_protocol/mapping.py), but at FAR a zone of constant strain stands for what should be several. Across the rim no
+exactly (coupler_protocol/interface/mapping.py), but at FAR a zone of constant strain stands for what should be several. Across
+the rim no
 gap tells of it. With X, x the diagonals (2,2) of a zone as drawn and now, the mean deformation gradient and its stretch are
 
     F = x X^-1,    lambda = largest singular value of F                                   (1)

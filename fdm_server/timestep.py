@@ -16,7 +16,7 @@ from math import inf, sqrt
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from fdm_server.blocks import TRIANGLES, triangle_double_areas
 from fdm_server.effects.rayleigh import step_share
 

@@ -25,12 +25,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from bench.rows import repeated, row, triad, write
 
 from colluvium import launch
-from coupler_protocol import checkpoint, link, messages
-from coupler_protocol.interface import build_ring
-from coupler_protocol.interrupt import StopRequest
-from coupler_protocol.lockstep import Clocks, Conversation
-from coupler_protocol.scene_reader import build_scene, read_scene
-from coupler_protocol.wire import StepFrame
+from coupler_protocol.files import checkpoint
+from coupler_protocol.interface.ring import build_ring
+from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.scene.reader import build_scene, read_scene
+from coupler_protocol.wire import link_tcp as link
+from coupler_protocol.wire import messages
+from coupler_protocol.wire.frames import StepFrame
+from coupler_protocol.wire.lockstep import Clocks, Conversation
 from dem_server import contacts as dem_contacts
 from dem_server import motion as dem_motion
 from dem_server.restart import WindowState

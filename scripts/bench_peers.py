@@ -19,7 +19,7 @@ from bench.peers import ENGINES
 from bench.peers.compare import box_rows
 from bench.rows import show, triad, write
 
-from coupler_protocol.runfile import processor
+from coupler_protocol.files.run_json import processor
 
 
 def main():

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import coo_array
 
-from coupler_protocol.scene_reader import read_scene
+from coupler_protocol.scene.reader import read_scene
 from fdm_server.advance import advance
 from fdm_server.blocks import TRIANGLES, triangle_double_areas
 from fdm_server.fos.bracket import NoBracket, search

@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 from shapely.geometry import box
 
-from coupler_protocol.interface import build_ring
-from coupler_protocol.scene_reader import read_scene
+from coupler_protocol.interface.ring import build_ring
+from coupler_protocol.scene.reader import read_scene
 from dem_server import balance, insitu, mesostructure, packing, stones
 from dem_server.bins import bins_over
 from dem_server.contacts import contact_forces

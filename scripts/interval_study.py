@@ -23,9 +23,9 @@ from pathlib import Path
 import numpy as np
 import pages
 
-from coupler_protocol import checkpoint
-from coupler_protocol.link import endpoint_from
-from coupler_protocol.scene_reader import build_scene, read_scene
+from coupler_protocol.files import checkpoint
+from coupler_protocol.scene.reader import build_scene, read_scene
+from coupler_protocol.wire.link_tcp import endpoint_from
 from fdm_server.grid import build_grid
 from fdm_server.windows import rim_of, window_zones
 

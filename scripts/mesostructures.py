@@ -8,7 +8,7 @@ import sys
 import numpy as np
 
 from colluvium.figures.mesostructure import draw_side_by_side
-from coupler_protocol.scene_reader import read_scene
+from coupler_protocol.scene.reader import read_scene
 from dem_server.mesostructure import draw
 
 CONTENTS = (0.30, 0.60, 0.45, 0.45)

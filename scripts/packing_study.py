@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import numpy as np
 import shapely
 
-from coupler_protocol.interface import build_ring, polygon_area
+from coupler_protocol.interface.ring import build_ring, polygon_area
 from dem_server import fields
 from dem_server.contacts import contact_forces
 from dem_server.effects.damping import Damping

@@ -24,7 +24,7 @@ from statistics import median, quantiles
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from coupler_protocol.link import endpoint_from
+from coupler_protocol.wire.link_tcp import endpoint_from
 
 AWAKE = 5e-4  # [s] without sleep after the last bytes
 NEAR = 2e-4  # [s] before bytes are due in which it does not sleep

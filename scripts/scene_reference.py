@@ -13,7 +13,7 @@ from pathlib import Path
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from coupler_protocol.scene import scene_class
+from coupler_protocol.scene.scene import scene_class
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "scene.md"
@@ -151,7 +151,7 @@ def examples():
 
 def page():
     """The whole page."""
-    from coupler_protocol.declare import Effect
+    from coupler_protocol.scene.declare import Effect
 
     lines, described = [HEAD, *examples()], {}
     for path, model, many in tables(scene_class(), ""):

@@ -5,9 +5,10 @@ import threading
 from types import SimpleNamespace
 from typing import NamedTuple
 
-from coupler_protocol import link_inproc, wire
-from coupler_protocol.interrupt import StopRequest
-from coupler_protocol.lockstep import Clocks, Conversation, Hub
+from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.wire import frames as wire
+from coupler_protocol.wire import link_inproc
+from coupler_protocol.wire.lockstep import Clocks, Conversation, Hub
 
 SESSION = 7
 

@@ -9,7 +9,7 @@ from scipy.stats import kstest, norm
 from colluvium.figures import domain, style
 from colluvium.results import Run
 from colluvium.window_fields import outline_of
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from dem_server.polygons import moments
 
 STONE, EDGE, SOIL = "#b9a98f", "#5b4a33", "#f4f0e8"

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from coupler_protocol.vtkhdf import FrameInfo
+from coupler_protocol.files.vtkhdf import FrameInfo
 
 RC = {
     "font.size": 9.0,

@@ -13,7 +13,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from coupler_protocol.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, quantity
 from dem_server.effects.pairs import by_kind
 
 NONE, BONDED, BROKEN_TENSION, BROKEN_SHEAR = 0, 1, 2, 3  # values of `bond_state`

@@ -8,7 +8,7 @@ Methods in Engineering Rock Mechanics, ch. 4; Itasca, PFC2D 3.1 Theory, "Mechani
 
 from typing import ClassVar, NamedTuple
 
-from coupler_protocol.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, quantity
 
 
 class Damping(Effect):

@@ -16,7 +16,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from coupler_protocol.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, quantity
 
 
 class Spring(Effect):

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from coupler_protocol.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, quantity
 from fdm_server.effects.rayleigh import RayleighTable
 
 KINDS = ("local", "combined", "rayleigh")

@@ -10,7 +10,7 @@ Stresses are kept as sm = (xx + yy)/2, sd = (xx - yy)/2, xy and zz. In these the
 
 from typing import ClassVar
 
-from coupler_protocol.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, quantity
 
 P_WAVE, LAME = 4.0 / 3.0, -2.0 / 3.0  # K + P_WAVE G: constrained modulus; K + LAME G: Lame's lambda
 

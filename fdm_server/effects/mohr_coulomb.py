@@ -26,7 +26,7 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from coupler_protocol.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, quantity
 from fdm_server.effects.elastic import LAME, P_WAVE
 
 INF = float("inf")

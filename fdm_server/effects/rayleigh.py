@@ -18,7 +18,7 @@ Nonlinear Finite Elements for Continua and Structures (the step under damping).
 from math import pi, sqrt
 from typing import Literal, NamedTuple
 
-from coupler_protocol.declare import Table, quantity
+from coupler_protocol.scene.declare import Table, quantity
 
 
 class RayleighTable(Table):

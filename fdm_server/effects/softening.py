@@ -20,7 +20,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field, model_validator
 
-from coupler_protocol.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, quantity
 
 INF = float("inf")
 CURVES = ("cohesion", "friction", "dilation", "tension")

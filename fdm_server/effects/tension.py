@@ -13,7 +13,7 @@ It acts after Mohr-Coulomb: f = s1 - N s3 + C only grows by it, so the result ob
 
 from typing import ClassVar
 
-from coupler_protocol.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, quantity
 from fdm_server.effects.elastic import LAME, P_WAVE
 
 INF = float("inf")

@@ -2,9 +2,10 @@
 
 import sys
 
-from coupler_protocol import exits, program
-from coupler_protocol.interrupt import StopRequest, stop_on_signals, stop_with_parent
-from coupler_protocol.progress import Progress
+from coupler_protocol import exits
+from coupler_protocol.process import command_line as program
+from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
+from coupler_protocol.process.progress import Progress
 
 OWN_FILES = ("fos.json", "fos.log")
 
@@ -22,7 +23,7 @@ def main(argv=None):
 
 def search(options, stop):
     """Read the scene, search, leave fos.json."""
-    from coupler_protocol.scene_reader import read_scene
+    from coupler_protocol.scene.reader import read_scene
     from fdm_server.fos.study import Study, ignored
 
     scene = read_scene(options.scene, options.set)

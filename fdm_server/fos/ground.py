@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol.problems import unfit
-from coupler_protocol.scene import declared_effects
+from coupler_protocol.scene.scene import declared_effects
 from fdm_server.advance import advance
 from fdm_server.boundary import fixed_components
 from fdm_server.effects import law_from

@@ -5,7 +5,7 @@ All stages of a scene count, whatever their order: the ground is searched as it 
 
 import numpy as np
 
-from coupler_protocol.schedule import acting, plan
+from coupler_protocol.scene.schedule import acting, plan
 from fdm_server.conditions import load_forces
 from fdm_server.loads import press
 

@@ -4,10 +4,10 @@ import logging
 import time
 from pathlib import Path
 
-from coupler_protocol import runfile
 from coupler_protocol.exits import PhysicsFailed
+from coupler_protocol.files import run_json as runfile
+from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.problems import unfit
-from coupler_protocol.recorder import FrameInfo, Recorder
 from fdm_server import record
 from fdm_server.fos import bracket as bracketing
 from fdm_server.fos.extrapolation import extrapolate

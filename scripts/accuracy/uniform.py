@@ -12,8 +12,8 @@ import numpy as np
 from verification.coupling.block import KN, SIDE, block
 from verification.coupling.joined import rotation
 
-from coupler_protocol.interface import polygon_area
-from coupler_protocol.mapping import forces_to_nodes, velocities_to_discs
+from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
+from coupler_protocol.interface.ring import polygon_area
 from dem_server.balance import unbalanced_ratio as ratio_of_discs
 from dem_server.contacts import contact_forces
 from dem_server.fields import contacts

@@ -13,7 +13,7 @@ import numpy as np
 
 from accuracy.common import curves, order, timed
 from colluvium.figures.style import styled
-from coupler_protocol.scene_reader import read_scene
+from coupler_protocol.scene.reader import read_scene
 from fdm_server.fos.bracket import NoBracket, search
 from fdm_server.fos.extrapolation import extrapolate
 from fdm_server.fos.ground import settle, with_zone_size

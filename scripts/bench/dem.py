@@ -16,11 +16,11 @@ import numpy as np
 from bench.dense_box import BOND, FRICTION, dense_box
 from bench.rows import repeated, row, triad
 from bench.scalar_disc import step_of_discs
-from coupler_protocol import team
-from coupler_protocol.grading_table import Grading
-from coupler_protocol.interface import build_ring
-from coupler_protocol.jit import jit
-from coupler_protocol.scene_reader import read_scene
+from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled.jit import jit
+from coupler_protocol.interface.ring import build_ring
+from coupler_protocol.scene.reader import read_scene
+from coupler_protocol.scene.tables.grading import Grading
 from dem_server import bonding, contacts, insitu, mesostructure, packing, stones
 from dem_server.balance import unbalanced_ratio
 from dem_server.contacts import contact_forces, force_pass

@@ -10,8 +10,8 @@ from dataclasses import fields
 import numpy as np
 
 from bench.rows import repeated, row
-from coupler_protocol import team
-from coupler_protocol.scene_reader import build_scene
+from coupler_protocol.compiled import threads as team
+from coupler_protocol.scene.reader import build_scene
 from fdm_server import clock
 from fdm_server.advance import advance
 from fdm_server.blocks import from_blocks

@@ -7,7 +7,7 @@ from statistics import median
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 
 
 def row(name, size, values, unit, companion, note="", threads=1):

@@ -7,7 +7,7 @@ run. The pairs are given: it neither builds lists nor asks whether they are out 
 
 from math import sqrt
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 
 
 @jit(package="dem_server")

@@ -8,7 +8,7 @@ from math import sqrt
 
 import numpy as np
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from fdm_server.effects import mohr_coulomb as mohr_coulomb_law
 from fdm_server.effects import tension as tension_law
 

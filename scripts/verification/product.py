@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colluvium import Scene, open_run
-from coupler_protocol.interrupt import StopRequest
-from coupler_protocol.lockstep import Clocks, Hub
-from coupler_protocol.progress import Progress
+from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.process.progress import Progress
+from coupler_protocol.wire.lockstep import Clocks, Hub
 from fdm_server.model import Model, State
 from fdm_server.stages import ContinuumSide
 

@@ -8,7 +8,7 @@ import pytest
 import shapely
 from scipy.spatial import cKDTree
 
-from coupler_protocol.recorder import FrameInfo, Recorder
+from coupler_protocol.files.recorder import FrameInfo, Recorder
 
 ZONE = 0.5
 LENGTH, HEIGHT, TOE, FOOT = 20.0, 12.0, 4.0, 4.0  # a 45-degree face from (TOE, FOOT) to (TOE + 8, HEIGHT)

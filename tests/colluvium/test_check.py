@@ -3,7 +3,7 @@
 import tomllib
 
 from colluvium import check, launch
-from coupler_protocol.scene_reader import build_scene, read_scene
+from coupler_protocol.scene.reader import build_scene, read_scene
 
 
 def test_counts_and_sides_of_a_scene_without_windows(configs):

@@ -13,7 +13,7 @@ from colluvium.figures import frames
 from colluvium.html import player
 from colluvium.html.packing import FLOOR, Packing
 from colluvium.results import open_run
-from coupler_protocol.recorder import FrameInfo, Recorder
+from coupler_protocol.files.recorder import FrameInfo, Recorder
 from tests.colluvium.report_page import Page, decode
 
 pytest.importorskip("cmcrameri")

@@ -9,9 +9,9 @@ import shapely
 
 from colluvium import band_line, locate
 from colluvium.results import open_run
-from coupler_protocol import band
-from coupler_protocol.recorder import FrameInfo, Recorder
-from coupler_protocol.scene_reader import build_scene
+from coupler_protocol.criteria import shear_band as band
+from coupler_protocol.files.recorder import FrameInfo, Recorder
+from coupler_protocol.scene.reader import build_scene
 from fdm_server.grid import build_grid
 
 STRAIGHT = shapely.LineString([(5.0, 4.5), (16.25, 11.75)])

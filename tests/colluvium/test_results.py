@@ -8,7 +8,7 @@ import pytest
 
 from colluvium.rank_file import NotRecordedError
 from colluvium.results import open_run
-from coupler_protocol.recorder import FrameInfo, Recorder
+from coupler_protocol.files.recorder import FrameInfo, Recorder
 
 
 @pytest.fixture(scope="module")

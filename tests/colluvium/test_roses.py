@@ -5,7 +5,7 @@ import pytest
 
 from colluvium.figures import roses
 from colluvium.results import open_run
-from coupler_protocol.recorder import FrameInfo, Recorder
+from coupler_protocol.files.recorder import FrameInfo, Recorder
 
 plt = pytest.importorskip("matplotlib.pyplot")
 pytest.importorskip("cmcrameri")

@@ -9,7 +9,7 @@ import pytest
 
 from colluvium import band, states
 from colluvium.results import open_run
-from coupler_protocol.recorder import FrameInfo, Recorder
+from coupler_protocol.files.recorder import FrameInfo, Recorder
 
 BEFORE = [(5.0, 4.5), (10.75, 7.75)]  # toe to the window's left side
 INSIDE = [(11.25, 7.75), (12.75, 8.75)]

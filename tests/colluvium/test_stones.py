@@ -10,7 +10,7 @@ from colluvium.fabric import KINDS
 from colluvium.figures import chains, displacement, mesostructure
 from colluvium.rank_file import NotRecordedError
 from colluvium.results import open_run
-from coupler_protocol.recorder import FrameInfo, Recorder
+from coupler_protocol.files.recorder import FrameInfo, Recorder
 
 FIRST = np.array([[0.0, 0.0], [0.4, 0.0], [0.4, 0.2], [0.2, 0.1], [0.0, 0.2]])
 SECOND = np.array([[0.6, 0.0], [0.9, 0.0], [0.7, 0.3]])

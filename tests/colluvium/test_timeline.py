@@ -7,7 +7,7 @@ import pytest
 
 from colluvium.figures import timeline
 from colluvium.timeline import ACTIVITIES, intervals
-from coupler_protocol.trace import Trace
+from coupler_protocol.process.trace import Trace
 
 NAMES = ("fdm.rank0", "dem.rank1")
 

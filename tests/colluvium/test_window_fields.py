@@ -5,7 +5,7 @@ import pytest
 
 from colluvium.results import open_run
 from colluvium.window_fields import bins, mean_stress, shear_strain
-from coupler_protocol.recorder import FrameInfo, Recorder
+from coupler_protocol.files.recorder import FrameInfo, Recorder
 
 
 def test_bins_are_the_zones_that_were_removed(run_folder, slope):

@@ -8,7 +8,7 @@ import scipy.stats
 import shapely
 from window_case import stones_table
 
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from dem_server.mesostructure import draw
 from dem_server.polygons import moments
 

@@ -10,7 +10,7 @@ import scipy.sparse.linalg
 from numba import types
 from window_case import OBLIQUE, SQUARE, packed_with_stones
 
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from dem_server import cells, energy, insitu, neighbours, stones
 from dem_server.balance import unbalanced_ratio
 from dem_server.contacts import contact_forces
@@ -199,7 +199,7 @@ def test_a_copied_state_goes_on_with_the_same_bits(made):
 def test_recorded_bodies_give_the_same_stress(tmp_path, made):
     """The bins' mean of a recorded frame, area by area, is the mean stress of the window."""
     from colluvium import open_run, window_fields
-    from coupler_protocol.recorder import FrameInfo, Recorder
+    from coupler_protocol.files.recorder import FrameInfo, Recorder
     from dem_server import record
 
     model, state = made

@@ -5,7 +5,7 @@ import threading
 import numpy as np
 import pytest
 
-from coupler_protocol.jit import jit
+from coupler_protocol.compiled.jit import jit
 from dem_server.crew import meet, of_all, part_of, work_together
 
 

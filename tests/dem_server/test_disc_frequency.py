@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from window_case import OBLIQUE, packed, packed_with_stones, rim, soil_discs
 
-from coupler_protocol.interface import build_ring
-from coupler_protocol.stability import highest, spring_sums, stiffness_matrix
+from coupler_protocol.criteria.stable_step import highest, spring_sums, stiffness_matrix
+from coupler_protocol.interface.ring import build_ring
 from dem_server import neighbours, stones
 from dem_server.boundary import ring_contacts
 from dem_server.clumps import resultant

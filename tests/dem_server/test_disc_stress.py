@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from window_case import OBLIQUE, packed, soil_discs
 
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from dem_server.balance import unbalanced_ratio
 from dem_server.contacts import contact_forces
 from dem_server.fields import contacts

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bench.dense_box import FRICTION, dense_box
 
-from coupler_protocol import team
+from coupler_protocol.compiled import threads as team
 from dem_server import cycle, insitu, sharing
 from dem_server.contacts import contact_forces
 from dem_server.effects.bond import Bond

@@ -12,7 +12,7 @@ SCRIPT = """
 import sys
 import numpy as np
 from window_case import SQUARE, soil_discs, stone_grain, stones_table
-from coupler_protocol.interface import build_ring
+from coupler_protocol.interface.ring import build_ring
 from window_case import rim
 from dem_server.contacts import contact_forces
 from dem_server.model import build_model

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from coupler_protocol.interface import build_ring
+from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.problems import SceneError
 from dem_server.filling import rim_of
 

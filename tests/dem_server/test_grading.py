@@ -7,9 +7,9 @@ import pytest
 import scipy.stats
 from pydantic import ValidationError
 
-from coupler_protocol.grading_table import Grading, Uniform
 from coupler_protocol.problems import SceneError
-from coupler_protocol.scene_reader import build_scene
+from coupler_protocol.scene.reader import build_scene
+from coupler_protocol.scene.tables.grading import Grading, Uniform
 from dem_server.grading import radii
 
 LOGNORMAL = Grading(lognormal={"mean": 0.06, "sigma": 0.3, "min": 0.035, "max": 0.12})

@@ -5,10 +5,10 @@ import pytest
 from verification.discrete.scenes import disc_file, tables
 from window_case import OBLIQUE, packing_of, soil_discs
 
-from coupler_protocol import disc_file as files
-from coupler_protocol.interface import build_ring
+from coupler_protocol.files import disc_csv as files
+from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.problems import SceneError
-from coupler_protocol.scene_reader import build_scene
+from coupler_protocol.scene.reader import build_scene
 from dem_server import imported, overlaps
 from dem_server.effects import STONE
 from dem_server.effects.bond import BONDED

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from insitu_study import DENSITY, FIELDS, GRAVITY, case, window
 
-from coupler_protocol.scene_reader import read_scene
+from coupler_protocol.scene.reader import read_scene
 from dem_server.strength import ROLLING, inside_cone
 from dem_server.zone_stress import imbalance
 

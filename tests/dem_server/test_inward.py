@@ -6,7 +6,7 @@ import shapely
 from scipy.spatial import cKDTree
 from window_case import ANGLE, OBLIQUE, SQUARE, rim
 
-from coupler_protocol.interface import build_ring
+from coupler_protocol.interface.ring import build_ring
 from dem_server.inward import fill
 
 R = 0.03

@@ -5,7 +5,7 @@ import pytest
 from verification.discrete.scenes import disc_file, tables
 
 from coupler_protocol.problems import SceneError
-from coupler_protocol.scene_reader import build_scene
+from coupler_protocol.scene.reader import build_scene
 from dem_server import cycle, imported, overlaps
 from dem_server.contacts import contact_forces
 from dem_server.walls import make_walls

@@ -5,9 +5,9 @@ import pytest
 import shapely
 from window_case import ANGLE, OBLIQUE, SQUARE, packed, packing_of, rim, soil_discs
 
-from coupler_protocol.grading_table import Grading
-from coupler_protocol.interface import build_ring, polygon_area
+from coupler_protocol.interface.ring import build_ring, polygon_area
 from coupler_protocol.problems import SceneError
+from coupler_protocol.scene.tables.grading import Grading
 from dem_server.balance import unbalanced_ratio
 from dem_server.contacts import contact_forces
 from dem_server.fields import contacts, coordination, porosity

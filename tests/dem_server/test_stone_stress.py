@@ -5,7 +5,7 @@ import pytest
 import shapely
 from window_case import OBLIQUE, packed_with_stones, soil_discs
 
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from dem_server import stones
 from dem_server.clumps import make_clumps
 from dem_server.contacts import contact_forces

@@ -7,7 +7,7 @@ import pytest
 import shapely
 from window_case import OBLIQUE, SQUARE, packed_with_stones, stone_grain
 
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from dem_server import energy, insitu, stones
 from dem_server.balance import unbalanced_ratio
 from dem_server.bins import bins_over

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from window_case import SQUARE, packed, soil_discs
 
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from dem_server.fields import contacts
 from dem_server.strength import friction_sine, inside_cone, tensile_strength
 from dem_server.stress import mean_stress

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from coupler_protocol.interface import build_ring
+from coupler_protocol.interface.ring import build_ring
 from dem_server.contacts import contact_forces
 from dem_server.effects.bond import Bond
 from dem_server.effects.damping import Damping

@@ -2,8 +2,8 @@
 
 from types import SimpleNamespace
 
-from coupler_protocol.boundary_tables import Boundary
-from coupler_protocol.grid_tables import Grid
+from coupler_protocol.scene.tables.boundary import Boundary
+from coupler_protocol.scene.tables.grid import Grid
 from fdm_server.effects.damping import Damping
 from fdm_server.effects.elastic import Elastic
 from fdm_server.effects.mohr_coulomb import MohrCoulomb

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from coupler_protocol.scene_reader import read_scene
+from coupler_protocol.scene.reader import read_scene
 from fdm_server.along_face import along_face_mesh
 from fdm_server.edges import boundary_edges
 from fdm_server.grid import areas, build_grid

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from grid_cases import slope
 
-from coupler_protocol.boundary_tables import Boundary
+from coupler_protocol.scene.tables.boundary import Boundary
 from fdm_server.boundary import fixed_components, side_of
 from fdm_server.grid import build_grid
 

@@ -9,7 +9,7 @@ from grid_cases import material, slope, window
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from coupler_protocol.grid_tables import Grid
+from coupler_protocol.scene.tables.grid import Grid
 from fdm_server.boundary import side_of
 from fdm_server.edges import boundary_edges
 from fdm_server.fitted import aspects

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from coupler_protocol.boundary_tables import Boundary
 from coupler_protocol.problems import SceneError
-from coupler_protocol.scene_reader import read_scene
+from coupler_protocol.scene.reader import read_scene
+from coupler_protocol.scene.tables.boundary import Boundary
 from fdm_server.fos.ground import begin_trial, damping_of, settle, with_zone_size
 from fdm_server.fos.study import ignored
 from fdm_server.timestep import static_masses
@@ -41,7 +41,7 @@ def test_the_bottom_carries_the_weight(ground):
 
 
 def test_surcharges_act_from_the_start(ground, configs):
-    from coupler_protocol.stage_tables import Surcharge
+    from coupler_protocol.scene.tables.stages import Surcharge
 
     load = {"name": "load", "kind": "surcharge", "surcharge": Surcharge(x=(22.0, 30.0), pressure=50e3), "gravity": None}
     assert weight(ground(stage=load)[1]) - weight(ground()[1]) == pytest.approx(8 * 50e3, rel=2e-3)
@@ -72,7 +72,7 @@ def test_initial_stress_is_what_the_start_goes_out_from(ground):
 
 
 def test_excavations_are_dug(ground):
-    from coupler_protocol.stage_tables import Excavation
+    from coupler_protocol.scene.tables.stages import Excavation
 
     polygon = [(24.0, 12.0), (33.0, 12.0), (33.0, 16.0), (24.0, 16.0)]
     dig = {"name": "pit", "kind": "excavate", "excavate": Excavation(polygon=polygon), "gravity": None}

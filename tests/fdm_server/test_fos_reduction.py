@@ -4,8 +4,8 @@ from math import radians, tan
 
 import pytest
 
-from coupler_protocol.fos_table import FactorOfSafety
-from coupler_protocol.scene import scene_class
+from coupler_protocol.scene.scene import scene_class
+from coupler_protocol.scene.tables.fos import FactorOfSafety
 from fdm_server.effects.softening import Softening
 from fdm_server.fos.reduction import reduced
 

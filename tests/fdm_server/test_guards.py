@@ -12,8 +12,8 @@ from grid_cases import ELASTIC, TENSION, MohrCoulomb, material, slope
 
 from colluvium import open_run
 from coupler_protocol.problems import SceneError
-from coupler_protocol.scene_reader import build_scene
-from coupler_protocol.scene_rules import doubts
+from coupler_protocol.scene.reader import build_scene
+from coupler_protocol.scene.rules.between_tables import doubts
 from fdm_server import clock
 from fdm_server.advance import advance
 from fdm_server.blowup import EnergyWatch

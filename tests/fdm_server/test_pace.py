@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from coupler_protocol.scene_reader import SceneError, build_scene
+from coupler_protocol.scene.reader import SceneError, build_scene
 from fdm_server.coupling import Rim
 from fdm_server.effects.damping import damped
 from fdm_server.pace import Pace, stiffness_ratio

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from grid_cases import material, slope
 
-from coupler_protocol import team
+from coupler_protocol.compiled import threads as team
 from fdm_server import clock
 from fdm_server.advance import advance
 from fdm_server.blocks import LANES

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from grid_cases import material
 
-from coupler_protocol.grid_tables import Grid
+from coupler_protocol.scene.tables.grid import Grid
 from fdm_server.boundary import edges_of, side_of
 from fdm_server.fitted import aspects
 from fdm_server.grid import areas, build_grid

@@ -7,7 +7,7 @@ import pytest
 
 import colluvium
 from colluvium import band, states
-from coupler_protocol import band_states
+from coupler_protocol.criteria import shear_band_states as band_states
 from tests.conftest import command
 from tests.integration.test_two_processes import FILES, differing
 

@@ -9,7 +9,7 @@ import pytest
 
 import colluvium
 from coupler_protocol.exits import PhysicsFailed
-from coupler_protocol.scene_reader import SceneError, build_scene
+from coupler_protocol.scene.reader import SceneError, build_scene
 from tests.conftest import command
 from tests.integration.test_two_processes import differing
 

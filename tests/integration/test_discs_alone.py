@@ -11,13 +11,13 @@ from verification.discrete.scenes import SOIL, disc_file
 from colluvium import check, closing, export, launch
 from colluvium.inprocess import run
 from colluvium.results import open_run
-from coupler_protocol import disc_file as disc_files
-from coupler_protocol.checkpoint import load
 from coupler_protocol.exits import PHYSICS, PhysicsFailed
-from coupler_protocol.plugin import Plugin
+from coupler_protocol.files import disc_csv as disc_files
+from coupler_protocol.files.checkpoint import load
+from coupler_protocol.files.restart import Origin
 from coupler_protocol.problems import SceneError
-from coupler_protocol.restart import Origin
-from coupler_protocol.scene_reader import build_scene
+from coupler_protocol.process.plugin import Plugin
+from coupler_protocol.scene.reader import build_scene
 from dem_server.contacts import contact_forces
 from dem_server.fields import contacts
 from dem_server.filling import fill

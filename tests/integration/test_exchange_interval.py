@@ -10,8 +10,9 @@ import pytest
 
 import colluvium
 from colluvium.closing import sentences
-from coupler_protocol import checkpoint, messages
 from coupler_protocol.exits import PeerLost
+from coupler_protocol.files import checkpoint
+from coupler_protocol.wire import messages
 from dem_server.run import steps_between
 from dem_server.stages import DiscreteSide
 from tests.conftest import command

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from colluvium import open_run
-from coupler_protocol import checkpoint
+from coupler_protocol.files import checkpoint
 from tests.conftest import command
 
 

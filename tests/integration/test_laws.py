@@ -9,7 +9,7 @@ import pytest
 
 import colluvium
 from coupler_protocol import exits
-from coupler_protocol.scene_reader import build_scene
+from coupler_protocol.scene.reader import build_scene
 from tests.conftest import command
 
 SOFT = {"strain": [1e-5, 1e-3], "cohesion": [2e3, 0.0], "friction": [20.0, 15.0], "tension": [0.0, 0.0]}

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from colluvium import open_run, resume
-from coupler_protocol import checkpoint
 from coupler_protocol.exits import EnvironmentFailed
+from coupler_protocol.files import checkpoint
 from tests.conftest import command
 from tests.integration.test_two_processes import SHORT, STONES, children_of, coupled_frames, differing, overrides, wait_for
 

@@ -11,8 +11,8 @@ import pytest
 import colluvium
 from colluvium import inprocess
 from coupler_protocol.exits import PHYSICS, PhysicsFailed
-from coupler_protocol.plugin import from_functions
-from coupler_protocol.restart import Origin
+from coupler_protocol.files.restart import Origin
+from coupler_protocol.process.plugin import from_functions
 from dem_server.effects.bond import BONDED, BROKEN_TENSION
 from dem_server.rim import Rim
 from fdm_server import restart, stages

@@ -8,9 +8,9 @@ from run_cases import ROLLERS, SOIL, column, compute, scene, stage
 from zone_cases import PAPER, ring, settle, slope, soil
 
 from colluvium import inprocess, open_run, run
-from coupler_protocol import checkpoint
-from coupler_protocol.boundary_tables import Boundary
-from coupler_protocol.restart import Origin
+from coupler_protocol.files import checkpoint
+from coupler_protocol.files.restart import Origin
+from coupler_protocol.scene.tables.boundary import Boundary
 from fdm_server import fields
 from fdm_server.conditions import begin_stage, load_forces
 from fdm_server.grid import build_grid

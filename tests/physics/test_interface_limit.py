@@ -7,7 +7,7 @@ import pytest
 from verification.hard.coupled_system import BULK, MODULUS, SHEAR, at_share, excite, growth, system, with_few_discs
 
 from colluvium import coupled
-from coupler_protocol.stability import highest, spring_sums
+from coupler_protocol.criteria.stable_step import highest, spring_sums
 from dem_server.contacts import contact_forces
 from dem_server.frequency import safe_limit, springs_of
 from dem_server.neighbours import rebuild

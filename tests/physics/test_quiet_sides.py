@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from run_cases import ROLLERS, column, compute, stage
 
-from coupler_protocol import checkpoint
+from coupler_protocol.files import checkpoint
 
 LENGTH = 40.0
 SPEEDS = {"y": np.sqrt((0.5e9 + 4 / 3 * 0.15e9) / 2000.0), "x": np.sqrt(0.15e9 / 2000.0)}  # of P and S waves [m/s]

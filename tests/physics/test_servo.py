@@ -6,7 +6,7 @@ from disc_cases import KN, loose_discs
 from verification.discrete.scenes import SOIL, computed, tables
 
 from coupler_protocol.problems import SceneError
-from coupler_protocol.scene_reader import build_scene
+from coupler_protocol.scene.reader import build_scene
 from dem_server import servo, wall_forces
 from dem_server.contacts import contact_forces
 from dem_server.cycle import advance, in_real_time, in_static_mode

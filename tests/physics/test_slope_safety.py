@@ -4,8 +4,8 @@ from math import pi
 
 import pytest
 
-from coupler_protocol.boundary_tables import Boundary
-from coupler_protocol.scene_reader import read_scene
+from coupler_protocol.scene.reader import read_scene
+from coupler_protocol.scene.tables.boundary import Boundary
 from fdm_server.fos.bracket import search
 from fdm_server.fos.ground import settle, with_zone_size
 from fdm_server.fos.trial import run_trial

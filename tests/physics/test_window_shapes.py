@@ -5,10 +5,10 @@ import pytest
 import scipy.linalg
 from grid_cases import slope, window
 
-from coupler_protocol.grid_tables import Grid
-from coupler_protocol.interface import build_ring, polygon_area, segment_vectors
-from coupler_protocol.mapping import forces_to_nodes, velocities_to_discs
-from coupler_protocol.stability import stiffness_matrix
+from coupler_protocol.criteria.stable_step import stiffness_matrix
+from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
+from coupler_protocol.interface.ring import build_ring, polygon_area, segment_vectors
+from coupler_protocol.scene.tables.grid import Grid
 from dem_server.contacts import contact_forces
 from dem_server.escape import outside
 from dem_server.frequency import springs_of

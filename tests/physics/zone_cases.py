@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from coupler_protocol.boundary_tables import Boundary
-from coupler_protocol.grid_tables import Grid
+from coupler_protocol.scene.tables.boundary import Boundary
+from coupler_protocol.scene.tables.grid import Grid
 from fdm_server.advance import advance
 from fdm_server.effects.damping import Damping
 from fdm_server.effects.elastic import Elastic

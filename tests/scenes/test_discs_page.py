@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import colluvium
-from coupler_protocol.scene_reader import build_scene
+from coupler_protocol.scene.reader import build_scene
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "discs.md").read_text(encoding="utf-8")
 

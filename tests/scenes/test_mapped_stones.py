@@ -8,7 +8,7 @@ import pytest
 
 from colluvium import open_run
 from colluvium.figures import mesostructure
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from tests.conftest import ROOT, command
 
 

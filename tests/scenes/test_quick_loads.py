@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from colluvium import open_run
-from coupler_protocol import checkpoint
+from coupler_protocol.files import checkpoint
 from tests.conftest import command
 
 WEIGHT = 2700.0 * 9.81  # of the soil [N/m3]

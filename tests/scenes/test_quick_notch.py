@@ -8,7 +8,7 @@ import shapely
 
 from colluvium import open_run
 from colluvium.window_fields import bins, mean_stress, outline_of
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from tests.conftest import command
 from tests.scenes.continuity import discs_that_move_with_gridpoints
 

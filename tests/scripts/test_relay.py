@@ -16,7 +16,7 @@ import pytest
 import relay
 
 import colluvium
-from coupler_protocol.link import endpoint_from
+from coupler_protocol.wire.link_tcp import endpoint_from
 from tests.conftest import command
 from tests.integration.test_two_processes import differing
 

@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 
 from colluvium import Scene
-from coupler_protocol.progress import Progress
+from coupler_protocol.process.progress import Progress
 from fdm_server.fos.study import Study
 from verification import product
 from verification.rows import row

@@ -6,7 +6,7 @@ rho dx^2, impedance Z = rho c dx, c^2 = M/rho. The control disc is on the middle
 
 import numpy as np
 
-from coupler_protocol.interface import Ring
+from coupler_protocol.interface.ring import Ring
 from dem_server.effects.bond import Bond
 from dem_server.effects.spring import Spring
 from verification.coupling.joined import Joined, glue, zones

@@ -18,11 +18,11 @@ from types import SimpleNamespace
 import numpy as np
 
 import colluvium
-from coupler_protocol import checkpoint
-from coupler_protocol.interrupt import StopRequest
-from coupler_protocol.lockstep import Clocks, Hub
-from coupler_protocol.progress import Progress
-from coupler_protocol.restart import Origin, load
+from coupler_protocol.files import checkpoint
+from coupler_protocol.files.restart import Origin, load
+from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.process.progress import Progress
+from coupler_protocol.wire.lockstep import Clocks, Hub
 from dem_server import clock as disc_clock
 from dem_server import restart as disc_restart
 from dem_server.contacts import contact_forces

@@ -29,8 +29,8 @@ from verification import product
 class Joined:
     """A grid and the discs on its rim. Velocities stand half a step before positions and forces.
 
-    grid, discs: (Model, State) of either code; nodes (K,): gridpoints of the rim; ring: the coupler_protocol.interface.Ring upon
-    them; half_mass: whether they carry the inner shares of the control discs, as in the product.
+    grid, discs: (Model, State) of either code; nodes (K,): gridpoints of the rim; ring: the coupler_protocol.interface.ring.Ring
+    upon them; half_mass: whether they carry the inner shares of the control discs, as in the product.
     """
 
     def __init__(self, grid, discs, nodes, ring, mapping="work-consistent", half_mass=True):

@@ -12,7 +12,7 @@ drops M) and, off the segments, no power: its row says how much is lost.
 
 import numpy as np
 
-from coupler_protocol.mapping import forces_to_nodes, velocities_to_discs
+from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
 from verification.rows import row
 
 NAME = "mapping"

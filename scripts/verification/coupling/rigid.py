@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import shapely
 
-from coupler_protocol.interface import build_ring
+from coupler_protocol.interface.ring import build_ring
 from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BONDED, Bond
 from dem_server.model import build_model

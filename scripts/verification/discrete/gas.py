@@ -9,7 +9,7 @@ bodies averages out and that of one disc between two held ones, the last two col
 
 import numpy as np
 
-from coupler_protocol.scene import scene_class
+from coupler_protocol.scene.scene import scene_class
 from dem_server import energy
 from dem_server.cycle import advance, in_real_time
 from dem_server.neighbours import rebuild

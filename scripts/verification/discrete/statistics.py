@@ -14,7 +14,7 @@ import numpy as np
 import scipy.stats
 import shapely
 
-from coupler_protocol.stone_tables import Stones
+from coupler_protocol.scene.tables.stones import Stones
 from dem_server.mesostructure import draw
 from dem_server.polygons import moments
 from verification.rows import row

@@ -13,7 +13,7 @@ belong to half steps.
 
 import numpy as np
 
-from coupler_protocol.interface import polygon_area
+from coupler_protocol.interface.ring import polygon_area
 from dem_server import stones
 from dem_server.clumps import place_members
 from dem_server.contacts import contact_forces

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from colluvium import coupled, limits
-from coupler_protocol.interface import build_ring
-from coupler_protocol.scene_reader import build_scene
-from coupler_protocol.stability import highest
+from coupler_protocol.criteria.stable_step import highest
+from coupler_protocol.interface.ring import build_ring
+from coupler_protocol.scene.reader import build_scene
 from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BONDED
 from dem_server.fields import contacts

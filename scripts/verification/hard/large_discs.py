@@ -7,7 +7,7 @@ time without damping. `colluvium check` must say that discs are larger than zone
 
 import numpy as np
 
-from coupler_protocol.scene_rules import doubts
+from coupler_protocol.scene.rules.between_tables import doubts
 from verification.coupling.energy import followed
 from verification.hard.coupled_system import scene
 from verification.hard.free_body import Carried, body, sector

@@ -8,8 +8,8 @@ from the start: refused as a mistake of the scene, with what would be right.
 import numpy as np
 from scipy.spatial.distance import pdist, squareform
 
-from coupler_protocol.plugin import from_functions
 from coupler_protocol.problems import SceneError
+from coupler_protocol.process.plugin import from_functions
 from verification.discrete import scenes
 from verification.discrete.discs import KN
 from verification.hard.watched import Watch, look

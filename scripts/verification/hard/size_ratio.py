@@ -6,7 +6,7 @@ gravity, then the large disc hits it at 3 m/s in real time, with friction and wi
 
 import numpy as np
 
-from coupler_protocol.plugin import from_functions
+from coupler_protocol.process.plugin import from_functions
 from verification.discrete import scenes
 from verification.hard.watched import Watch, look
 from verification.rows import row

@@ -11,7 +11,7 @@ a contact over K + 4G/3 of the zones; "R/zone": mean radius over zone size. The 
 import numpy as np
 
 from colluvium import coupled
-from coupler_protocol.stability import highest
+from coupler_protocol.criteria.stable_step import highest
 from dem_server.frequency import safe_limit
 from fdm_server.frequency import safe_limits
 from verification.hard.coupled_system import at_share, excite, growth, system

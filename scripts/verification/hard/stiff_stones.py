@@ -7,8 +7,8 @@ rests, its kinetic energy stays what the last unbalanced forces leave.
 
 import numpy as np
 
-from coupler_protocol.interface import build_ring
-from coupler_protocol.scene_reader import build_scene
+from coupler_protocol.interface.ring import build_ring
+from coupler_protocol.scene.reader import build_scene
 from dem_server import filling, mesostructure, packing, stones
 from dem_server.contacts import contact_forces
 from dem_server.fields import contacts

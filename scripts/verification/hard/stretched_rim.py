@@ -11,7 +11,7 @@ import tempfile
 import numpy as np
 
 import colluvium
-from coupler_protocol.scene_reader import read_scene
+from coupler_protocol.scene.reader import read_scene
 from dem_server.contacts import contact_forces
 from dem_server.motion import move_free
 from fdm_server.advance import advance

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupler_protocol.plugin import from_functions
-from coupler_protocol.scene_reader import read_scene
+from coupler_protocol.process.plugin import from_functions
+from coupler_protocol.scene.reader import read_scene
 from dem_server import energy
 from verification.discrete import scenes
 

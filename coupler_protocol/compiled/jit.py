@@ -1,0 +1,59 @@
+"""The only place where functions are compiled.
+
+numba's disk cache notices an edit of the file a function stands in, but not an edit of another file whose function was compiled
+into it: old physics would run silently. So each server's cache folder carries a hash of every source file its kernels can be
+made of, and any edit of one of them starts a fresh folder. A function from a file outside that set is refused.
+"""
+
+import hashlib
+import os
+import sys
+from functools import cache
+from pathlib import Path
+
+import numba
+
+_ROOT = Path(__file__).resolve().parents[2]
+_SHARED = tuple(
+    _ROOT / "coupler_protocol" / name for name in ("compiled/jit.py", "compiled/waiting_words.py", "interface/mapping.py")
+)
+
+
+def sources(package):
+    """Files that kernels of `package` are made of: all of its own and the shared kernel files."""
+    return [*_SHARED, *sorted((_ROOT / package).rglob("*.py"))]
+
+
+@cache
+def cache_folder(package):
+    """Folder of the compiled kernels of `package` for exactly these sources and this compiler.
+
+    It lies below NUMBA_CACHE_DIR where that is set, else below the user's cache folder.
+    """
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version_info[:3]}".encode())
+    for path in sources(package):
+        if path.exists():
+            digest.update(str(path.relative_to(_ROOT)).encode())
+            digest.update(path.read_bytes())
+    base = os.environ.get("NUMBA_CACHE_DIR") or (Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "colluvium")
+    return str(Path(base) / f"{package}-{digest.hexdigest()[:16]}")
+
+
+def jit(function=None, *, package=None, borrows=False, **options):
+    """Compile `function` with the project's settings: cached on disk, without the interpreter lock, IEEE arithmetic.
+
+    `error_model="numpy"` (a division by zero gives inf, no exception) lets loops vectorise; fast-math stays off so that
+    results have the same bits in every run. Use as `kernel = jit(plain_function)` or as a decorator. `package` names the
+    server whose cache folder takes the kernel; by default the package the function stands in. `borrows`: the function makes no
+    arrays and keeps none, so that references need not be counted, which in loops over short blocks costs more than the work.
+    """
+    if function is None:
+        return lambda f: jit(f, package=package, borrows=borrows, **options)
+    package = package or function.__module__.partition(".")[0]
+    path = Path(function.__code__.co_filename).resolve()
+    if path.is_relative_to(_ROOT / "coupler_protocol") and path not in _SHARED:
+        raise ValueError(f"{path.name} holds a kernel but is not among the hashed files of coupler_protocol/compiled/jit.py")
+    if borrows:
+        options["_nrt"] = False
+    numba.config.CACHE_DIR = cache_folder(package)
+    return numba.njit(**{"cache": True, "nogil": True, "error_model": "numpy", **options})(function)

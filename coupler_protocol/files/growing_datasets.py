@@ -1,0 +1,94 @@
+"""Datasets of an HDF5 file that only grow, in a way that a killed writer cannot spoil.
+
+HDF5 stores a dataset in chunks and rewrites a chunk when rows are added to it. A compressed chunk that grows
+moves to another place, and a writer killed before the index of the chunks is on disk takes the rows of
+earlier frames with it. So a chunk that holds rows of an earlier frame is either not compressed, then it is
+rewritten in place by the same bytes (`Rows`), or not touched again, because every block begins a new chunk
+(`Blocks`).
+"""
+
+import h5py
+import numpy as np
+
+from coupler_protocol.files.quantities import Quantity
+
+ROWS_CHUNK = 1024
+BLOCK_CHUNK = (512, 65536)  # fewest and most rows compressed together
+SPARE = 1.1  # room in a chunk for blocks that are somewhat longer than the first
+
+
+def same_bits(a: np.ndarray, b: np.ndarray) -> bool:
+    """True where two arrays are equal to the last bit (NaN equals NaN, 0.0 differs from -0.0)."""
+    return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
+
+
+class Rows:
+    """A dataset of few bytes a frame, not compressed, created with its first rows."""
+
+    def __init__(self, group: h5py.Group, path: str, about: Quantity | None = None) -> None:
+        self._group, self._path, self._about = group, path, about
+        self._data: h5py.Dataset | None = None
+        self._end = 0
+
+    def append(self, rows: np.ndarray, start: int | None = None) -> int:
+        """Store rows behind the others, or where the caller says; return where they start."""
+        if self._data is None:
+            self._data = _create(self._group, self._path, rows, ROWS_CHUNK, self._about)
+        start = self._end if start is None else start
+        _write(self._data, start, rows)
+        self._end = start + len(rows)
+        return start
+
+
+class Blocks:
+    """A dataset of one compressed block a frame, created with its first. Rows between blocks mean nothing."""
+
+    def __init__(self, group: h5py.Group, path: str, about: Quantity | None = None) -> None:
+        self._group, self._path, self._about = group, path, about
+        self._data: h5py.Dataset | None = None
+        self._last = np.empty(0)
+        self._start = 0
+        self._chunk = 0
+
+    def append(self, block: np.ndarray) -> int:
+        """Store a block at the beginning of a new chunk; return the row where it starts."""
+        if self._data is None:
+            fewest, most = BLOCK_CHUNK
+            self._chunk = min(max(round(SPARE * len(block)), fewest), most)
+            # gzip is the only filter fast enough that every reader of the format knows
+            gzip = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+            self._data = _create(self._group, self._path, block, self._chunk, self._about, **gzip)
+        if block.shape[1:] != self._data.shape[1:]:
+            raise ValueError(f"{self._path}: rows of shape {block.shape[1:]}, before {self._data.shape[1:]}")
+        self._start += -(-len(self._last) // self._chunk) * self._chunk
+        self._last = block
+        _write(self._data, self._start, block)
+        return self._start
+
+    def share(self, block: np.ndarray) -> int:
+        """As `append`, but a block equal to the one before it is not stored: both start at the same row."""
+        if self._data is not None and same_bits(block, self._last):
+            return self._start
+        return self.append(block)
+
+
+def _create(
+    group: h5py.Group, path: str, rows: np.ndarray, chunk: int, about: Quantity | None, **filters: object
+) -> h5py.Dataset:
+    row = rows.shape[1:]
+    data = group.create_dataset(path, (0, *row), rows.dtype, maxshape=(None, *row), chunks=(chunk, *row), **filters)
+    if about is not None:
+        data.attrs["unit"] = about.unit
+        data.attrs["long_name"] = about.long_name
+        if about.components:
+            data.attrs["components"] = " ".join(about.components)
+    return data
+
+
+def _write(data: h5py.Dataset, start: int, rows: np.ndarray) -> None:
+    """data[start:] = rows, by HDF5's own calls; a frame has fifty of these, and slicing is slow."""
+    data.id.set_extent((start + len(rows), *rows.shape[1:]))
+    if len(rows):
+        place = data.id.get_space()
+        place.select_hyperslab((start,) + (0,) * (rows.ndim - 1), rows.shape)
+        data.id.write(h5py.h5s.create_simple(rows.shape), place, rows)

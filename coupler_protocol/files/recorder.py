@@ -1,0 +1,174 @@
+"""Takes frames and histories from a time loop and writes them in a thread of its own: the loop need not wait.
+
+The caller pays for a copy of the arrays. HDF5 and gzip work without the interpreter lock, beside the next
+steps. At most `QUEUE_FRAMES` frames wait; a loop that records faster than the disk writes is held back, not
+fed from growing memory.
+"""
+
+import queue
+import threading
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from coupler_protocol.files.quantities import FIELDS, HISTORIES, quantity
+from coupler_protocol.files.vtk_cells import TOPOLOGIES, as_stored
+from coupler_protocol.files.vtkhdf import Frame, FrameInfo, VtkHdfFile
+
+__all__ = ["FrameInfo", "Recorder"]
+
+QUEUE_FRAMES = 2
+_CLOSE = object()
+
+Arrays = Mapping[str, np.ndarray]
+
+
+class Recorder:
+    """One VTKHDF file of one rank. `kind` is "continuum" or "discrete"; `attributes` go to the file's root,
+    `constants` are arrays that hold for all frames.
+
+    `seconds` is the time the caller has spent here, `writer_seconds` the time the thread has worked.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        kind: str,
+        title: str = "",
+        attributes: Mapping[str, Any] | None = None,
+        constants: Arrays | None = None,
+    ) -> None:
+        if kind not in TOPOLOGIES:
+            raise ValueError(f"kind {kind!r} is not one of {', '.join(TOPOLOGIES)}")
+        self.seconds = 0.0
+        self.writer_seconds = 0.0
+        self._file = VtkHdfFile(Path(path), kind, {"title": title, **(attributes or {})}, constants or {})
+        self._last: Frame | None = None
+        self._histories: dict[str, tuple[list[int], list[float]]] = {}
+        self._failure: Exception | None = None
+        self._queue: queue.Queue = queue.Queue(QUEUE_FRAMES)
+        self._thread = threading.Thread(target=self._write, name=f"recorder {Path(path).name}", daemon=True)
+        self._thread.start()
+
+    def frame(
+        self,
+        info: FrameInfo,
+        *,
+        points: np.ndarray,
+        cells: np.ndarray,
+        point_fields: Arrays,
+        cell_fields: Arrays,
+    ) -> None:
+        """Record one frame.
+
+        continuum: points = reference coordinates (N, 2) [m], cells = gridpoints (Z, 4) of the zones,
+        triangles with the last two equal. discrete: points = centres (N, 2) [m], cells = rows (C, 2) of the
+        two discs of each contact. The arrays may be changed as soon as this returns.
+        """
+        start = time.perf_counter()
+        frame = Frame(
+            FrameInfo(int(info.step), float(info.time), str(info.stage), float(info.gravity_factor)),
+            as_stored(points),
+            np.array(cells, np.int64, order="C"),
+            {name: as_stored(values) for name, values in point_fields.items()},
+            {name: as_stored(values) for name, values in cell_fields.items()},
+        )
+        _check(frame, self._last)
+        self._last = frame
+        self._put(frame)
+        self.seconds += time.perf_counter() - start
+
+    def history(self, step: int, **values: float) -> None:
+        """Note values of histories at a step; they reach the file with the next frame, `sync` or `close`."""
+        for name, value in values.items():
+            if name not in self._histories:
+                quantity(HISTORIES, name)
+                self._histories[name] = ([], [])
+            steps, noted = self._histories[name]
+            steps.append(step)
+            noted.append(value)
+
+    def sync(self) -> None:
+        """Wait until everything recorded so far is in the file, safe from the death of this process."""
+        start = time.perf_counter()
+        self._put(None)
+        self._queue.join()
+        self._raise_failure()
+        self.seconds += time.perf_counter() - start
+
+    def close(self) -> None:
+        """Write what is left and close the file. Calling it again does nothing."""
+        if not self._thread.is_alive():
+            return
+        self._queue.put((None, self._take_histories()))
+        self._queue.put(_CLOSE)
+        self._thread.join()
+        self._raise_failure()
+
+    def __enter__(self) -> "Recorder":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _put(self, frame: Frame | None) -> None:
+        self._raise_failure()
+        if not self._thread.is_alive():
+            raise ValueError("this recorder is closed")
+        self._queue.put((frame, self._take_histories()))
+
+    def _take_histories(self) -> dict[str, tuple[list[int], list[float]]]:
+        taken = {name: rows for name, rows in self._histories.items() if rows[0]}
+        self._histories.update({name: ([], []) for name in taken})
+        return taken
+
+    def _raise_failure(self) -> None:
+        if self._failure is not None:
+            raise RuntimeError(f"recording failed: {self._failure}") from self._failure
+
+    def _write(self) -> None:
+        """The thread: write until told to close. After a failure, take and drop, so that nobody waits."""
+        while (item := self._queue.get()) is not _CLOSE:
+            start = time.perf_counter()
+            self._try(self._store, *item)
+            self.writer_seconds += time.perf_counter() - start
+            self._queue.task_done()
+        self._try(self._file.close)
+
+    def _try(self, action: Callable[..., None], *args: Any) -> None:
+        """Keep what goes wrong in the thread for the caller, who gets it at the next call."""
+        if self._failure is None:
+            try:
+                action(*args)
+            except Exception as failure:
+                self._failure = failure
+
+    def _store(self, frame: Frame | None, histories: dict[str, tuple[list[int], list[float]]]) -> None:
+        for name, (steps, values) in histories.items():
+            self._file.append_history(name, steps, values)
+        if frame is None:
+            self._file.flush()
+        else:
+            self._file.append(frame)
+
+
+def _check(frame: Frame, last: Frame | None) -> None:
+    """Refuse a frame that readers could not make sense of, before anything of it is written."""
+    for fields, rows, what in (
+        (frame.point_fields, len(frame.points), "points"),
+        (frame.cell_fields, len(frame.cells), "cells"),
+    ):
+        for name, values in fields.items():
+            quantity(FIELDS, name)
+            if len(values) != rows:
+                raise ValueError(f"field {name!r} has {len(values)} rows, but the frame has {rows} {what}")
+    if last is None:
+        return
+    names, before = ({*f.point_fields, *f.cell_fields} for f in (frame, last))
+    if names != before:
+        raise ValueError(f"every frame has the same fields; added or missing: {', '.join(sorted(names ^ before))}")
+    if frame.info.step < last.info.step or frame.info.time < last.info.time:
+        raise ValueError(f"frames come in order of time: {frame.info} after {last.info}")

@@ -1,0 +1,144 @@
+"""A VTKHDF file that grows by one frame at a time and that ParaView opens as it is.
+
+Layout: VTKHDF file format 2.0 of Kitware (docs.vtk.org, "VTKHDF file format"). All frames lie one behind the
+other in the same datasets; the group `Steps` holds, for each frame, the row where it starts. Three habits
+make a file survive the death of its writer: rows of earlier frames are never moved (column.py), every frame
+ends with a flush, and only when all its arrays are safe does `NSteps` count it. `libver` is held at a version
+whose files carry no "open for writing" mark that a crash would leave.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+
+from coupler_protocol.files.growing_datasets import Blocks, Rows, same_bits
+from coupler_protocol.files.quantities import CONSTANTS, FIELDS, FRAME, HISTORIES, Quantity, quantity
+from coupler_protocol.files.vtk_cells import TOPOLOGIES, cell_groups, cell_rows, zone_types
+
+VERSION = (2, 0)
+HISTORY_ROW = np.dtype([("step", "<i8"), ("value", "<f8")])
+FRAME_TYPES = {"step": "<i8", "time": "<f8", "stage": "S64", "gravity_factor": "<f8"}
+SHOWN_BY_VTK = ("step", "gravity_factor")  # as field data, to write beside a picture; VTK cannot read texts
+
+
+class FrameInfo(NamedTuple):
+    """When a frame was taken."""
+
+    step: int
+    time: float
+    stage: str
+    gravity_factor: float
+
+
+class Frame(NamedTuple):
+    """Points (N, 3), cells (gridpoints of zones or rows of discs in contact), fields by name."""
+
+    info: FrameInfo
+    points: np.ndarray
+    cells: np.ndarray
+    point_fields: Mapping[str, np.ndarray]
+    cell_fields: Mapping[str, np.ndarray]
+
+
+class VtkHdfFile:
+    """Frames of a continuum (quads and triangles) or of discs (vertices) and their contacts (lines)."""
+
+    def __init__(self, path: Path, kind: str, attributes: Mapping[str, Any], constants: Mapping[str, np.ndarray]) -> None:
+        self._kind = kind
+        self._file = h5py.File(path, "w", libver=("v108", "v114"), locking=False)
+        self._file.attrs.update({**attributes, "kind": kind})
+        self._vtk = self._file.create_group("VTKHDF")
+        self._vtk.attrs["Version"] = VERSION
+        self._vtk.attrs["Type"] = np.bytes_(TOPOLOGIES[kind])  # of fixed length, as older readers demand
+        self._steps = self._vtk.create_group("Steps")
+        self._steps.attrs["NSteps"] = 0
+        for name, values in constants.items():
+            data = self._file.create_dataset(f"Constants/{name}", data=values)
+            about = quantity(CONSTANTS, name)
+            data.attrs.update({"unit": about.unit, "long_name": about.long_name})
+        self._columns: dict[str, Rows | Blocks] = {}
+        self._frames = 0
+        self._parts = 0
+        self._shape: tuple[np.ndarray, np.ndarray] | None = None  # points and cells of the last frame
+        self._shape_starts: dict[str, Any] = {}
+        self._file.flush()
+
+    def append(self, frame: Frame) -> None:
+        """Store a frame; when this returns, the operating system has it, whatever happens to this process."""
+        starts = self._store_shape(frame.points, frame.cells)
+        cell_fields = cell_rows(self._kind, frame.points, frame.cell_fields)
+        for place, fields in (("PointData", frame.point_fields), ("CellData", cell_fields)):
+            for name, values in fields.items():
+                blocks = self._column(Blocks, f"VTKHDF/{place}/{name}", FIELDS[name])
+                starts[f"{place}Offsets/{name}"] = blocks.share(values)
+        for name, value in frame.info._asdict().items():
+            row = np.array([value.encode() if name == "stage" else value], FRAME_TYPES[name])
+            self._column(Rows, f"Frames/{name}", FRAME[name]).append(row)
+        for name in SHOWN_BY_VTK:
+            if not self._frames:
+                self._vtk[f"FieldData/{name}"] = self._file[f"Frames/{name}"]  # the same under a second name
+            starts[f"FieldDataOffsets/{name}"] = self._frames
+        for name, start in starts.items():
+            self._append_one(f"Steps/{name}", start)
+        self._file.flush()
+        self._frames += 1
+        self._steps.attrs.modify("NSteps", self._frames)  # in place, unlike an assignment
+        self._file.flush()
+        self._append_one("Steps/Values", frame.info.time)  # more times than NSteps would overrun VTK's memory
+        self._file.flush()
+
+    def append_history(self, name: str, steps: list[int], values: list[float]) -> None:
+        """Add rows to a history; they are safe after the next `append` or `flush`."""
+        rows = np.empty(len(steps), HISTORY_ROW)
+        rows["step"], rows["value"] = steps, values
+        self._column(Rows, f"Histories/{name}", quantity(HISTORIES, name)).append(rows)
+
+    def flush(self) -> None:
+        """Hand everything to the operating system."""
+        self._file.flush()
+
+    def close(self) -> None:
+        """Flush and close the file."""
+        self._file.close()
+
+    def _store_shape(self, points: np.ndarray, cells: np.ndarray) -> dict[str, Any]:
+        """Rows where points and cells of a frame start; those of the last frame are not stored again."""
+        if self._shape is None or not all(map(same_bits, (points, cells), self._shape)):
+            self._shape_starts = self._store_part(points, cells)
+            self._shape = (points, cells)
+        return dict(self._shape_starts)
+
+    def _store_part(self, points: np.ndarray, cells: np.ndarray) -> dict[str, Any]:
+        """Store points and cells as a new part, VTK's word for a piece of a mesh (here all of it)."""
+        first_cells, first_ids = [], []
+        for prefix, (ids, offsets) in cell_groups(self._kind, points, cells).items():
+            first_ids.append(self._column(Blocks, f"VTKHDF/{prefix}Connectivity").share(ids))
+            # readers seek the offsets of part p at row (first cell + p): a part has an offset more than cells
+            first = self._column(Blocks, f"VTKHDF/{prefix}Offsets").append(offsets) - self._parts
+            first_cells.append(first)
+            self._append_one(f"{prefix}NumberOfCells", len(offsets) - 1)
+            self._append_one(f"{prefix}NumberOfConnectivityIds", len(ids))
+        if self._kind == "continuum":
+            self._column(Rows, "VTKHDF/Types").append(zone_types(cells), first_cells[0])
+        first_point = self._column(Blocks, "VTKHDF/Points").share(points)
+        self._append_one("NumberOfPoints", len(points))
+        self._parts += 1
+        return {
+            "PartOffsets": self._parts - 1,
+            "NumberOfParts": 1,
+            "PointOffsets": first_point,
+            "CellOffsets": first_cells,
+            "ConnectivityIdOffsets": first_ids,
+        }
+
+    def _append_one(self, path: str, value: Any) -> None:
+        """Add one row, a number or a list of numbers, to a small dataset."""
+        self._column(Rows, f"VTKHDF/{path}").append(np.array([value]))
+
+    def _column(self, kind: type, path: str, about: Quantity | None = None) -> Any:
+        if path not in self._columns:
+            self._columns[path] = kind(self._file, path, about)
+        return self._columns[path]

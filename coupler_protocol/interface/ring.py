@@ -1,0 +1,99 @@
+"""Geometry of the interface: the closed loop of segments and the ring of control discs upon it.
+
+The window's rim is a closed chain of zone edges, counter-clockwise, seen by both sides as K nodes and K segments (segment i
+runs from node i to node i + 1). A control disc sits on every node and k - 1 more on each segment, all centres on the line and
+touching: equal segments of length l carry discs of radius l / (2k) with k = round(l / 2R), at least 2. Uniform traction then
+reaches the nodes exactly. Segments of different length get their own k; a disc on a node takes the smaller of both neighbours'
+radii, and its neighbours keep the spacing l / k.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Ring(NamedTuple):
+    """Control discs on the rim. K nodes, R discs, ordered along the loop.
+
+    seg0, seg1, w0, node are what `coupler_protocol.interface.mapping` reads: the segment of a disc (for a disc on a node the one
+    before it), the segment after it, the share of seg0 in its spin, and the node it sits on or -1.
+    """
+
+    nodes: NDArray[np.float64]  # (K,2) [m] positions of the rim's nodes when the ring was made
+    xy: NDArray[np.float64]  # (R,2) [m]
+    radius: NDArray[np.float64]  # (R,) [m]
+    seg0: NDArray[np.int64]  # (R,)
+    seg1: NDArray[np.int64]  # (R,)
+    w0: NDArray[np.float64]  # (R,)
+    node: NDArray[np.int64]  # (R,)
+    arc: NDArray[np.float64]  # (R,) [m] length of rim each disc stands for
+
+
+def segment_vectors(nodes):
+    """Vectors (K,2) from each node to the next along the closed loop [m]."""
+    return np.roll(nodes, -1, axis=0) - nodes
+
+
+def polygon_area(nodes):
+    """Signed area [m2] of the loop, positive when it runs counter-clockwise."""
+    following = np.roll(nodes, -1, axis=0)
+    return 0.5 * float(np.sum(nodes[:, 0] * following[:, 1] - nodes[:, 1] * following[:, 0]))
+
+
+def build_ring(nodes, radius):
+    """Control discs on the loop `nodes` (K,2) [m] for soil discs of mean radius `radius` [m].
+
+    Raises ValueError for a loop that is not counter-clockwise or has a segment of zero length.
+    """
+    nodes = np.ascontiguousarray(nodes, dtype=np.float64)
+    vector = segment_vectors(nodes)
+    length = np.hypot(vector[:, 0], vector[:, 1])
+    if len(nodes) < 3:
+        raise ValueError(f"an interface needs at least 3 nodes, this one has {len(nodes)}")
+    if np.any(length <= 1e-12 * np.max(np.abs(nodes))):
+        raise ValueError(f"segment {int(np.argmin(length))} of the interface has zero length: merge its two nodes")
+    if polygon_area(nodes) <= 0.0:
+        raise ValueError("the nodes of the interface must run counter-clockwise around the window")
+    K = len(nodes)
+    k = np.maximum(2, np.rint(length / (2.0 * radius)).astype(np.int64))
+    r_seg = length / (2.0 * k)
+
+    before = np.roll(np.arange(K), 1)
+    on_node = k.sum()  # discs between nodes come in the same walk; R = sum(k)
+    xy = np.empty((on_node, 2))
+    r = np.empty(on_node)
+    seg0, seg1, node = (np.empty(on_node, dtype=np.int64) for _ in range(3))
+    w0 = np.ones(on_node)
+    arc = np.empty(on_node)
+    p = 0
+    for i in range(K):
+        xy[p] = nodes[i]
+        r[p] = min(r_seg[before[i]], r_seg[i])
+        seg0[p], seg1[p], node[p] = before[i], i, i
+        w0[p] = length[before[i]] / (length[before[i]] + length[i])
+        arc[p] = r_seg[before[i]] + r_seg[i]
+        p += 1
+        for j in range(1, k[i]):
+            xy[p] = nodes[i] + vector[i] * (j / k[i])
+            r[p] = r_seg[i]
+            seg0[p] = seg1[p] = i
+            node[p] = -1
+            arc[p] = 2.0 * r_seg[i]
+            p += 1
+    return Ring(nodes, xy, r, seg0, seg1, w0, node, arc)
+
+
+def node_shares(ring):
+    """Shares N (R,2) of a disc's force on the two nodes of its segment and their indices (R,2).
+
+    The first is the segment's first node; a disc on a node gives everything to it.
+    """
+    K = len(ring.nodes)
+    first = np.where(ring.node >= 0, ring.node, ring.seg0)
+    index = np.stack([first, (first + 1) % K], axis=1)
+    start = ring.nodes[ring.seg0]
+    vector = segment_vectors(ring.nodes)[ring.seg0]
+    xi = np.einsum("ij,ij->i", ring.xy - start, vector) / np.einsum("ij,ij->i", vector, vector)
+    xi = np.where(ring.node >= 0, 0.0, xi)
+    return np.stack([1.0 - xi, xi], axis=1), index

@@ -1,0 +1,1 @@
+"""What every process does beside computing: command line, signals, progress, plugins, trace."""

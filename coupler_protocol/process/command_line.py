@@ -1,0 +1,127 @@
+"""What both servers' command lines share: options, log file, and one exit code for each kind of end."""
+
+import argparse
+import logging
+import sys
+import traceback
+from importlib.metadata import version
+from pathlib import Path
+
+from coupler_protocol import exits
+from coupler_protocol.compiled import threads as team
+from coupler_protocol.files.restart import Origin
+from coupler_protocol.problems import SceneError
+
+
+def common_options(parser):
+    """Options that every command that computes a scene takes."""
+    parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
+    parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+    parser.add_argument("--threads", metavar="N", type=positive, default=1, help="threads of each process (default 1)")
+    parser.add_argument("--force", action="store_true", help="write into OUT even if results are there")
+    parser.add_argument(
+        "--from",
+        dest="origin",
+        metavar="DIR@STAGE",
+        type=origin,
+        help="go on from the end of a stage of an earlier run; only later stages of the scene may differ",
+    )
+
+
+def positive(text):
+    """A whole number from 1, for options."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1")
+    return int(text)
+
+
+def origin(text):
+    """A place to go on from, for options."""
+    try:
+        return Origin.parse(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def server_parser(name, description):
+    """Parser of a server's command line."""
+    parser = argparse.ArgumentParser(prog=name, description=description)
+    common_options(parser)
+    parser.add_argument("--out", metavar="DIR", required=True, help="run directory")
+    parser.add_argument("--progress", choices=("plain", "json", "none"), default="plain", help="form of the progress")
+    parser.add_argument("--tether", action="store_true", help="stop when standard input closes (used by the launcher)")
+    parser.add_argument("--version", action="version", version=f"%(prog)s {version('colluvium')}")
+    plugin_option(parser)
+    return parser
+
+
+def plugin_option(parser):
+    """The option for functions of a user."""
+    parser.add_argument("--plugin", metavar="FILE", help="Python file with on_step(moment) or on_stage(moment) (docs/plugins.md)")
+
+
+def plugin(options):
+    """The plugin that the options ask for, or None."""
+    from coupler_protocol.process.plugin import from_file
+
+    return None if options.plugin is None else from_file(options.plugin)
+
+
+def prepare_folder(path, own_files, force, origin=None):
+    """Make the run directory; raises EnvironmentFailed if it holds results of this process and `force` is not given.
+
+    A run that goes on in the directory of its `origin` leaves what is there.
+    """
+    path = Path(path)
+    if origin is not None and origin.continues(path):
+        return path
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        there = [name for name in own_files if (path / name).exists()]
+        if there and not force:
+            raise exits.EnvironmentFailed(f"{path} holds results already ({there[0]}): choose another --out or use --force")
+        for name in there:
+            (path / name).unlink()
+    except OSError as error:
+        raise exits.EnvironmentFailed(f"cannot write to {path}: {error}") from None
+    return path
+
+
+def log_to(path):
+    """Write the log of this process to a file."""
+    handler = logging.FileHandler(path, mode="a", encoding="utf-8")
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    root = logging.getLogger()
+    root.addHandler(handler)
+    root.setLevel(logging.INFO)
+
+
+def set_threads(count):
+    """Threads that share a step of this process; must come before models are built."""
+    team.set_size(count)
+
+
+def ended(name, work):
+    """Run `work()` and turn its end into an exit code; says on standard error what happened and whose fault it is."""
+    try:
+        work()
+    except SceneError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return exits.SCENE
+    except exits.RunEnded as error:
+        logging.getLogger(name).error("%s", error)
+        print(f"{name}: {error}", file=sys.stderr)
+        return error.code
+    except KeyboardInterrupt:
+        print(f"{name}: interrupted twice, ended at once", file=sys.stderr)
+        return exits.INTERRUPTED
+    except OSError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return exits.ENVIRONMENT
+    except Exception:
+        text = traceback.format_exc()
+        logging.getLogger(name).error("%s", text)
+        print(f"{name}: a fault of this program, please report it\n{text}", file=sys.stderr)
+        return exits.OURSELVES
+    return exits.DONE

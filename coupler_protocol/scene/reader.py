@@ -1,0 +1,171 @@
+"""From a TOML file to a scene, or to the list of all that is wrong with it."""
+
+import difflib
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import get_args
+
+from pydantic import BaseModel, ValidationError
+
+from coupler_protocol.problems import Problem, SceneError
+from coupler_protocol.scene.rules.between_tables import broken_rules
+from coupler_protocol.scene.scene import scene_class
+from coupler_protocol.scene.toml_lines import line_of, locate
+
+FROM_SET = 0  # stands for a line where the command line gave the value
+
+
+def read_scene(path, overrides=()):
+    """Read the scene at `path`, TOML or the resolved scene.json of a run; `overrides` are KEY=VALUE texts ("seed=2").
+
+    Raises SceneError with every problem found: file, line, key, reason, remedy. Raises OSError where the file is there and
+    cannot be read.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        near = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
+        remedy = f"there: {', '.join(near)}" if near else "the shipped scenes are in configs/"
+        raise SceneError([Problem(str(path), None, "", "there is no such file", remedy)]) from None
+    except UnicodeDecodeError as error:
+        raise SceneError([Problem(str(path), None, "", f"not a text in UTF-8: {error.reason}", "is it a TOML file?")]) from None
+    if path.suffix == ".json":
+        return build_scene(json.loads(text), str(path))
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError([_syntax_problem(path, error)]) from None
+    lines = locate(text)
+    problems = []
+    for override in overrides:
+        problems += _override(data, override, lines)
+    if problems:
+        raise SceneError(problems)
+    return build_scene(data, str(path), lines)
+
+
+def build_scene(data, file="scene", lines=None):
+    """Make a scene from plain data (nested dictionaries and lists); raises SceneError."""
+    lines = lines or {}
+    try:
+        scene = scene_class().model_validate(data)
+    except ValidationError as error:
+        raise SceneError([_problem(e, file, lines) for e in error.errors()]) from None
+    broken = [Problem(*_place(file, lines, path), _dotted(path), why, remedy) for path, why, remedy in broken_rules(scene)]
+    if broken:
+        raise SceneError(broken)
+    return scene
+
+
+def _place(file, lines, path):
+    """File and line of a key, or where else its value came from."""
+    line = line_of(lines, path)
+    return ("--set", None) if line == FROM_SET else (file, line)
+
+
+def _dotted(path):
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
+    return text
+
+
+def _syntax_problem(path, error):
+    words = str(error)
+    line = words.partition("(at line ")[2].partition(",")[0]
+    return Problem(str(path), int(line) if line.isdigit() else None, "", f"not valid TOML: {words}", "see https://toml.io")
+
+
+def _problem(error, file, lines):
+    """One of pydantic's errors in our words."""
+    path, kind = tuple(error["loc"]), error["type"]
+    reason, remedy = error["msg"], ""
+    if kind == "extra_forbidden":
+        key = str(path[-1])
+        known = _keys_at(path[:-1])
+        close = difflib.get_close_matches(key, known, n=1, cutoff=0.6)
+        reason = "unknown key"
+        remedy = f'did you mean "{close[0]}"?' if close else f"known here: {', '.join(sorted(known))}"
+    elif kind == "missing":
+        reason, remedy = "missing", _meaning(path)
+    elif kind == "literal_error":
+        expected = error["ctx"]["expected"]
+        remedy = f"known: {expected}"
+        close = difflib.get_close_matches(str(error["input"]), re.findall(r"'([^']*)'", expected), n=1)
+        remedy = f'did you mean "{close[0]}"? {remedy}' if close else remedy
+        reason = f"{error['input']!r} is not known here"
+    else:
+        reason = reason.removeprefix("Value error, ").removeprefix("Input ")
+        if not isinstance(error["input"], dict | list):
+            reason += f", not {error['input']!r}"
+        remedy = _meaning(path)
+    return Problem(*_place(file, lines, path), _dotted(path), reason, remedy)
+
+
+def _model_at(path):
+    """The table class that holds the last key of `path`, or None."""
+    model = scene_class()
+    for part in path:
+        if isinstance(part, int):
+            continue
+        field = model.model_fields.get(part) if model else None
+        model = _table_in(field.annotation) if field else None
+    return model
+
+
+def _table_in(annotation):
+    """The table class inside list[...], Optional[...] or Annotated[...], or None."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next((t for t in map(_table_in, get_args(annotation)) if t), None)
+
+
+def _keys_at(path):
+    model = _model_at(path)
+    return list(model.model_fields) if model else []
+
+
+def _meaning(path):
+    """Unit and meaning of a key, as declared."""
+    path = tuple(path)
+    while path and isinstance(path[-1], int):
+        path = path[:-1]
+    model = _model_at(path[:-1]) if path else None
+    field = model.model_fields.get(path[-1]) if model else None
+    if field is None:
+        return ""
+    unit = (field.json_schema_extra or {}).get("unit", "-")
+    return f"{path[-1]} [{unit}]: {field.description}"
+
+
+def _override(data, text, lines):
+    """Put one KEY=VALUE into `data`; items of a list go by their number or their name; returns problems."""
+    key, equals, value = text.partition("=")
+    path = tuple(int(p) if p.isdecimal() else p for p in key.strip().split("."))
+    if not equals or not key.strip():
+        return [Problem("--set", None, text, "not of the form KEY=VALUE", "for example --set record.every=100")]
+    try:
+        value = tomllib.loads(f"v = {value}")["v"]
+    except tomllib.TOMLDecodeError:
+        value = value.strip()
+    place, way = data, []
+    for part in path:
+        way.append(_numbered(place, part))
+        try:
+            if len(way) == len(path):
+                place[way[-1]] = value
+            else:
+                place = place.setdefault(way[-1], {}) if isinstance(place, dict) else place[way[-1]]
+        except (IndexError, TypeError):
+            return [Problem("--set", None, key, f"there is no {part!r} here", "items of a list go by name, or number from 0")]
+    lines[tuple(way)] = FROM_SET
+    return []
+
+
+def _numbered(place, part):
+    """The number of the item that is called `part`, where `place` is a list that has one; else `part`."""
+    names = [item.get("name") if isinstance(item, dict) else None for item in place] if isinstance(place, list) else []
+    return names.index(part) if part in names else part

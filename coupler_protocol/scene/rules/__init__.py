@@ -1,0 +1,1 @@
+"""Rules that need more than one table of a scene, by topic."""

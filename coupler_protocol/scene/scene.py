@@ -1,0 +1,195 @@
+"""A scene: what is computed, read from a TOML file into an immutable object.
+
+Tables of effects are not listed here. Each stands with its equation in a server's effect file and is found through the
+entry-point group `colluvium.effects`; the name of the entry point says where the table belongs.
+"""
+
+import hashlib
+import json
+from functools import cache
+from importlib.metadata import entry_points
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, create_model, model_validator
+
+from coupler_protocol.scene.declare import Table, quantity
+from coupler_protocol.scene.tables.boundary import Boundary, InitialStress
+from coupler_protocol.scene.tables.discs import Discs
+from coupler_protocol.scene.tables.fos import FactorOfSafety
+from coupler_protocol.scene.tables.grid import Grid, Point, Span
+from coupler_protocol.scene.tables.stages import Stage
+from coupler_protocol.scene.tables.stones import Stones
+
+FORMAT = 1
+DAMPING = "damping of the grid in this stage (none: the scene's); in real time its local part is that of the discs too"
+
+
+@cache
+def declared_effects():
+    """All effects that are installed: {place in the scene: class that declares the table's keys}."""
+    found = entry_points(group="colluvium.effects")
+    return {point.name: point.load() for point in sorted(found, key=lambda p: p.name)}
+
+
+def _effect_fields(place):
+    """Optional fields for the effects below `place` ("material" gives elastic, mohr_coulomb, ...)."""
+    inside = {name.partition(".")[2]: cls for name, cls in declared_effects().items() if name.startswith(place + ".")}
+    return {
+        name: (cls | None, Field(default=None, description=(cls.__doc__ or "").strip().splitlines()[0]))
+        for name, cls in inside.items()
+    }
+
+
+class Window(Table):
+    """Zones that become a hole and are computed by one discrete process: columns and rows of them, or those with their
+    centre in a polygon, convex or not. At least one zone stays between a window and the sides, the ground surface and
+    other windows. Without a grid, the polygon that discs fill.
+    """
+
+    name: str = quantity(meaning="name of the window", min_length=1)
+    columns: Span | None = quantity(None, meaning="first and last zone in x, from 0")
+    rows: Span | None = quantity(None, meaning="first and last zone in y, from 0")
+    polygon: list[Point] | None = quantity(
+        None, unit="m", meaning="corners of an outline: zones with their centre inside become the hole", min_length=3
+    )
+
+    @model_validator(mode="after")
+    def _in_order(self):
+        if any(span is not None and span[0] > span[1] for span in (self.columns, self.rows)):
+            raise ValueError("columns and rows are [first, last] with first <= last")
+        return self
+
+
+def _rightwards(line):
+    if any(b[0] <= a[0] for a, b in pairwise(line)):
+        raise ValueError("points must follow each other from left to right")
+    return line
+
+
+class Coupling(Table):
+    """How motion and force cross the interface."""
+
+    mapping: Literal["work-consistent", "paper"] = quantity("work-consistent", meaning="docs/theory.md says what each keeps")
+    exchange_every: int = quantity(
+        1, unit="steps", meaning="longest pause between exchanges, in static mode (docs/theory.md says where)", ge=1, le=50
+    )
+    substeps: int = quantity(1, unit="steps", meaning="steps of the discs in one of the grid, in real time", ge=1, le=50)
+
+
+class Link(Table):
+    """Clocks of the connection."""
+
+    timeout: float = quantity(5.0, unit="s", meaning="silence after which the last message is sent again", gt=0)
+    give_up: float = quantity(120.0, unit="s", meaning="silence after which the peer counts as lost", gt=0)
+
+
+class Record(Table):
+    """What is written how often."""
+
+    every: int = quantity(200, unit="steps", meaning="steps between frames", ge=1)
+    history: int = quantity(10, unit="steps", meaning="steps between points of the histories", ge=1)
+    trace: int | None = quantity(
+        None, unit="steps", meaning="both sides write when they computed, waited, recorded in so many steps of each stage", ge=1
+    )
+    energy: bool = quantity(
+        False, meaning="histories of energies and works since each stage began, of the grid (small strain) and of coupled discs"
+    )
+
+
+@cache
+def scene_class():
+    """The class of scenes, with all installed effects in their places."""
+    grain = _effect_fields("grain")
+    material = create_model(
+        "Material",
+        __base__=Table,
+        __doc__="A soil of the continuum; a zone is of the last material whose region (or ground below `top`) holds its centre.",
+        name=(str, quantity(meaning="name of the material", min_length=1)),
+        density=(float, quantity(unit="kg/m3", meaning="density", gt=0)),
+        region=(list[Point] | None, quantity(None, unit="m", meaning="polygon it fills; none: everywhere", min_length=3)),
+        top=(
+            Annotated[list[Point], AfterValidator(_rightwards)] | None,
+            quantity(
+                None,
+                unit="m",
+                meaning="line from left to right below which it fills the ground (level beyond its ends), in place of a region; "
+                'with fit = "profile" zones follow it where they can stay good, elsewhere their centre decides',
+                min_length=1,
+            ),
+        ),
+        **_effect_fields("material"),
+    )
+    discs_material = create_model(
+        "Grain",
+        __base__=Table,
+        __doc__="Material of discs.",
+        density=(float, quantity(unit="kg/m3", meaning="density of the discs", gt=0)),
+        **grain,
+    )
+    ring = create_model("Ring", __base__=Table, __doc__="Properties of contacts with control discs.", **grain)
+    pair = create_model(
+        "Pair",
+        __base__=Table,
+        __doc__="Contacts between two materials of discs; a table here goes before what both materials combine to.",
+        between=(
+            tuple[Literal["soil", "stone", "ring"], Literal["soil", "stone", "ring"]],
+            quantity(meaning="the two materials"),
+        ),
+        **grain,
+    )
+    discs = create_model(
+        "Discs",
+        __base__=Discs,
+        __doc__=Discs.__doc__,
+        soil=(discs_material, quantity(meaning="material of the discs")),
+        stone=(discs_material | None, quantity(None, meaning="material of the discs in stones")),
+        pair=(list[pair], Field(default_factory=list, description="contacts between two materials that have their own values")),
+        **_effect_fields("discs"),
+    )
+    damping = declared_effects()["damping"] | None
+    stage = create_model(
+        "Stage",
+        __base__=Stage,
+        __doc__=Stage.__doc__,
+        damping=(damping, Field(default=None, description=DAMPING)),
+    )
+    return create_model(
+        "Scene",
+        __base__=SceneBase,
+        material=(list[material], Field(default_factory=list, description="soils of the continuum")),
+        discs=(discs | None, Field(default=None, description="what fills the windows")),
+        ring=(ring | None, Field(default=None, description="contacts of the ring; none: bonded, the discs' own properties")),
+        damping=(damping, Field(default=None, description="damping of the grid")),
+        stage=(list[stage], Field(description="the procedure, in order", min_length=1)),
+    )
+
+
+class SceneBase(Table):
+    """What is computed: grid, materials, windows, discs, stages."""
+
+    format: Literal[1] = quantity(meaning="version of the scene format")
+    title: str = quantity("", meaning="shown in pictures and logs")
+    seed: int = quantity(meaning="every random choice derives from it, by name", ge=0, lt=2**63)
+    grid: Grid | None = Field(default=None, description="the continuum's mesh; no table: discs alone")
+    boundary: list[Boundary] = Field(default_factory=list, description="what holds, moves or loads sides of the grid")
+    initial_stress: InitialStress | None = Field(default=None, description="stress before the first stage; no table: none")
+    window: list[Window] = Field(default_factory=list, description="windows of discs, rank 1 onwards")
+    stones: Stones | None = Field(default=None, description="stones in the windows; no table: none")
+    coupling: Coupling = Field(default=Coupling(), description="how motion and force cross the interface")
+    link: Link = Field(default=Link(), description="clocks of the connection")
+    record: Record = Field(default=Record(), description="what is written how often")
+    fos: FactorOfSafety = Field(default=FactorOfSafety(), description="how a factor of safety is looked for")
+    stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
+
+    def resolved(self):
+        """The scene as plain data, every default filled in."""
+        return self.model_dump(mode="json")
+
+    def digest(self):
+        """Hash of the resolved scene: equal where both sides would compute the same."""
+        return hashlib.sha256(json.dumps(self.resolved(), sort_keys=True).encode()).hexdigest()
+
+    def name_of_stage(self, index):
+        """Name of the stage with this number."""
+        return self.stage[index].name

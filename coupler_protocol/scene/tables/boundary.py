@@ -1,0 +1,138 @@
+"""What a scene says about the sides of the grid, and about the stress that the ground begins with."""
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, model_validator
+
+from coupler_protocol.scene.declare import Table, quantity
+
+
+def _spanning(value):
+    if not value[0] < value[1]:
+        raise ValueError("a range is [first, last] with first < last")
+    return value
+
+
+Range = Annotated[tuple[float, float], AfterValidator(_spanning)]
+Components = Literal["x", "y", "xy"]
+MOTIONS, FORCES = ("fix", "free", "velocity", "quiet"), ("pressure", "shear", "stress")
+
+
+class Velocity(Table):
+    """Velocity of a side, in metres a step, in stages of time = real in metres a second; a component left out moves freely."""
+
+    x: float | None = quantity(None, unit="m/step, m/s", meaning="to the right")
+    y: float | None = quantity(None, unit="m/step, m/s", meaning="upwards")
+
+    @model_validator(mode="after")
+    def _not_empty(self):
+        if self.x is None and self.y is None:
+            raise ValueError("give x, y, or both")
+        return self
+
+
+class Traction(Table):
+    """A stress whose traction (stress times outward normal) acts on a side: how the ground beyond it would pull."""
+
+    xx: float = quantity(0.0, unit="Pa", meaning="horizontal normal stress, tension positive")
+    yy: float = quantity(0.0, unit="Pa", meaning="vertical normal stress, tension positive")
+    xy: float = quantity(0.0, unit="Pa", meaning="shear stress")
+
+
+class Boundary(Table):
+    """What holds, moves or loads a side of the grid, or a range of it.
+
+    A table says how gridpoints move (fix, free, velocity, quiet) or what acts on them (pressure and shear, or stress). It acts
+    from the first stage on, in `[[stage.boundary]]` from that stage on, until a later table says something else for the same
+    gridpoints. Of several tables for one component of a gridpoint's motion the last one counts. Loads on the same side and range
+    replace each other, loads on different ranges add up; they keep the direction they have when their stage begins. The sum of
+    the forces on the ground is recorded as histories `reaction_x:NAME` and `reaction_y:NAME` [N] where a table holds or moves a
+    component; a gridpoint that two tables hold counts in both.
+    """
+
+    on: Literal["left", "right", "bottom", "top", "face", "inner", "outer"] = quantity(
+        meaning="side of the grid; top: level ground, face: inclined or upright ground; a ring has inner, outer, left, bottom"
+    )
+    name: str | None = quantity(
+        None, meaning="name in the histories; none: that of the side", min_length=1, pattern=r"^[\w .+-]+$"
+    )
+    x: Range | None = quantity(None, unit="m", meaning="only this range of the side; loads end exactly there")
+    y: Range | None = quantity(None, unit="m", meaning="only this range of the side; loads end exactly there")
+    fix: Components | None = quantity(None, meaning="components of velocity that stay zero")
+    free: Components | None = quantity(None, meaning="components that an earlier table held or moved and that are free again")
+    velocity: Velocity | None = quantity(None, meaning="components of velocity that are prescribed")
+    quiet: Literal[True] | None = quantity(
+        None, meaning="time = real: waves that arrive leave through dashpots; what held the side when the stage began still does"
+    )
+    pressure: float | None = quantity(None, unit="Pa", meaning="normal to the side, positive against the ground")
+    shear: float | None = quantity(
+        None, unit="Pa", meaning="along the side, positive with the ground on the left (on top: to the left)"
+    )
+    stress: Traction | None = quantity(None, meaning="traction of this stress on the side")
+    over: int = quantity(
+        1, unit="steps", meaning="steps in which velocity or load go from what they were to this, linearly", ge=1
+    )
+
+    @model_validator(mode="after")
+    def _one_thing(self):
+        given = [key for key in (*MOTIONS, *FORCES) if getattr(self, key) is not None]
+        if len(given) != 1 and given != ["pressure", "shear"]:
+            said = f"not {' and '.join(given)}" if given else "it says nothing"
+            raise ValueError(f"give one of fix, free, velocity, quiet, stress, or pressure and shear: {said}")
+        return self
+
+    @property
+    def loads(self):
+        """Whether this is a load, not a motion."""
+        return not any(getattr(self, key) is not None for key in MOTIONS)
+
+    @property
+    def place(self):
+        """Side and range in words: loads of the same place replace each other."""
+        return " ".join([self.on, *(f"{axis} {span[0]!r} {span[1]!r}" for axis in "xy" if (span := getattr(self, axis)))])
+
+    @property
+    def summary(self):
+        """What acts where, in words."""
+        return f"{' and '.join(key for key in (*MOTIONS, *FORCES) if getattr(self, key) is not None)} on {self.place}"
+
+    @property
+    def label(self):
+        """Name in the histories."""
+        return self.name or self.on
+
+
+class StressGradient(Table):
+    """Change of stress with depth."""
+
+    xx: float = quantity(0.0, unit="Pa/m", meaning="horizontal, negative where compression grows downwards")
+    yy: float = quantity(0.0, unit="Pa/m", meaning="vertical, - density times gravity under level ground")
+    zz: float = quantity(0.0, unit="Pa/m", meaning="out of the plane")
+    xy: float = quantity(0.0, unit="Pa/m", meaning="shear")
+
+
+class InitialStress(Table):
+    """Stress of the ground before the first stage: uniform, with a gradient, or from the weight of the ground above.
+
+    No table: none. Stress beyond the strength is brought back to it at once.
+    """
+
+    xx: float = quantity(0.0, unit="Pa", meaning="horizontal stress at `level`, tension positive")
+    yy: float = quantity(0.0, unit="Pa", meaning="vertical stress at `level`")
+    zz: float = quantity(0.0, unit="Pa", meaning="stress out of the plane at `level`")
+    xy: float = quantity(0.0, unit="Pa", meaning="shear stress at `level`")
+    level: float = quantity(0.0, unit="m", meaning="height y at which xx, yy, zz, xy hold")
+    gradient: StressGradient | None = quantity(None, meaning="change per metre of depth below `level`")
+    k0: float | None = quantity(
+        None,
+        meaning="the weight of the ground above, under the gravity of the first stage, adds to yy, k0 times it to xx and zz",
+        ge=0,
+    )
+
+    @model_validator(mode="after")
+    def _says_something(self):
+        if self.k0 is not None and self.gradient is not None:
+            raise ValueError("give gradient or k0, not both")
+        if self.k0 is None and self.gradient is None and not any((self.xx, self.yy, self.zz, self.xy)):
+            raise ValueError("give stresses, a gradient, or k0")
+        return self

@@ -1,0 +1,110 @@
+"""The [grid] table of a scene: which mesh, how large, how fine."""
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from coupler_protocol.scene.declare import Table, quantity
+
+
+def _both_ways(value):
+    return (value, value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+Positive = Annotated[float, Field(gt=0)]
+Point = tuple[float, float]
+Span = tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]  # first and last zone
+
+NEEDED = {
+    "slope": ("length", "height", "zone_size", "profile"),
+    "box": ("length", "height", "zone_size"),
+    "ring": ("inner", "outer", "around"),
+}
+ALLOWED = {"slope": ("fit", "graded"), "box": ("graded",), "ring": ("part", "growth")}
+
+
+class Graded(Table):
+    """Zones of `zone_size` in a rectangle, and larger ones from there to the sides and the bottom."""
+
+    x: tuple[float, float] | None = quantity(None, unit="m", meaning="first and last x of the rectangle; none: all")
+    y: tuple[float, float] | None = quantity(None, unit="m", meaning="lowest and highest y of the rectangle; none: all")
+    ratio: float = quantity(meaning="size of a zone over that of its neighbour nearer to the rectangle", gt=1, le=1.5)
+
+    @model_validator(mode="after")
+    def _in_order(self):
+        if self.x is None and self.y is None:
+            raise ValueError("give x = [first, last], y = [lowest, highest], or both")
+        for axis in ("x", "y"):
+            span = getattr(self, axis)
+            if span is not None and not span[0] < span[1]:
+                raise ValueError(f"{axis} is [first, last] with first < last")
+        return self
+
+
+class Grid(Table):
+    """The continuum's mesh. Each kind takes the keys that name it in their meaning, and those that name none."""
+
+    kind: Literal["slope", "box", "ring"] = quantity(
+        "slope", meaning="a slope under `profile`, a box, or zones around a circular hole with its centre at x = y = 0"
+    )
+    length: float | None = quantity(None, unit="m", meaning="extent in x, from 0 (slope and box, required)", gt=0)
+    height: float | None = quantity(None, unit="m", meaning="extent in y, from 0 (slope and box, required)", gt=0)
+    zone_size: Annotated[tuple[Positive, Positive], BeforeValidator(_both_ways)] | None = quantity(
+        None,
+        unit="m",
+        meaning="slope and box, required: size of a zone, one number or [in x, in y]; length and height must be whole "
+        'numbers of it, but with fit = "profile" or graded it is adapted a little',
+    )
+    profile: list[Point] | None = quantity(
+        None,
+        unit="m",
+        meaning="slope, required: ground surface from left (x = 0) to right (x = length), faces up to upright, no overhangs",
+        min_length=2,
+    )
+    fit: Literal["diagonals", "profile", "face"] = quantity(
+        "diagonals",
+        meaning="slope: diagonals: faces run along sides and diagonals of equal zones (the profile snaps to them, a face at "
+        "another angle is refused); profile: gridpoints move onto the profile, whatever its angles; face: columns of "
+        "quadrilaterals run along the faces, for ground that rises, stays level and falls (half the error in factors of safety)",
+    )
+    graded: Graded | None = Field(
+        default=None, description='box, and slope with fit = "profile": zones that grow towards the sides; no table: none'
+    )
+    inner: float | None = quantity(None, unit="m", meaning="ring, required: radius of the hole", gt=0)
+    outer: float | None = quantity(None, unit="m", meaning="ring, required: radius of the outer side", gt=0)
+    around: int | None = quantity(
+        None, meaning="ring, required: zones along the hole's wall (of the part that is meshed)", ge=3, le=100_000
+    )
+    part: Literal["full", "half", "quarter"] = quantity(
+        "full", meaning="ring: full, the half y >= 0 (side bottom), or the quarter x, y >= 0 (sides left and bottom)"
+    )
+    growth: float | None = quantity(
+        None,
+        meaning="ring: radial size of a zone over that of its neighbour nearer to the hole, the first about as deep as wide; "
+        "none: all zones about square",
+        ge=1,
+        le=1.5,
+    )
+    large_strain: bool = quantity(False, meaning="zones follow their gridpoints, in all stages but those of kind equilibrium")
+
+    @model_validator(mode="after")
+    def _keys_of_the_kind(self):
+        needed = NEEDED[self.kind]
+        missing = [key for key in needed if getattr(self, key) is None]
+        if missing:
+            raise ValueError(f'kind = "{self.kind}" needs {", ".join(missing)}')
+        known = {"kind", "large_strain", *needed, *ALLOWED[self.kind]}
+        fields = type(self).model_fields
+        extra = [key for key in fields if key not in known and getattr(self, key) != fields[key].default]
+        if extra:
+            raise ValueError(f'kind = "{self.kind}" takes no {", ".join(extra)}')
+        if self.kind == "slope" and self.graded is not None and self.fit != "profile":
+            raise ValueError(f'fit = "{self.fit}" takes no graded: use fit = "profile" with graded, or leave graded out')
+        if self.kind == "ring" and not self.inner < self.outer:
+            raise ValueError(f"the outer radius, {self.outer:g} m, must be larger than the inner one, {self.inner:g} m")
+        return self
+
+    @property
+    def regular(self):
+        """Whether all zones have the size `zone_size`."""
+        return self.kind != "ring" and self.fit == "diagonals" and self.graded is None

@@ -1,0 +1,84 @@
+"""The [stones] table of a scene: how many, which sizes, shapes and directions, or where a file maps them."""
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+
+from coupler_protocol.scene.declare import Table, increasing, quantity
+
+Corners = Annotated[int, Field(ge=4, le=64)]
+Flatness = Annotated[float, Field(ge=1, le=5)]
+
+
+class StoneSize(Table):
+    """Lognormal sizes of stones: diameters of circles of equal area."""
+
+    mean: float = quantity(unit="m", meaning="mean of the distribution before sizes beyond min and max are left out", gt=0)
+    sigma: float = quantity(meaning="standard deviation of ln(size)", gt=0, le=2)
+    min: float = quantity(unit="m", meaning="smallest size", gt=0)
+    max: float = quantity(unit="m", meaning="largest size", gt=0)
+
+    @model_validator(mode="after")
+    def _in_order(self):
+        if not self.min < self.mean < self.max:
+            raise ValueError("min, mean and max must be in increasing order")
+        return self
+
+
+class Azimuth(Table):
+    """Directions of the stones' long axes, counter-clockwise from x; axes, so that 10 and 190 degrees are one direction.
+
+    mean and spread: wrapped normal, the angle is normal and counted modulo 180 degrees; twice the angle then has the mean
+    resultant exp(-2 spread^2), spread in radians. range: uniform between two angles. The directions drawn are those in the
+    window: to find room, stones move and exchange directions, but do not turn.
+    """
+
+    mean: float | None = quantity(None, unit="deg", meaning="mean direction", ge=-180, le=180)
+    spread: float | None = quantity(None, unit="deg", meaning="standard deviation of the normal angle", ge=0, le=180)
+    range: Annotated[tuple[float, float], AfterValidator(increasing)] | None = quantity(
+        None, unit="deg", meaning="least and largest direction, at most 180 degrees apart"
+    )
+
+    @model_validator(mode="after")
+    def _one_distribution(self):
+        normal = self.mean is not None and self.spread is not None
+        if normal == (self.range is not None) or (self.mean is None) != (self.spread is None):
+            raise ValueError("give mean and spread, or range")
+        if self.range is not None and self.range[1] - self.range[0] > 180.0:
+            raise ValueError("a range spans at most 180 degrees")
+        return self
+
+
+class Stones(Table):
+    """Stones among the discs of every window: random polygons, random places for traced shapes, or a map of traced stones.
+
+    content, size: random stones, polygons convex and concave, or with `shapes` copies of traced ones. file: the traced
+    stones themselves, where they lie; each window takes those inside it. Files are GeoJSON (Polygons, MultiPolygons: exterior
+    rings) or CSV (stone, x, y: corners in order); paths count from where the program was started.
+    """
+
+    body: Literal["clump", "cluster"] = quantity("clump", meaning="rigid, or discs bonded to each other that can break")
+    content: float | None = quantity(
+        None, meaning="area of the stones over area of the window; needed without file", gt=0, le=0.75
+    )
+    size: StoneSize | None = Field(default=None, description="lognormal sizes; needed without file")
+    vertices: Annotated[tuple[Corners, Corners], AfterValidator(increasing)] = quantity(
+        (6, 12), meaning="least and largest number of corners"
+    )
+    flatness: Annotated[tuple[Flatness, Flatness], AfterValidator(increasing)] = quantity(
+        (1.0, 1.8), meaning="least and largest ratio of long to short axis"
+    )
+    gap: float = quantity(0.0, unit="m", meaning="least distance between stones, and to the window's edge", ge=0)
+    azimuth: Azimuth | None = Field(default=None, description="directions of the long axes; no table: uniform")
+    shapes: str | None = quantity(None, meaning="file of traced stones, of which random ones take their shapes", min_length=1)
+    file: str | None = quantity(None, meaning="file of traced stones, placed where they are", min_length=1)
+    scale: float = quantity(1.0, unit="m", meaning="length of a unit of `file`, such as a pixel", gt=0)
+    origin: tuple[float, float] = quantity((0.0, 0.0), unit="m", meaning="where the point (0, 0) of `file` lies")
+    flip_y: bool = quantity(False, meaning="y of the file runs downwards, as in images")
+    outside: Literal["clip", "leave out", "refuse"] = quantity(
+        "clip", meaning="what happens to stones of `file` that reach beyond the window: cut at its edge, left out, or an error"
+    )
+
+    def changed(self, *keys):
+        """Which of `keys` have other values than by default."""
+        return [key for key in keys if getattr(self, key) != type(self).model_fields[key].default]

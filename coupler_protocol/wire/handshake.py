@@ -1,0 +1,123 @@
+"""How both sides find out that they compute the same thing: HELLO, then WELCOME or REJECT."""
+
+import secrets
+import time
+from importlib.metadata import version
+
+import numpy as np
+
+from coupler_protocol.exits import PeerLost
+from coupler_protocol.wire import frames as wire
+from coupler_protocol.wire import messages
+
+OF = "'s"
+SIDES = ("the discrete side", "the continuum" + OF)
+
+
+def first_difference(a, b, whose=SIDES, path=""):
+    """The first key at which two resolved scenes differ, with both values; None when there is none. whose: owners of a and b."""
+    if isinstance(a, dict) and isinstance(b, dict):
+        for key in sorted(a.keys() | b.keys()):
+            if key not in a or key not in b:
+                return f"{path}{key}: only {whose[key in b].removesuffix(OF)} has it"
+            found = first_difference(a[key], b[key], whose, f"{path}{key}.")
+            if found:
+                return found
+        return None
+    if isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
+        for i, (x, y) in enumerate(zip(a, b, strict=True)):
+            found = first_difference(x, y, whose, f"{path}{i}.")
+            if found:
+                return found
+        return None
+    return None if a == b else f"{path.rstrip('.')}: {_not_equal(a, b, whose)}"
+
+
+def _not_equal(a, b, whose=SIDES):
+    return f"{a!r} on {whose[0]}, {b!r} on {whose[1]}"
+
+
+def _begins(resume):
+    """Where a side begins, in words; `resume` is that key of HELLO."""
+    if not isinstance(resume, dict):
+        return "begins at the start"
+    return f"goes on after stage {resume.get('after')!r} (session {resume.get('session')!r})"
+
+
+def _objection(hello, scene, resume):
+    """Why a HELLO cannot be accepted, or None."""
+    if hello["package"] != version("colluvium"):
+        return f"versions differ: {_not_equal(hello['package'], version('colluvium'))}"
+    if hello["float"] != "<f8":
+        return f"number formats differ: {_not_equal(hello['float'], '<f8')}"
+    difference = first_difference(hello["scene"], scene.resolved())
+    if difference:
+        return f"the scenes differ: {difference}"
+    theirs = hello.get("resume")
+    if theirs != resume:
+        return f"one side begins elsewhere: the discrete side {_begins(theirs)}, the continuum {_begins(resume)}"
+    return None
+
+
+def welcome_all(hub, scene, rims, resume=None):
+    """Wait until every rank has said HELLO and send each its WELCOME with the nodes of its window's rim.
+
+    rims: {rank: (K,2) positions [m], counter-clockwise}; resume: what HELLO must say about where the run begins. A HELLO that
+    does not fit is answered with REJECT and its reason. Raises PeerLost when somebody is missing for longer than the clock for
+    arrivals.
+    """
+    session = secrets.randbits(63) | 1
+    missing = set(hub.conversations)
+    deadline = time.monotonic() + hub.clocks.arrival
+    while missing:
+        heard = hub.hear_hello()
+        if heard is None:
+            if time.monotonic() > deadline:
+                ranks = " and ".join(map(str, sorted(missing)))
+                raise PeerLost(f"no discrete process of rank {ranks} came within {hub.clocks.arrival:g} s")
+            continue
+        sender, rank, frame = heard
+        objection = hub.objection(rank, hub.conversations.keys() - missing) or _heard_objection(frame, scene, resume)
+        if objection:
+            hub.turn_away(sender, rank, objection)
+            continue
+        hub.transport.admit(sender, rank)
+        missing.discard(rank)
+        deadline = time.monotonic() + hub.clocks.arrival
+        conversation = hub.conversations[rank]
+        conversation.begin(session)
+        conversation.say_control(
+            messages.WELCOME,
+            {"session": session, "rim": wire.pack_array(rims[rank]), "dt": 1.0, "exchange_every": scene.coupling.exchange_every},
+        )
+        conversation.sequence += 1
+
+
+def _heard_objection(frame, scene, resume):
+    try:
+        return _objection(wire.content_of(frame), scene, resume)
+    except wire.WireError as error:
+        return str(error)
+
+
+def resume_from(after, session):
+    """The key `resume` of HELLO: stage after which this side goes on, and session of its checkpoint (0: it needs none)."""
+    return {"after": after, "session": session}
+
+
+def join(conversation, scene, resume=None):
+    """Say HELLO and wait for the WELCOME; returns the positions (K,2) [m] of the rim's nodes. Raises PeerLost if rejected."""
+    hello = {"package": version("colluvium"), "float": "<f8", "scene": scene.resolved()}
+    conversation.say_control(messages.HELLO, hello if resume is None else hello | {"resume": resume})
+    kind, frame = conversation.hear((messages.WELCOME, messages.REJECT), within=conversation.clocks.arrival)
+    content = wire.content_of(frame)
+    if kind == messages.REJECT:
+        raise PeerLost(f"the continuum refused this process: {content['reason']}")
+    if content["session"] == 0:
+        raise PeerLost("the continuum gave no session")
+    rim = wire.unpack_array(content["rim"], columns=2)
+    if len(rim) < 3:
+        raise PeerLost(f"the continuum sent a rim of {len(rim)} nodes")
+    conversation.session = content["session"]
+    conversation.sequence += 1
+    return np.ascontiguousarray(rim)

@@ -1,0 +1,59 @@
+"""The in-process twin of the link: the same frames through queues between threads of one process."""
+
+import queue
+import threading
+
+
+class InprocTransport:
+    """One end of a set of queues; the methods are those of `coupler_protocol.wire.link_tcp`.
+
+    users: {name of an end: the thread that speaks through it}, shared by all ends; an end without a live thread is not connected.
+    """
+
+    endpoint = "inproc"
+
+    def __init__(self, inbox, outboxes, me, users):
+        self.inbox, self.outboxes, self.me, self.users = inbox, outboxes, me, users
+        self._rank, self._name = {}, {0: 0}
+
+    def send(self, frame, rank=0):
+        """Put a copy of the frame into the peer's queue."""
+        self._here()
+        outbox = self.outboxes.get(self._name.get(rank, rank))
+        if outbox is not None:
+            outbox.put((self.me, bytes(frame)))
+
+    def receive(self, seconds):
+        """(sender, frame) or None after `seconds` of silence."""
+        self._here()
+        try:
+            sender, frame = self.inbox.get(timeout=seconds)
+        except queue.Empty:
+            return None
+        return self._rank.get(sender, sender), memoryview(frame)
+
+    def admit(self, sender, rank):
+        """Frames of this sender are from `rank` from now on."""
+        self._rank = {s: r for s, r in self._rank.items() if r != rank}
+        self._rank[sender], self._name[rank] = rank, sender
+
+    def connected(self, rank=0):
+        """Whether the thread on the other end lives and has not closed it."""
+        user = self.users.get(self._name.get(rank, rank), self)
+        return user is self or (user is not None and user.is_alive())
+
+    def close(self):
+        """Nobody speaks through this end any more."""
+        self.users[self.me] = None
+
+    def _here(self):
+        if self.me not in self.users:
+            self.users[self.me] = threading.current_thread()
+
+
+def transports(n_ranks):
+    """The continuum's end and a list of the discrete ends, rank 1 first."""
+    names = [f"thread {rank}" for rank in range(1, n_ranks + 1)]
+    inbox, inboxes, users = queue.Queue(), {name: queue.Queue() for name in names}, {}
+    hub = InprocTransport(inbox, inboxes, 0, users)
+    return hub, [InprocTransport(inboxes[name], {0: inbox}, name, users) for name in names]

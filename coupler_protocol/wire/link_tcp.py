@@ -1,0 +1,210 @@
+"""Transport over TCP with ZeroMQ: the continuum binds a ROUTER, each discrete process connects a DEALER.
+
+A transport carries frames and knows ranks and nothing of what the frames say:
+
+    send(frame, rank)             give a frame to the peer (dropped while there is none: the conversation sends again)
+    receive(seconds)              (sender, frame) or None; the frame is valid until the next call
+    admit(sender, rank)           frames of this sender are from `rank` from now on
+    connected(rank)               whether a peer hangs on the other end, as far as the last frames tell
+    close()
+
+`link_inproc` has the same for two threads of one process.
+"""
+
+import contextlib
+import ipaddress
+import os
+import re
+import time
+
+import numpy as np
+import zmq
+from zmq.utils.monitor import recv_monitor_message
+
+from coupler_protocol.exits import EnvironmentFailed
+from coupler_protocol.wire.frames import MAX_FRAME
+
+HEARTBEAT, HEARTBEAT_TIMEOUT, LINGER = 1000, 5000, 1000  # ms
+# One message is under way at a time, but ZeroMQ hands the room of delivered ones back in batches and late: with room for 8, a
+# send that must not block finds the queue full now and then, the message is dropped, and the step costs a time-out.
+HIGH_WATER = 1000
+# A thread that has gone to sleep is woken late, several times a step. So a side that waits stays awake for this long [s], giving
+# the processor to whoever asks for it (ZeroMQ's own thread first of all): a round trip of 170 us became one of 75.
+AWAKE = 5e-4
+MAX_PORT = 65535
+_EVENTS = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED  # no more than needed: a full monitor stops ZeroMQ's thread
+
+
+class _Socket:
+    """What both ends have in common: options, and the buffer frames arrive in."""
+
+    def __init__(self, kind, endpoint):
+        self.context = zmq.Context()
+        self.socket = self.context.socket(kind)
+        s = self.socket
+        s.sndhwm = s.rcvhwm = HIGH_WATER
+        s.linger = LINGER
+        s.maxmsgsize = MAX_FRAME
+        s.ipv6 = "[" in endpoint
+        if not os.environ.get("COLLUVIUM_NO_HEARTBEAT"):  # for breakpoints in a debugger
+            s.heartbeat_ivl, s.heartbeat_timeout = HEARTBEAT, HEARTBEAT_TIMEOUT
+        # Room for the largest frame, so that none is ever cut off; the system gives memory only to the part that is used.
+        self._buffer = memoryview(np.empty(MAX_FRAME, np.uint8))
+        self._timeout = None
+
+    def _wait(self, seconds):
+        if seconds != self._timeout:
+            self.socket.rcvtimeo = max(1, int(seconds * 1000))
+            self._timeout = seconds
+
+    def _stay_awake(self):
+        """Return as soon as a frame is there, or after a moment without one."""
+        until = time.perf_counter() + AWAKE
+        while not self.socket.getsockopt(zmq.EVENTS) & zmq.POLLIN and time.perf_counter() < until:
+            os.sched_yield()
+
+    def _take(self):
+        """The next frame, in a buffer that is used again."""
+        return self._buffer[: self.socket.recv_into(self._buffer)]
+
+    def _open(self, call, endpoint, doing):
+        port = endpoint.rpartition(":")[2]
+        try:
+            if port.isdecimal() and int(port) > MAX_PORT:  # ZeroMQ would take another one without a word
+                raise ValueError(f"there is no port {port}")
+            call(endpoint)
+        except (zmq.ZMQError, ValueError) as error:
+            self.close()
+            raise EnvironmentFailed(f"cannot {doing} {endpoint}: {error}") from None
+
+    def close(self):
+        """Close the socket; frames still waiting get a second to leave."""
+        self.socket.close()
+        self.context.term()
+
+
+class HubTransport(_Socket):
+    """The continuum's end: listens, and knows each rank by the routing id of the process that claimed it."""
+
+    def __init__(self, endpoint):
+        super().__init__(zmq.ROUTER, endpoint)
+        self.socket.router_handover = True
+        self.socket.router_mandatory = True  # a frame for somebody who is gone is an error, not silence
+        self._open(self.socket.bind, endpoint, "listen on")
+        self.endpoint = self.socket.last_endpoint.decode().rstrip("\0")
+        self._route, self._rank, self._gone = {}, {}, set()
+
+    def send(self, frame, rank):
+        """Send to the process that holds `rank`, or to a sender not admitted yet."""
+        route = self._route.get(rank, rank)
+        if isinstance(route, int):  # nobody holds this rank
+            return
+        try:
+            self.socket.send_multipart([route, frame], zmq.NOBLOCK)
+            self._gone.discard(rank)
+        except zmq.Again:
+            pass
+        except zmq.ZMQError as error:
+            if error.errno != zmq.EHOSTUNREACH:
+                raise
+            if rank in self._route:
+                self._gone.add(rank)
+
+    def receive(self, seconds):
+        """(rank, or the sender's routing id while it has none; frame), or None after `seconds` of silence."""
+        self._wait(seconds)
+        self._stay_awake()
+        try:
+            sender = self.socket.recv()
+        except zmq.Again:
+            return None
+        frame = self._take()
+        while self.socket.getsockopt(zmq.RCVMORE):
+            self.socket.recv()
+        return self._rank.get(sender, sender), frame
+
+    def admit(self, sender, rank):
+        """Bind the sender's routing id to `rank`; whoever held it before is a stranger again."""
+        self._rank = {s: r for s, r in self._rank.items() if r != rank}
+        self._route[rank], self._rank[sender] = sender, rank
+        self._gone.discard(rank)
+
+    def connected(self, rank):
+        """Whether the last frame for `rank` found somebody to go to."""
+        return rank in self._route and rank not in self._gone
+
+
+class RankTransport(_Socket):
+    """A discrete process's end, with an unguessable routing id."""
+
+    def __init__(self, endpoint):
+        super().__init__(zmq.DEALER, endpoint)
+        self.socket.routing_id = b"\1" + os.urandom(15)
+        self.socket.reconnect_ivl, self.socket.reconnect_ivl_max = 100, 1000
+        self.monitor = self.socket.get_monitor_socket(_EVENTS)
+        self._up = False
+        self._open(self.socket.connect, endpoint, "connect to")
+        self.endpoint = endpoint
+
+    def send(self, frame, rank=0):
+        """Send to the continuum."""
+        with contextlib.suppress(zmq.Again):
+            self.socket.send(frame, zmq.NOBLOCK)
+
+    def receive(self, seconds):
+        """(0, frame), or None after `seconds` of silence."""
+        self._wait(seconds)
+        self._stay_awake()
+        try:
+            return 0, self._take()
+        except zmq.Again:
+            return None
+
+    def admit(self, sender, rank):
+        """There is only one peer."""
+
+    def connected(self, rank=0):
+        """Whether the continuum is connected."""
+        while self.monitor.poll(0):
+            self._up = recv_monitor_message(self.monitor)["event"] == zmq.EVENT_HANDSHAKE_SUCCEEDED
+        return self._up
+
+    def close(self):
+        """Close the socket; frames still waiting get a second to leave."""
+        self.socket.disable_monitor()
+        self.monitor.close(0)
+        super().close()
+
+
+def any_port(endpoint):
+    """ZeroMQ's way of asking for any free port, for tcp://HOST:0."""
+    return endpoint[:-1] + "*" if endpoint.endswith(":0") else endpoint
+
+
+def is_loopback(endpoint):
+    """Whether tcp://HOST:PORT names this machine only."""
+    protocol, _, address = endpoint.partition("://")
+    host = address.rpartition(":")[0].strip("[]")
+    try:
+        return protocol == "tcp" and (host == "localhost" or ipaddress.ip_address(host).is_loopback)
+    except ValueError:
+        return False
+
+
+def endpoint_from(text, seconds):
+    """An endpoint as given, or read from the file of that name once it exists (a server writes its own to OUT/endpoint)."""
+    if text.startswith("tcp://"):
+        return text
+    if re.fullmatch(r"[^/]+:\d+", text):
+        return "tcp://" + text
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        try:
+            with open(text, encoding="ascii", errors="replace") as file:
+                found = file.read().strip()
+            if found:
+                return found
+        except FileNotFoundError:
+            pass
+        time.sleep(0.05)
+    raise EnvironmentFailed(f"no endpoint in {text} after {seconds:g} s: is the continuum running?")

@@ -1,0 +1,258 @@
+"""Whose turn it is: one conversation between the continuum and one discrete process, the same over every transport.
+
+The discrete side speaks, the continuum answers with the same sequence number, the next turn has the next number. Silence makes
+a side send its last words again, marked as such; whoever gets words marked so that it has answered already, answers again with
+the same bytes. So a lost or doubled message changes nothing, and a long phase of one side costs the other only patience.
+
+A peer counts as lost when it was not connected for `give_up` seconds, or, connected, owed a step for ten times as long. A peer
+whose messages cannot be believed many times in a row is given up as well.
+"""
+
+import logging
+import time
+
+from coupler_protocol.exits import PeerLost
+from coupler_protocol.wire import frames as wire
+from coupler_protocol.wire import messages
+
+log = logging.getLogger(__name__)
+SLICE = 0.2  # seconds between looks at the clocks and the stop request while waiting
+REFUSALS = 50  # messages of one turn that may be refused
+STRANGERS = 20  # refused messages of strangers that are logged
+MAX_HELLO = 4 << 20  # bytes a stranger may say
+
+
+class Clocks:
+    """How long silence is borne [s].
+
+    timeout: before words are said again; give_up: before a peer that is not connected counts as lost; owed: for the step of one
+    that is; arrival: for the other side to start.
+    """
+
+    def __init__(self, link):
+        self.give_up = link.give_up
+        self.timeout = min(link.timeout, link.give_up)
+        self.slice = min(SLICE, self.timeout)
+        self.owed = 10.0 * link.give_up
+        self.arrival = max(60.0, self.owed)
+
+
+class Conversation:
+    """One side of the exchange with one peer. `rank` is the discrete process's rank on both sides."""
+
+    def __init__(self, transport, rank, peer, clocks, stop):
+        self.transport, self.rank, self.peer = transport, rank, peer
+        self.clocks, self.stop = clocks, stop
+        self.session = 0
+        self.sequence = 0
+        self.waited = 0.0  # seconds spent waiting since somebody last set this to zero
+        self.repeated = 0  # messages sent again
+        self.refused = 0  # frames not believed
+        self._last = b""
+        self._inbox = []
+        self._quiet_until = 0.0  # no words are said again before, asked or not
+        self._refused_now = 0
+        self._name = "the continuum" if peer == 0 else f"the discrete process of rank {rank}"
+
+    def begin(self, session):
+        """Start from the first turn, with the session that both sides will name in every frame."""
+        self.session, self.sequence = session, 0
+        self._inbox.clear()
+
+    # -- saying ------------------------------------------------------------------------------------------------------
+
+    def say(self, frame):
+        """Send the sealed frame of this turn; it is kept until the next one for saying it again."""
+        self._last = frame
+        self.transport.send(frame, self.peer)
+
+    def say_control(self, kind, content):
+        """Say a message other than a step with the current turn's number."""
+        self.say(wire.control_frame(kind, self.session, self.rank, self.sequence, content))
+
+    def tell(self, kind, content):
+        """Say something that asks for no answer and takes no turn (a failure)."""
+        self.transport.send(wire.control_frame(kind, self.session, self.rank, self.sequence, content), self.peer)
+
+    # -- hearing -----------------------------------------------------------------------------------------------------
+
+    def hear(self, kinds, in_step=False, within=None):
+        """Wait for one of `kinds` with the current turn's number; returns (kind, frame).
+
+        A connected peer may take as long as it needs, but in_step no longer than a step is owed, or `within` seconds.
+        Raises PeerLost after too long a silence or when the peer says that it failed, Interrupted when a stop was asked for.
+        """
+        self.stop.check()
+        begin = looked = said = alive = time.monotonic()
+        limit = self.clocks.owed if in_step else within
+        self._quiet_until = begin + 0.5 * self.clocks.timeout
+        self._refused_now = 0
+        try:
+            while True:
+                received = self._inbox.pop(0) if self._inbox else self.transport.receive(self.clocks.slice)
+                if received is not None:
+                    sender, frame = received
+                    if sender == self.peer:
+                        kind = self._believe(frame, kinds)
+                        if kind is not None:
+                            return kind, frame
+                    else:
+                        self._elsewhere(sender, frame)
+                now = time.monotonic()
+                if received is not None and now - looked < self.clocks.slice:
+                    continue
+                looked = now
+                self.stop.check()
+                if now - said > self.clocks.timeout:
+                    said = now
+                    self.say_again()
+                if self.transport.connected(self.peer):
+                    alive = now
+                self._patience(now - begin, now - alive, limit)
+        finally:
+            self.waited += time.monotonic() - begin
+
+    def _patience(self, waited, silent, limit):
+        """Raise PeerLost when the peer was away for too long, or has let us wait for longer than `limit`."""
+        if silent > self.clocks.give_up:
+            raise PeerLost(f"{self._name} was lost: not connected for {silent:.1f} s (give_up = {self.clocks.give_up:g} s)")
+        if limit is not None and waited > limit:
+            raise PeerLost(f"{self._name} was lost: no answer for {waited:.1f} s")
+
+    def say_again(self):
+        """Say the last words again, marked as such; returns whether there is a peer to hear them."""
+        self._repeat(wire.AGAIN)
+        return self.transport.connected(self.peer)
+
+    def _repeat(self, flags=0):
+        if self._last:
+            self.repeated += 1
+            self._quiet_until = time.monotonic() + 0.5 * self.clocks.timeout
+            self.transport.send(wire.sent_again(self._last) if flags else self._last, self.peer)
+
+    def _believe(self, frame, kinds):
+        """The kind of a frame that is what this turn waits for; None for one that is dealt with here."""
+        try:
+            kind, session, rank, flags, sequence = wire.open_header(frame)
+            if rank != self.rank:
+                raise wire.WireError(f"it is of rank {rank}, not {self.rank}")
+            if self.session and session != self.session and (session or kind not in messages.SESSIONLESS):
+                raise wire.WireError("it belongs to another session")
+        except wire.VersionError as error:
+            raise PeerLost(f"{self._name} speaks another language: {error}") from None
+        except wire.WireError as error:
+            self._refuse(error)
+            return None
+        if kind in messages.ONE_WAY and kind not in kinds:
+            self.stop.check()  # both sides were asked to stop, and the other was quicker
+            raise PeerLost(f"{self._name} ended: {_reason(frame)}")
+        if sequence == self.sequence and kind in kinds:
+            return kind
+        if sequence >= self.sequence:
+            self._refuse(f"{messages.NAMES[kind]} {sequence} while turn {self.sequence} waits for "
+                         + " or ".join(messages.NAMES[k] for k in kinds))  # fmt: skip
+        elif flags & wire.AGAIN and sequence == self.sequence - 1 and time.monotonic() > self._quiet_until:
+            self._repeat()
+        return None
+
+    def _refuse(self, why):
+        self.refused += 1
+        self._refused_now += 1
+        log.warning("a message from %s was refused: %s", self._name, why)
+        if self._refused_now >= REFUSALS:
+            raise PeerLost(f"{self._name} cannot be understood: {self._refused_now} messages refused, the last because {why}")
+
+    def _elsewhere(self, sender, frame):
+        """A frame of somebody else on a shared transport."""
+        log.warning("a message from %r was refused: nobody else is expected here", sender)
+
+
+def _reason(frame):
+    try:
+        return wire.content_of(frame)["reason"]
+    except wire.WireError as error:
+        return f"its reason cannot be read ({error})"
+
+
+class Hub:
+    """The continuum's side: one conversation for each rank over one transport."""
+
+    def __init__(self, transport, ranks, clocks, stop):
+        self.transport, self.clocks, self.stop = transport, clocks, stop
+        self.conversations = {r: _HubConversation(self, r) for r in ranks}
+        self._strange = 0
+
+    def tell_all(self, kind, content):
+        """Say something one-way to every rank."""
+        for conversation in self.conversations.values():
+            conversation.tell(kind, content)
+
+    def hear_hello(self):
+        """The next HELLO of a stranger: (sender, rank, frame), or None after a slice of time without one."""
+        self.stop.check()
+        received = self.transport.receive(self.clocks.slice)
+        if received is None:
+            return None
+        sender, frame = received
+        if sender in self.conversations:
+            self.conversations[sender].keep(frame)
+            return None
+        rank = self.stranger(sender, frame)
+        return None if rank is None else (sender, rank, bytes(frame))
+
+    def stranger(self, sender, frame):
+        """The rank that a stranger claims with a HELLO; None for all other frames, which are turned away here."""
+        try:
+            if len(frame) > MAX_HELLO:
+                raise wire.WireError(f"{len(frame)} bytes are too many")
+            kind, _, rank, _, _ = wire.open_header(frame)
+        except wire.VersionError as error:
+            self.turn_away(sender, 0, str(error))
+            return None
+        except wire.WireError as error:
+            self._strange += 1
+            if self._strange <= STRANGERS:
+                log.warning("a message of a stranger was refused: %s", error)
+            return None
+        if kind == messages.HELLO:
+            return rank
+        if kind not in messages.ONE_WAY:
+            self.turn_away(sender, rank, "this continuum does not know this process: it belongs to another run")
+        return None
+
+    def turn_away(self, sender, rank, reason):
+        """REJECT for somebody who claims `rank`."""
+        log.warning("a process that claims rank %d was turned away: %s", rank, reason)
+        self.transport.send(wire.control_frame(messages.REJECT, 0, rank, 0, {"reason": reason}), sender)
+
+    def objection(self, rank, taken):
+        """Why a stranger cannot have `rank`, or None. taken: ranks that have a holder."""
+        if rank not in self.conversations:
+            return f"the scene has ranks {sorted(self.conversations)}, not {rank}"
+        if rank in taken and self.conversations[rank].say_again():
+            return f"rank {rank} is taken and its holder lives"
+        return None
+
+
+class _HubConversation(Conversation):
+    """A conversation that shares its transport with its sisters: what is for them goes into their inboxes."""
+
+    def __init__(self, hub, rank):
+        super().__init__(hub.transport, rank, rank, hub.clocks, hub.stop)
+        self.hub = hub
+
+    def keep(self, frame):
+        """Keep a frame that came while somebody else was waited for; a failure is heard at once."""
+        if wire.kind_of(frame) in messages.ONE_WAY:
+            self._believe(frame, ())
+        else:
+            self._inbox.append((self.peer, bytes(frame)))
+
+    def _elsewhere(self, sender, frame):
+        if sender in self.hub.conversations:
+            self.hub.conversations[sender].keep(frame)
+            return
+        rank = self.hub.stranger(sender, frame)
+        if rank is not None:
+            gone = f"rank {rank} lost its process, which cannot be replaced while the run goes on"
+            self.hub.turn_away(sender, rank, self.hub.objection(rank, self.hub.conversations) or gone)

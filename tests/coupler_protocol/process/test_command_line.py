@@ -1,0 +1,167 @@
+"""Exit codes say whose fault the end was; options, folders and progress do no harm."""
+
+import argparse
+import io
+import json
+import logging
+
+import pytest
+
+from coupler_protocol import exits
+from coupler_protocol.compiled import threads as team
+from coupler_protocol.problems import Problem, SceneError
+from coupler_protocol.process import command_line as program
+from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.process.progress import Progress, as_line
+from coupler_protocol.wire.frames import WireError
+
+
+def raiser(error):
+    def work():
+        raise error
+
+    return work
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (SceneError([Problem("a.toml", 3, "grid", "bad")]), 3),
+        (exits.EnvironmentFailed("port 5555 is taken"), 4),
+        (FileNotFoundError(2, "No such file", "a.toml"), 4),
+        (exits.PeerLost("silence"), 5),
+        (WireError("another size was agreed"), 5),
+        (exits.PhysicsFailed("a zone turned inside out"), 6),
+        (exits.Interrupted("interrupted by SIGINT"), 130),
+    ],
+)
+def test_an_end_has_one_message_and_one_code(capsys, error, code):
+    assert program.ended("fdm-server", raiser(error)) == code
+    said = capsys.readouterr().err
+    assert said.startswith("fdm-server: ")
+    assert str(error) in said
+    assert "Traceback" not in said
+
+
+def test_what_nobody_expected_is_our_own_fault_and_shows_where(capsys, caplog):
+    assert program.ended("dem-server", raiser(KeyError("rim"))) == 7
+    said = capsys.readouterr().err
+    assert "a fault of this program, please report it" in said
+    assert "KeyError: 'rim'" in said
+    assert "KeyError: 'rim'" in caplog.text
+
+
+def test_the_second_ctrl_c_ends_at_once(capsys):
+    assert program.ended("fdm-server", raiser(KeyboardInterrupt())) == 130
+    assert "twice" in capsys.readouterr().err
+
+
+def test_a_good_end_is_zero_and_silent(capsys):
+    assert program.ended("fdm-server", lambda: None) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_every_code_has_a_meaning():
+    codes = {cls.code for cls in (exits.RunEnded, *exits.RunEnded.__subclasses__())}
+    assert codes == {7, 4, 5, 6, 130}
+    assert codes | {0, 2, 3} == set(exits.MEANING)
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "1.5", "two", "", "²"])
+def test_numbers_of_things_are_whole_and_positive(text):
+    with pytest.raises(argparse.ArgumentTypeError, match="not a whole number from 1"):
+        program.positive(text)
+    assert program.positive("12") == 12
+
+
+def test_a_wrong_command_line_is_code_two(capsys):
+    with pytest.raises(SystemExit) as ended:
+        program.server_parser("fdm-server", "").parse_args(["scene.toml", "--out", "x", "--threads", "0"])
+    assert ended.value.code == exits.COMMAND_LINE
+    assert "not a whole number from 1" in capsys.readouterr().err
+
+
+def test_results_are_kept_unless_force_is_said(tmp_path):
+    out = tmp_path / "deep" / "run"
+    assert program.prepare_folder(out, ["run.json"], False) == out
+    (out / "run.json").write_text("old")
+    (out / "notes.txt").write_text("mine")
+    with pytest.raises(exits.EnvironmentFailed, match=r"holds results already \(run.json\).*--force"):
+        program.prepare_folder(out, ["run.json"], False)
+    program.prepare_folder(out, ["run.json"], True)
+    assert [path.name for path in out.iterdir()] == ["notes.txt"]
+
+
+def test_a_file_in_the_folders_place_is_a_fault_of_the_environment(tmp_path):
+    (tmp_path / "run").write_text("a file")
+    with pytest.raises(exits.EnvironmentFailed, match="cannot write to"):
+        program.prepare_folder(tmp_path / "run", [], False)
+
+
+def test_threads_asked_for_are_those_that_share_a_step():
+    before = team.size()
+    program.set_threads(3)
+    try:
+        assert team.size() == 3
+    finally:
+        team.set_size(before)
+
+
+def test_the_log_file_says_what_happened(tmp_path):
+    root, before = logging.getLogger(), logging.getLogger().level
+    handlers = list(root.handlers)
+    try:
+        program.log_to(tmp_path / "a.log")
+        program.ended("fdm-server", raiser(exits.PeerLost("silence")))
+    finally:
+        for handler in set(root.handlers) - set(handlers):
+            root.removeHandler(handler)
+            handler.close()
+        root.setLevel(before)
+    assert "ERROR silence" in (tmp_path / "a.log").read_text()
+
+
+# -- stop requests and progress ------------------------------------------------------------------------------------------
+
+
+def test_the_first_reason_to_stop_is_kept():
+    stop = StopRequest()
+    stop.check()
+    stop.ask("interrupted by SIGINT")
+    stop.ask("the launcher is gone")
+    with pytest.raises(exits.Interrupted, match="SIGINT"):
+        stop.check()
+
+
+def test_progress_is_told_as_a_line_as_json_or_to_a_function(capsys):
+    rows = []
+    Progress(0, rows.append)("couple", step=10, of=20, ratio=1e-3, factor=1.0)
+    assert as_line(rows[0]).split() == ["rank", "0", "couple", "step", "10/20", "1.00", "g", "ratio", "1.00e-03"]
+    Progress(1, "json")("fill", "sweep 3")
+    assert json.loads(capsys.readouterr().out)["text"] == "sweep 3"
+    Progress(1, "plain")("fill", "sweep 3")
+    assert "rank 1  fill          sweep 3" in capsys.readouterr().err
+    Progress(1, "none")("fill", "sweep 3")
+    assert capsys.readouterr() == ("", "")
+
+
+def test_progress_is_told_now_and_then_unless_it_matters():
+    rows = []
+    progress = Progress(0, rows.append, interval=60.0)
+    for step in range(100):
+        progress("couple", step=step)
+    progress("done", now=True)
+    assert [row["stage"] for row in rows] == ["couple", "done"]
+
+
+def test_a_reader_that_goes_away_does_not_end_the_run(monkeypatch):
+    class Broken(io.StringIO):
+        def write(self, text):
+            raise BrokenPipeError(32, "Broken pipe")
+
+    for name, form in (("stdout", "json"), ("stderr", "plain")):
+        progress = Progress(0, form, interval=0.0)
+        monkeypatch.setattr(f"sys.{name}", Broken())
+        progress("couple")
+        progress("couple")
+        monkeypatch.undo()

@@ -1,0 +1,263 @@
+"""Both sides find out that they compute the same thing, or why not."""
+
+import copy
+import re
+import time
+from importlib.metadata import version
+
+import numpy as np
+import pytest
+
+from coupler_protocol.exits import PeerLost
+from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.scene.reader import read_scene
+from coupler_protocol.wire import frames as wire
+from coupler_protocol.wire import link_inproc
+from coupler_protocol.wire import link_tcp as link
+from coupler_protocol.wire.handshake import first_difference, join, welcome_all
+from coupler_protocol.wire.lockstep import Conversation, Hub
+from coupler_protocol.wire.messages import FAILURE, FORCE, HELLO, PACKED, PROTOCOL_VERSION, REJECT, WELCOME
+from tests.peer import Beside, Peer, clocks
+
+RIM = np.array([[0.1, 0.2], [1 / 3, 0.2], [1 / 3, 0.9], [0.1, 0.9]])
+
+
+@pytest.fixture(scope="module")
+def scene(configs):
+    return read_scene(configs / "quick_slope.toml")
+
+
+def right_hello(scene):
+    return {"package": version("colluvium"), "float": "<f8", "scene": scene.resolved()}
+
+
+def a_hub(transport, n_ranks=1):
+    return Hub(transport, range(1, n_ranks + 1), clocks(), StopRequest())
+
+
+def changed(hello, path, value):
+    """HELLO with one key of the scene replaced."""
+    hello = copy.deepcopy(hello)
+    *way, last = path
+    table = hello["scene"]
+    for key in way:
+        table = table[key]
+    table[last] = value
+    return hello
+
+
+def test_both_sides_agree_on_session_turn_and_rim(scene):
+    transport, ends = link_inproc.transports(2)
+    hub = a_hub(transport, 2)
+    talks = [Conversation(end, rank, 0, clocks(), StopRequest()) for rank, end in enumerate(ends, start=1)]
+    with (
+        Beside(lambda: welcome_all(hub, scene, {1: RIM, 2: RIM + 5.0})),
+        Beside(lambda: join(talks[0], scene)) as first,
+        Beside(lambda: join(talks[1], scene)) as second,
+    ):
+        pass
+    assert first.result.tobytes() == RIM.tobytes()
+    assert second.result.tobytes() == (RIM + 5.0).tobytes()
+    sides = [*talks, *hub.conversations.values()]
+    assert {side.sequence for side in sides} == {1}
+    assert len({side.session for side in sides}) == 1
+    assert talks[0].session
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (lambda h: h | {"package": "0.0.7"}, r"versions differ: '0.0.7' on the discrete side, '\d.*' on the continuum's"),
+        (lambda h: h | {"float": ">f4"}, "number formats differ: '>f4'"),
+        (lambda h: changed(h, ("grid", "height"), 13.0), r"grid.height: 13.0 on the discrete side, 12.0 on the continuum's"),
+        (lambda h: changed(h, ("stage", 2, "handover"), 7), r"stage.2.handover: 7 on the discrete side, 500"),
+        (lambda h: changed(h, ("material", 0, "density"), 2700.0000000000005), r"material.0.density: 2700.0000000000005"),
+        (lambda h: changed(h, ("extra",), 1), "extra: only the discrete side has it"),
+        (lambda h: changed(h, ("material", 0, "elastic"), {"bulk": 0.5e9}), "elastic.shear: only the continuum has it"),
+        (lambda h: changed(h, ("window",), []), "window: "),
+        (lambda h: h | {"scene": 5}, "HELLO: scene is a int, not a dict"),
+        (lambda h: h | {"resume": {"after": "couple", "session": 7}}, "goes on after stage 'couple' .* begins at the start"),
+        (lambda h: h | {"resume": "couple"}, "one side begins elsewhere"),
+        (lambda h: {}, "HELLO: package is missing"),
+        (lambda h: h | {"scene": {b"seed": 1}}, "HELLO has a key that is not a text"),
+    ],
+)
+def test_a_hello_that_does_not_fit_is_rejected_with_the_first_difference_and_a_good_one_is_still_welcome(scene, wrong, words):
+    transport, (end,) = link_inproc.transports(1)
+    peer = Peer(end, 0, session=0)
+    peer.say(HELLO, 0, wrong(right_hello(scene)))
+    peer.say(HELLO, 0, right_hello(scene))
+    welcome_all(a_hub(transport), scene, {1: RIM})
+    answer = peer.hear()
+    assert (answer.kind, answer.rank, answer.sequence) == (REJECT, 1, 0)
+    assert re.search(words, answer.content["reason"]), answer.content["reason"]
+    assert peer.hear().kind == WELCOME
+
+
+def test_a_rank_the_scene_does_not_have_is_rejected(scene):
+    transport, (end,) = link_inproc.transports(1)
+    wrong, right = Peer(end, 0, rank=3, session=0), Peer(end, 0, rank=1, session=0)
+    wrong.say(HELLO, 0, right_hello(scene))
+    right.say(HELLO, 0, right_hello(scene))
+    welcome_all(a_hub(transport), scene, {1: RIM})
+    assert wrong.hear().content["reason"] == "the scene has ranks [1], not 3"
+    assert right.hear().kind == WELCOME
+
+
+def test_a_rank_can_be_claimed_once_as_long_as_its_holder_lives(scene):
+    transport, ends = link_inproc.transports(3)
+    first, second, other = (Peer(end, 0, rank, session=0) for end, rank in zip(ends, (1, 1, 2), strict=True))
+    for peer in (first, second, other):
+        peer.say(HELLO, 0, right_hello(scene))
+    welcome_all(a_hub(transport, 2), scene, {1: RIM, 2: RIM})
+    assert first.hear().kind == WELCOME
+    assert second.hear().content["reason"] == "rank 1 is taken and its holder lives"
+    assert other.hear().kind == WELCOME
+
+
+def test_a_rank_can_be_claimed_again_when_its_holder_went_away_before_the_run_began(scene):
+    hub_end = link.HubTransport("tcp://127.0.0.1:*")
+    gone, fresh, other = (link.RankTransport(hub_end.endpoint) for _ in range(3))
+    try:
+        hub = a_hub(hub_end, 2)
+        hub.clocks.arrival = 20.0
+        with Beside(lambda: welcome_all(hub, scene, {1: RIM, 2: RIM})):
+            for end, rank in ((gone, 1), (fresh, 1), (other, 2)):
+                peer = Peer(end, 0, rank, session=0)
+                for _ in range(50):  # a closed line takes a moment to be noticed
+                    peer.say(HELLO, 0, right_hello(scene))
+                    if peer.hear(5.0).kind == WELCOME:
+                        break
+                else:
+                    pytest.fail(f"rank {rank} was not welcome")
+                if end is gone:
+                    peer.say(PACKED, 1, {"discs": 1})
+                    end.close()
+        assert hub.conversations[1].sequence == 1
+        assert hub.conversations[1]._inbox == []
+    finally:
+        for end in (fresh, other, hub_end):
+            end.close()
+
+
+def test_a_hello_said_again_gets_the_same_welcome(scene):
+    transport, (end,) = link_inproc.transports(1)
+    hub = a_hub(transport)
+    peer = Peer(end, 0, session=0)
+    peer.say(HELLO, 0, right_hello(scene))
+    welcome_all(hub, scene, {1: RIM})
+    welcome = peer.hear()
+
+    def ask_again():
+        time.sleep(0.07)  # sooner it would be taken for one that piled up
+        peer.say(HELLO, 0, right_hello(scene), again=True)
+        repeated = peer.hear()
+        while repeated.flags:
+            repeated = peer.hear()
+        peer.session = repeated.session
+        peer.say(PACKED, 1)
+        return repeated.frame
+
+    with Beside(ask_again) as beside:
+        hub.conversations[1].hear((PACKED,))
+    assert beside.result == welcome.frame
+
+
+def test_an_absent_process_is_given_up(scene):
+    transport, (end, _) = link_inproc.transports(2)
+    Peer(end, 0, session=0).say(HELLO, 0, right_hello(scene))
+    hub = a_hub(transport, 2)
+    hub.clocks.arrival = 0.4
+    with pytest.raises(PeerLost, match=r"no discrete process of rank 2 came within 0.4 s"):
+        welcome_all(hub, scene, {1: RIM, 2: RIM})
+
+
+def test_a_failure_before_everybody_is_there_ends_the_wait(scene):
+    transport, (end, _) = link_inproc.transports(2)
+    peer = Peer(end, 0, session=0)
+    peer.say(HELLO, 0, right_hello(scene))
+    peer.say(FAILURE, 0, {"reason": "no memory"})
+    with pytest.raises(PeerLost, match="rank 1 ended: no memory"):
+        welcome_all(a_hub(transport, 2), scene, {1: RIM, 2: RIM})
+
+
+def test_nonsense_does_not_end_the_wait(scene):
+    transport, (end,) = link_inproc.transports(1)
+    peer = Peer(end, 0, session=0)
+    peer.send(b"nonsense")
+    peer.send(wire.control_frame(PACKED, 0, 1, 0, {}))
+    peer.send(bytes(5 << 20))
+    peer.say(HELLO, 0, right_hello(scene))
+    welcome_all(a_hub(transport), scene, {1: RIM})
+    assert "another run" in peer.hear().content["reason"]
+    assert peer.hear().kind == WELCOME
+
+
+def test_another_version_of_the_protocol_is_told_so(scene, monkeypatch):
+    transport, (end,) = link_inproc.transports(1)
+    peer = Peer(end, 0, session=0)
+    monkeypatch.setattr("coupler_protocol.wire.messages.PROTOCOL_VERSION", PROTOCOL_VERSION + 1)
+    peer.say(HELLO, 0, right_hello(scene))
+    monkeypatch.undo()
+    peer.say(HELLO, 0, right_hello(scene))
+    welcome_all(a_hub(transport), scene, {1: RIM})
+    answer = peer.hear()
+    assert answer.kind == REJECT
+    assert answer.content["reason"] == f"protocol version {PROTOCOL_VERSION + 1}, not {PROTOCOL_VERSION}"
+
+
+# -- what the discrete side makes of the answer --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "content", "words"),
+    [
+        (REJECT, {"reason": "the scenes differ: seed"}, "refused this process: the scenes differ: seed"),
+        (REJECT, {}, "REJECT: reason is missing"),
+        (WELCOME, {}, "WELCOME: session is missing"),
+        (WELCOME, {"session": 0, "rim": wire.pack_array(RIM), "dt": 1.0, "exchange_every": 1}, "no session"),
+        (WELCOME, {"session": 5, "rim": b"\0" * 8, "dt": 1.0, "exchange_every": 1}, "another size"),
+        (WELCOME, {"session": 5, "rim": b"", "dt": 1.0, "exchange_every": 1}, "a rim of 0 nodes"),
+        (WELCOME, {"session": 5, "rim": wire.pack_array([[np.nan] * 2] * 4), "dt": 1.0, "exchange_every": 1}, "not finite"),
+    ],
+)
+def test_an_answer_that_cannot_be_used_ends_the_discrete_side_as_the_peers_fault(scene, kind, content, words):
+    hub, (end,) = link_inproc.transports(1)
+    Peer(hub, "thread 1", session=0).say(kind, 0, content)
+    with pytest.raises(PeerLost, match=words):
+        join(Conversation(end, 1, 0, clocks(), StopRequest()), scene)
+
+
+def test_a_continuum_that_never_answers_is_given_up_although_connected(scene):
+    _, (end,) = link_inproc.transports(1)
+    talk = Conversation(end, 1, 0, clocks(0.1, 0.2), StopRequest())
+    talk.clocks.arrival = 0.5
+    with pytest.raises(PeerLost, match="no answer"):
+        join(talk, scene)
+    assert talk.repeated >= 2
+
+
+# -- where scenes differ -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "found"),
+    [
+        ({"a": 1}, {"a": 1}, None),
+        ({"a": [1, {"b": 2.0}]}, {"a": [1, {"b": 2.0}]}, None),
+        ({"a": [1, {"b": 2.0}]}, {"a": [1, {"b": 3.0}]}, "a.1.b: 2.0"),
+        ({"a": [1]}, {"a": [1, 2]}, "a: [1]"),
+        ({"b": 1, "a": 1}, {"b": 2, "a": 2}, "a: 1"),
+        ({"a": None}, {"a": {"b": 1}}, "a: None"),
+        ({}, {"a": 1}, "a: only the continuum has it"),
+    ],
+)
+def test_the_first_difference_is_found(a, b, found):
+    difference = first_difference(a, b)
+    assert difference is None if found is None else difference.startswith(found)
+
+
+def test_what_the_wire_makes_of_a_scene_is_the_scene(scene):
+    frame = wire.control_frame(HELLO, 0, 1, 0, right_hello(scene))
+    assert first_difference(wire.content_of(frame)["scene"], scene.resolved()) is None
+    assert wire.kind_of(frame) != FORCE
