@@ -40,8 +40,8 @@ def sizes(scene):
     """Counts that follow from the scene alone."""
     if scene.grid is None:
         return {"windows": [], "stones": scene.stones.model_dump(mode="json") if scene.stones else None}
-    from fdm_server.grid import build_grid
-    from fdm_server.windows import rim_of, window_zones
+    from fdm_server.mesh.grid import build_grid
+    from fdm_server.mesh.window_zones import rim_of, window_zones
 
     grid = build_grid(scene)
     windows = []

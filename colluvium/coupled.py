@@ -26,8 +26,8 @@ class Window(NamedTuple):
 def operator(model, state, windows):
     """K (d, d) [N/m], sparse, and masses over 1 + alpha (d,) [kg] of the step of a grid (fdm_server) and its windows."""
     from dem_server.frequency import bodies_of, springs_of
-    from fdm_server import frequency
-    from fdm_server.shape import masses
+    from fdm_server.observe import stable_limit as frequency
+    from fdm_server.step.present_shape import masses
 
     K = frequency.stiffness_matrix(model, frequency.zone_stiffness(model, state))
     mass = np.repeat(masses(model, state) + state.added_mass, 2)
@@ -69,7 +69,7 @@ def exact_limit(model, state, windows):
 def _largest(model, state, windows, energy):
     """What has the largest share of a mode's kinetic energy (d,), and where [m]."""
     from dem_server.frequency import bodies_of
-    from fdm_server.shape import present
+    from fdm_server.step.present_shape import present
 
     points = 2 * len(model.grid.xy)
     share = energy[:points].reshape(-1, 2).sum(axis=1)

@@ -23,7 +23,7 @@ def answer(scene, exact=False, note=None):
     """Limits (criteria.stable_step.limit) by "grid", "interface", "discs"; exact: the limit of all together, too."""
     from colluvium import coupled
     from dem_server.frequency import safe_limit
-    from fdm_server.frequency import safe_limits
+    from fdm_server.observe.stable_limit import safe_limits
 
     model, state, windows = open_model(scene, note)
     nodes = np.concatenate([window.nodes for window in windows])
@@ -40,10 +40,10 @@ def open_model(scene, note=None):
     from colluvium.coupled import Window
     from dem_server.takeover import take_over
     from dem_server.window import drawn_stones, packed_window
-    from fdm_server.grid import build_grid
-    from fdm_server.hole import cut_window
+    from fdm_server.ground.removed_zones import cut_window
+    from fdm_server.mesh.grid import build_grid
+    from fdm_server.mesh.window_zones import rim_of, window_zones
     from fdm_server.model import build_model, new_state
-    from fdm_server.windows import rim_of, window_zones
 
     grid = build_grid(scene)
     model = build_model(scene, grid)
@@ -88,9 +88,9 @@ def saved_model(scene, index, paths):
     from dem_server.restart import WindowState
     from dem_server.rim import Rim
     from fdm_server.effects import with_damping
-    from fdm_server.grid import build_grid
-    from fdm_server.restart import GridState, model_at
-    from fdm_server.windows import rim_of, window_zones
+    from fdm_server.mesh.grid import build_grid
+    from fdm_server.mesh.window_zones import rim_of, window_zones
+    from fdm_server.procedure.restart import GridState, model_at
 
     grid, stage, windows = build_grid(scene), scene.stage[index], []
     saved, *discs = (checkpoint.load(path)[0] for path in paths)

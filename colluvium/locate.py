@@ -85,7 +85,7 @@ def answer(run: Run, scene) -> dict | None:
 
 
 def _grid(scene):
-    from fdm_server.grid import build_grid
+    from fdm_server.mesh.grid import build_grid
 
     return build_grid(scene)
 
@@ -102,8 +102,8 @@ def _beside(there: Band, scene, grid, number: int) -> dict:
 
 
 def outline(grid, window) -> shapely.Polygon:
-    """The rim of a window in a fdm_server.grid.Grid [m]."""
-    from fdm_server.windows import rim_of, window_zones
+    """The rim of a window in a fdm_server.mesh.grid.Grid [m]."""
+    from fdm_server.mesh.window_zones import rim_of, window_zones
 
     return shapely.Polygon(grid.xy[rim_of(grid, window_zones(grid, window))])
 

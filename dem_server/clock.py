@@ -1,6 +1,6 @@
 """What a step means to the discs in a stage: a step of 1 with scaled masses (static), or dt seconds with the real ones.
 
-The twin of fdm_server/clock.py: velocities of one mean nothing in the other, discs come to rest where the meaning changes.
+The twin of fdm_server/step/clock.py: velocities of one mean nothing in the other, discs come to rest where the meaning changes.
 
 Sub-steps (`coupling.substeps` = n). In real time discs may take n steps of dt / n while the grid takes one of dt. Control discs
 go straight on with the rim's velocity v(t + dt/2); the force that goes back is that of the end, at t + dt, never a mean. Then

@@ -1,7 +1,7 @@
 """The energy ledger of a window in a coupled stage: where the discs' energy comes from and where it goes.
 
-A recorder: nothing of it exists unless the scene asks for it. Twin of fdm_server/ledger.py. At whole steps n, with velocities v-
-and v+ half a step before and after:
+A recorder: nothing of it exists unless the scene asks for it. Twin of fdm_server/observe/energy_ledger.py. At whole steps n, with
+velocities v- and v+ half a step before and after:
 
     kinetic    T = v- . M v+ / 2 of free discs and clumps, spins included
     stored     U of all contacts (dem_server/energy.py)

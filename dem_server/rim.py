@@ -14,7 +14,8 @@ over the springs of the ring's contacts: b_cI . u_I is how far the motion u_I of
 (rolling resistance, bending of parallel bonds). A node takes half of each spring, the disc on the other end the other half,
 as between two discs; then omega^2 <= 2 for these springs and masses, and what damping asks for, 1 + alpha < 2, is there
 (coupler_protocol/criteria/stable_step.py, Eq (2); `tests/physics/test_interface_limit.py`). In real time no mass is added: the
-same sums times dt^2 bound the step (fdm_server/agreement.py), and the nodes carry the mass of the control discs' inner shares.
+same sums times dt^2 bound the step (fdm_server/coupling/common_step.py), and the nodes carry the mass of the control discs' inner
+shares.
 """
 
 from typing import NamedTuple

@@ -71,7 +71,7 @@ def compute(scene, transport, out, progress, stop, origin=None, plugin=None):
     from coupler_protocol.files import run_json as runfile
     from coupler_protocol.scene.rules.between_tables import doubts
     from coupler_protocol.wire.lockstep import Clocks, Hub
-    from fdm_server.stages import ContinuumSide
+    from fdm_server.procedure.grid_side import ContinuumSide
 
     about = runfile.describe(scene)
     if origin is not None:

@@ -6,15 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol.compiled import threads as team
-from fdm_server.blocks import LANES, Geometry, build_gather, build_geometry, to_blocks
-from fdm_server.boundary import fixed_components
 from fdm_server.effects import Law, law_from
-from fdm_server.forces import CORNER_ROWS
-from fdm_server.grid import Grid
-from fdm_server.partition import Partition, build_partition
-from fdm_server.safety import check_zones
-from fdm_server.stress import STRESS_ROWS
-from fdm_server.timestep import static_masses, weight_masses
+from fdm_server.mesh.grid import Grid
+from fdm_server.mesh.grid_sides import fixed_components
+from fdm_server.step.blocks import LANES, Geometry, build_gather, build_geometry, to_blocks
+from fdm_server.step.forces import CORNER_ROWS
+from fdm_server.step.masses import static_masses, weight_masses
+from fdm_server.step.safety import check_zones
+from fdm_server.step.stress import STRESS_ROWS
+from fdm_server.step.thread_parts import Partition, build_partition
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
 """Kernels for the rate of stress in a step, which Rayleigh damping adds to the stress that makes forces."""
 
 from coupler_protocol.compiled.jit import jit
-from fdm_server.blocks import LANES
-from fdm_server.stress import STRESS_ROWS
+from fdm_server.step.blocks import LANES
+from fdm_server.step.stress import STRESS_ROWS
 
 
 @jit

@@ -3,12 +3,12 @@
 Leap-frog on both sides: forces at whole steps, velocities at half steps. While zones strain here, contacts are computed there.
 """
 
-from fdm_server.advance import advance
-from fdm_server.motion import update_velocities
+from fdm_server.step.gridpoint_pass import update_velocities
+from fdm_server.step.zone_pass import advance
 
 
 def run_stage(side, stage):
-    """Take steps until the stage ends. `stage` (fdm_server.stages.StageRun) knows gravity, handover and when to end.
+    """Take steps until the stage ends. `stage` (fdm_server.procedure.grid_side.StageRun) knows gravity, handover and when to end.
 
     Between the discs' forces and the answer to them stands only what the answer needs; everything else can wait. Where both sides
     take several steps between exchanges (pace.py), the forces stay as they were heard.

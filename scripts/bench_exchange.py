@@ -37,12 +37,12 @@ from dem_server import contacts as dem_contacts
 from dem_server import motion as dem_motion
 from dem_server.restart import WindowState
 from dem_server.rim import Rim
-from fdm_server import advance as fdm_advance
-from fdm_server import grid as fdm_grid
 from fdm_server import model as fdm_model
-from fdm_server import motion as fdm_motion
-from fdm_server.restart import GridState
-from fdm_server.windows import rim_of, window_zones
+from fdm_server.mesh import grid as fdm_grid
+from fdm_server.mesh.window_zones import rim_of, window_zones
+from fdm_server.procedure.restart import GridState
+from fdm_server.step import gridpoint_pass as fdm_motion
+from fdm_server.step import zone_pass as fdm_advance
 
 
 def with_measured_stages(scene, steps, repeats, recorded=False):

@@ -2,7 +2,7 @@
 
     python scripts/equilibrium_study.py [--fast] [--json FILE]
 
-Masses: classical (fdm_server/timestep.py); row sums of the elastic stiffness (Gershgorin's bound) with the same reserve; and
+Masses: classical (fdm_server/step/masses.py); row sums of the elastic stiffness (Gershgorin's bound) with the same reserve; and
 lighter ones, to show what they do. Dampings: local .8 (default) and .5; kinetic (velocities to zero at peaks of the kinetic
 energy, Barnes 1999, Int. J. Space Struct. 14); viscous with the factor of Rayleigh's quotient, found anew every step (Underwood
 1983, Dynamic relaxation). The rows stand in docs/design/0005-steps-to-equilibrium.md.
@@ -20,14 +20,14 @@ import numpy as np
 from scipy.sparse import coo_array
 
 from coupler_protocol.scene.reader import read_scene
-from fdm_server.advance import advance
-from fdm_server.blocks import TRIANGLES, triangle_double_areas
 from fdm_server.fos.bracket import NoBracket, search
 from fdm_server.fos.ground import begin_trial, settle, with_zone_size
 from fdm_server.fos.trial import run_trial
 from fdm_server.model import new_state
-from fdm_server.motion import kinetic_energy, unbalanced_ratio, update_velocities
-from fdm_server.safety import Unstable
+from fdm_server.step.blocks import TRIANGLES, triangle_double_areas
+from fdm_server.step.gridpoint_pass import kinetic_energy, unbalanced_ratio, update_velocities
+from fdm_server.step.safety import Unstable
+from fdm_server.step.zone_pass import advance
 
 CONFIGS = Path(__file__).resolve().parent.parent / "configs"
 RATIO, MOST = 1e-5, 80_000
@@ -124,7 +124,7 @@ class Variant(NamedTuple):
 
 
 def classical(model):
-    """The masses of fdm_server/timestep.py."""
+    """The masses of fdm_server/step/masses.py."""
     return model.mass
 
 

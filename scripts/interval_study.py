@@ -26,8 +26,8 @@ import pages
 from coupler_protocol.files import checkpoint
 from coupler_protocol.scene.reader import build_scene, read_scene
 from coupler_protocol.wire.link_tcp import endpoint_from
-from fdm_server.grid import build_grid
-from fdm_server.windows import rim_of, window_zones
+from fdm_server.mesh.grid import build_grid
+from fdm_server.mesh.window_zones import rim_of, window_zones
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "accuracy.md"

@@ -12,19 +12,19 @@ import numpy as np
 
 from coupler_protocol.problems import unfit
 from coupler_protocol.scene.scene import declared_effects
-from fdm_server.advance import advance
-from fdm_server.boundary import fixed_components
 from fdm_server.effects import law_from
-from fdm_server.excavation import excavations
 from fdm_server.fos.loading import apply_loads, boundaries, gravity_of, loads
 from fdm_server.fos.reduction import reduced
 from fdm_server.fos.verdict import SPANS_OF_SETTLING
-from fdm_server.grid import build_grid
-from fdm_server.initial_stress import initial_state
+from fdm_server.ground.excavation import excavations
+from fdm_server.ground.initial_stress import initial_state
+from fdm_server.mesh.grid import build_grid
+from fdm_server.mesh.grid_sides import fixed_components
+from fdm_server.mesh.hole_ring import ANGLES
 from fdm_server.model import Model, State, model_of, new_state
-from fdm_server.motion import unbalanced_ratio, update_velocities
-from fdm_server.ring import ANGLES
-from fdm_server.safety import check_motion
+from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
+from fdm_server.step.safety import check_motion
+from fdm_server.step.zone_pass import advance
 
 LOOK = 25  # steps between looks at the unbalanced ratio
 SHORTEST = 100  # steps of a span

@@ -6,8 +6,8 @@ All stages of a scene count, whatever their order: the ground is searched as it 
 import numpy as np
 
 from coupler_protocol.scene.schedule import acting, plan
-from fdm_server.conditions import load_forces
-from fdm_server.loads import press
+from fdm_server.ground.boundaries_in_time import load_forces
+from fdm_server.ground.load_ramps import press
 
 
 def gravity_of(scene):

@@ -8,7 +8,6 @@ from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.files import run_json as runfile
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.problems import unfit
-from fdm_server import record
 from fdm_server.fos import bracket as bracketing
 from fdm_server.fos.extrapolation import extrapolate
 from fdm_server.fos.ground import damping_of, settle, with_zone_size, zone_size
@@ -16,7 +15,8 @@ from fdm_server.fos.loading import driven
 from fdm_server.fos.reduction import rules
 from fdm_server.fos.trial import run_trial
 from fdm_server.fos.verdict import criterion
-from fdm_server.grid import build_grid
+from fdm_server.mesh.grid import build_grid
+from fdm_server.observe import record
 
 log = logging.getLogger(__name__)
 QUANTITY = {"strength": "factor of safety", "gravity": "gravity factor at collapse"}

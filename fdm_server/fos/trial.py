@@ -11,12 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fdm_server.advance import advance
 from fdm_server.fos.ground import LOOK, begin_trial, spread
 from fdm_server.fos.verdict import UNDECIDED, Span, verdict
 from fdm_server.model import Model, State
-from fdm_server.motion import farthest, unbalanced_ratio, update_velocities
-from fdm_server.safety import check_motion
+from fdm_server.step.gridpoint_pass import farthest, unbalanced_ratio, update_velocities
+from fdm_server.step.safety import check_motion
+from fdm_server.step.zone_pass import advance
 
 GROWTH = 16  # spans in which gravity grows: twice the steps of settling
 

@@ -20,10 +20,10 @@ from dem_server.fields import contacts
 from dem_server.motion import move_free
 from dem_server.packing import pack
 from dem_server.stress import mean_stress
-from fdm_server import fields
-from fdm_server.coupling import traction_difference, zones_behind
-from fdm_server.edges import boundary_edges
-from fdm_server.motion import unbalanced_ratio as ratio_of_grid
+from fdm_server.coupling.rim import traction_difference, zones_behind
+from fdm_server.mesh.zone_sides import boundary_edges
+from fdm_server.observe import fields
+from fdm_server.step.gridpoint_pass import unbalanced_ratio as ratio_of_grid
 
 TURNED, STRAIN, RATIO, LOOK, LIMIT = 0.5, 5e-6, 1e-6, 50, 50_000
 COMPRESSION, SHEAR = np.diag([0.0, -1.0]), np.array([[0.0, 1.0], [1.0, 0.0]])

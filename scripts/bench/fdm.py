@@ -13,10 +13,10 @@ from bench import laws
 from bench.operations import operations
 from bench.rows import repeated, row, triad
 from bench.scalar_zone import step_of_zones
-from fdm_server.blocks import from_blocks
-from fdm_server.forces import corner_forces
-from fdm_server.strain import strain_increments
-from fdm_server.stress import limit, load, return_triangles
+from fdm_server.step.blocks import from_blocks
+from fdm_server.step.forces import corner_forces
+from fdm_server.step.strain import strain_increments
+from fdm_server.step.stress import limit, load, return_triangles
 
 SIZES = {1_600: (40, 40), 10_000: (100, 100), 100_000: (400, 250), 1_000_000: (1000, 1000)}
 THREADED = (100_000, 1_000_000)

@@ -12,14 +12,14 @@ import numpy as np
 from bench.rows import repeated, row
 from coupler_protocol.compiled import threads as team
 from coupler_protocol.scene.reader import build_scene
-from fdm_server import clock
-from fdm_server.advance import advance
-from fdm_server.blocks import from_blocks
-from fdm_server.grid import build_grid
-from fdm_server.ledger import Ledger
+from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
-from fdm_server.motion import update_velocities
-from fdm_server.shape import begin_large_strain
+from fdm_server.observe.energy_ledger import Ledger
+from fdm_server.step import clock
+from fdm_server.step.blocks import from_blocks
+from fdm_server.step.gridpoint_pass import update_velocities
+from fdm_server.step.present_shape import begin_large_strain
+from fdm_server.step.zone_pass import advance
 
 TABLES = {
     "elastic": {"bulk": 5e8, "shear": 1.5e8},

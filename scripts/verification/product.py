@@ -12,7 +12,7 @@ from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.process.progress import Progress
 from coupler_protocol.wire.lockstep import Clocks, Hub
 from fdm_server.model import Model, State
-from fdm_server.stages import ContinuumSide
+from fdm_server.procedure.grid_side import ContinuumSide
 
 IDLE = [{"name": "load", "until": {"steps": 1}}]  # for scenes of which only the model is used
 LOOK = 50  # steps between points of the histories and looks at the ratio

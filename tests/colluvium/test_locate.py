@@ -12,7 +12,7 @@ from colluvium.results import open_run
 from coupler_protocol.criteria import shear_band as band
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.scene.reader import build_scene
-from fdm_server.grid import build_grid
+from fdm_server.mesh.grid import build_grid
 
 STRAIGHT = shapely.LineString([(5.0, 4.5), (16.25, 11.75)])
 ARC = shapely.LineString([(4 + 11.8 * np.sin(a), 16 - 11.8 * np.cos(a)) for a in np.linspace(0.1, 1.21, 60)])

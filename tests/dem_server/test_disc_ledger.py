@@ -15,9 +15,9 @@ from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
 from dem_server.ledger import Ledger as DiscLedger
 from dem_server.motion import move_free
-from fdm_server.advance import advance
-from fdm_server.ledger import Ledger as GridLedger
-from fdm_server.motion import update_velocities
+from fdm_server.observe.energy_ledger import Ledger as GridLedger
+from fdm_server.step.gridpoint_pass import update_velocities
+from fdm_server.step.zone_pass import advance
 
 
 def booked(joined, steps, gravity=0.0, change=None):

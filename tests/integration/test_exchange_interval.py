@@ -115,7 +115,7 @@ def test_contacts_stiffer_than_zones_fall_back_to_the_bits_of_every_step(tables,
 
 def test_motion_that_grows_by_itself_falls_back_before_it_is_ten_times_as_fast(tables, tmp_path, monkeypatch):
     """The same ground without the limit of stiffness: the monitor alone."""
-    monkeypatch.setattr("fdm_server.pace.STIFFEST", np.inf)
+    monkeypatch.setattr("fdm_server.coupling.exchange_pauses.STIFFEST", np.inf)
     data, fastest = soft(tables), {1: 0.0, 20: 0.0}
     data["stage"] = data["stage"][:3]
     for every, out in ((1, "one"), (20, "many")):

@@ -11,10 +11,10 @@ from colluvium import inprocess, open_run, run
 from coupler_protocol.files import checkpoint
 from coupler_protocol.files.restart import Origin
 from coupler_protocol.scene.tables.boundary import Boundary
-from fdm_server import fields
-from fdm_server.conditions import begin_stage, load_forces
-from fdm_server.grid import build_grid
+from fdm_server.ground.boundaries_in_time import begin_stage, load_forces
+from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
+from fdm_server.observe import fields
 
 WEIGHT = 2000.0 * 9.81  # [N/m3]
 PROFILE = ((0, 2), (2, 2), (3.1, 4.3), (4.4, 4.3), (7.3, 5), (9, 5))

@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from zone_cases import DENSITY, GRAVITY, box, sides, slope, soil
 
-from fdm_server import clock
-from fdm_server.advance import advance
 from fdm_server.effects.damping import Damping
 from fdm_server.effects.elastic import Elastic
 from fdm_server.effects.mohr_coulomb import MohrCoulomb
 from fdm_server.effects.rayleigh import RayleighTable
 from fdm_server.effects.softening import Softening
 from fdm_server.effects.tension import Tension
-from fdm_server.grid import build_grid
-from fdm_server.ledger import Ledger
+from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
-from fdm_server.motion import update_velocities
+from fdm_server.observe.energy_ledger import Ledger
+from fdm_server.step import clock
+from fdm_server.step.gridpoint_pass import update_velocities
+from fdm_server.step.zone_pass import advance
 
 UNDAMPED = Damping(local=0.0)
 

@@ -5,8 +5,8 @@ import pytest
 from run_cases import SOIL, column, compute, stage
 from zone_cases import slope, soil
 
-from fdm_server.grid import build_grid, centroids
-from fdm_server.initial_stress import overburden
+from fdm_server.ground.initial_stress import overburden
+from fdm_server.mesh.grid import build_grid, centroids
 from fdm_server.model import build_model
 
 LAYER = SOIL | {"name": "layer", "density": 1500.0, "top": [[0.0, 2.2]]}

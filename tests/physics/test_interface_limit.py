@@ -11,7 +11,7 @@ from coupler_protocol.criteria.stable_step import highest, spring_sums
 from dem_server.contacts import contact_forces
 from dem_server.frequency import safe_limit, springs_of
 from dem_server.neighbours import rebuild
-from fdm_server.frequency import safe_limits
+from fdm_server.observe.stable_limit import safe_limits
 
 
 def with_one_disc(node, direction, stiffness, shear, damping):

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from zone_cases import DENSITY, GRAVITY, PAPER, box, settle, sides, soil
 
-from fdm_server import fields
-from fdm_server.grid import build_grid
+from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
+from fdm_server.observe import fields
 
 HEIGHT, WIDTH = 12.0, 2.0
 

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 from zone_cases import DENSITY, GRAVITY, PAPER, box, settle, sides, soil
 
-from fdm_server import fields
-from fdm_server.advance import advance
-from fdm_server.grid import build_grid
+from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
-from fdm_server.motion import update_velocities
-from fdm_server.safety import Unstable
-from fdm_server.shape import MASS_STEPS, begin_large_strain, masses
-from fdm_server.stress import SD, SM, XY, ZZ
+from fdm_server.observe import fields
+from fdm_server.step.gridpoint_pass import update_velocities
+from fdm_server.step.present_shape import MASS_STEPS, begin_large_strain, masses
+from fdm_server.step.safety import Unstable
+from fdm_server.step.stress import SD, SM, XY, ZZ
+from fdm_server.step.zone_pass import advance
 
 K, G = PAPER.bulk, PAPER.shear
 A1, A2 = K + 4 * G / 3, K - 2 * G / 3

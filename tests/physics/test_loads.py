@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from zone_cases import DENSITY, GRAVITY, PAPER, box, settle, sides, slope, soil
 
-from fdm_server import fields
-from fdm_server.advance import advance
-from fdm_server.boundary import surface_edges
-from fdm_server.grid import build_grid, centroids
-from fdm_server.loads import dig, press, pressure_forces
+from fdm_server.ground.load_ramps import dig, press, pressure_forces
+from fdm_server.mesh.grid import build_grid, centroids
+from fdm_server.mesh.grid_sides import surface_edges
 from fdm_server.model import build_model, new_state
-from fdm_server.motion import unbalanced_ratio, update_velocities
+from fdm_server.observe import fields
+from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
+from fdm_server.step.zone_pass import advance
 
 A1 = PAPER.bulk + 4 * PAPER.shear / 3
 HEIGHT = 6.0

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from zone_cases import box, soil, stretch
 
-from fdm_server import fields
 from fdm_server.effects.elastic import Elastic
 from fdm_server.effects.mohr_coulomb import MohrCoulomb
 from fdm_server.effects.tension import Tension
-from fdm_server.grid import build_grid
+from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
+from fdm_server.observe import fields
 
 SOIL = soil(
     Elastic(bulk=200e6, shear=200e6),

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from zone_cases import PAPER, ring, settle, slope, soil
 
-from fdm_server import fields
-from fdm_server.advance import advance
-from fdm_server.edges import boundary_edges
-from fdm_server.grid import build_grid
+from fdm_server.mesh.grid import build_grid
+from fdm_server.mesh.zone_sides import boundary_edges
 from fdm_server.model import build_model, new_state
+from fdm_server.observe import fields
+from fdm_server.step.zone_pass import advance
 
 GRADIENT = np.array([[2e-4, -3e-4], [1e-4, 5e-5]])
 

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from zone_cases import DENSITY, PAPER, box, soil
 
-from fdm_server import clock
-from fdm_server.advance import advance
 from fdm_server.effects.damping import Damping
 from fdm_server.effects.rayleigh import RayleighTable
-from fdm_server.grid import build_grid
+from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
-from fdm_server.motion import update_velocities
-from fdm_server.shape import begin_large_strain
+from fdm_server.step import clock
+from fdm_server.step.gridpoint_pass import update_velocities
+from fdm_server.step.present_shape import begin_large_strain
+from fdm_server.step.zone_pass import advance
 
 M = PAPER.bulk + 4 * PAPER.shear / 3
 CP, CS = sqrt(M / DENSITY), sqrt(PAPER.shear / DENSITY)

@@ -12,15 +12,15 @@ import pytest
 from pydantic import ValidationError
 from zone_cases import box, sides, soil, stretch
 
-from fdm_server import fields
-from fdm_server.advance import advance
 from fdm_server.effects.elastic import Elastic
 from fdm_server.effects.mohr_coulomb import MohrCoulomb
 from fdm_server.effects.softening import Softening
 from fdm_server.effects.tension import Tension
-from fdm_server.grid import build_grid
+from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
-from fdm_server.motion import update_velocities
+from fdm_server.observe import fields
+from fdm_server.step.gridpoint_pass import update_velocities
+from fdm_server.step.zone_pass import advance
 
 STIFF = Elastic(bulk=200e6, shear=100e6)
 K, G = STIFF.bulk, STIFF.shear

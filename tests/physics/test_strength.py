@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from zone_cases import PAPER, box, sides, soil, stretch
 
-from fdm_server import fields
-from fdm_server.advance import advance
 from fdm_server.effects.mohr_coulomb import MohrCoulomb
 from fdm_server.effects.tension import Tension
-from fdm_server.grid import build_grid
+from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
-from fdm_server.motion import update_velocities
-from fdm_server.stress import SM, ZZ
+from fdm_server.observe import fields
+from fdm_server.step.gridpoint_pass import update_velocities
+from fdm_server.step.stress import SM, ZZ
+from fdm_server.step.zone_pass import advance
 
 PHI, COHESION, STRENGTH = 30.0, 50e3, 10e3
 N = (1 + sin(radians(PHI))) / (1 - sin(radians(PHI)))

@@ -16,8 +16,8 @@ from dem_server.model import build_model
 from dem_server.packing import pack
 from dem_server.rim import Rim
 from dem_server.ring import inner_share
-from fdm_server.grid import build_grid
-from fdm_server.windows import rim_of, window_zones
+from fdm_server.mesh.grid import build_grid
+from fdm_server.mesh.window_zones import rim_of, window_zones
 from tests.dem_server.window_case import soil_discs
 from tests.window_scenes import BOX, CIRCLE, L_SHAPE, RING, SECTOR
 

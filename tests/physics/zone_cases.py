@@ -6,10 +6,10 @@ import numpy as np
 
 from coupler_protocol.scene.tables.boundary import Boundary
 from coupler_protocol.scene.tables.grid import Grid
-from fdm_server.advance import advance
 from fdm_server.effects.damping import Damping
 from fdm_server.effects.elastic import Elastic
-from fdm_server.motion import unbalanced_ratio, update_velocities
+from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
+from fdm_server.step.zone_pass import advance
 
 PAPER = Elastic(bulk=0.5e9, shear=0.15e9)  # Table 1 of the paper
 DENSITY = 2700.0

@@ -35,7 +35,7 @@ def test_the_scalar_loop_computes_what_the_kernels_compute(bench):
     from bench.laws import FULL, Box
     from bench.scalar_zone import step_of_zones
 
-    from fdm_server.blocks import from_blocks
+    from fdm_server.step.blocks import from_blocks
 
     case = Box(40, 40, FULL, flowing=True)
     model, state = case.model, case.state
@@ -75,7 +75,7 @@ def _outer(a, effect):
 def test_what_is_absent_in_a_caller_is_absent_in_what_it_calls(bench):
     from bench.operations import operations
 
-    from fdm_server.stress import limit
+    from fdm_server.step.stress import limit
 
     laws = ("mohr_coulomb", "tension")
     assert operations(limit, present=laws)["roots"] == 8

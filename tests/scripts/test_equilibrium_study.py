@@ -4,9 +4,9 @@ import equilibrium_study as study
 import numpy as np
 import pytest
 
-from fdm_server.advance import advance
 from fdm_server.fos.ground import settle
 from fdm_server.model import new_state
+from fdm_server.step.zone_pass import advance
 
 
 @pytest.fixture(scope="module")

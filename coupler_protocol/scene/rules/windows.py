@@ -1,6 +1,7 @@
 """What windows in a grid must fulfil as far as the scene alone tells: one rule a function, as in scene_rules.py.
 
-Where a polygon's zones lie only the grid knows: the rest is with the server that builds it (fdm_server/rules.py).
+Where a polygon's zones lie only the grid knows: the rest is with the server that builds it
+(fdm_server/checks/grid_can_be_built.py).
 """
 
 ACROSS = 8  # discs that a window must be wide

@@ -11,7 +11,7 @@ that of run.json; the lateral stress at the base is extrapolated from the zones 
 
 import numpy as np
 
-from fdm_server import fields
+from fdm_server.observe import fields
 from verification import product
 from verification.rows import row
 

@@ -16,12 +16,12 @@ from math import exp, pi, radians, tan
 import numpy as np
 
 from colluvium import Scene
-from fdm_server.advance import advance
-from fdm_server.boundary import side_of
-from fdm_server.conditions import begin_stage
-from fdm_server.grid import build_grid
+from fdm_server.ground.boundaries_in_time import begin_stage
+from fdm_server.mesh.grid import build_grid
+from fdm_server.mesh.grid_sides import side_of
 from fdm_server.model import build_model, new_state
-from fdm_server.motion import update_velocities
+from fdm_server.step.gridpoint_pass import update_velocities
+from fdm_server.step.zone_pass import advance
 from verification import product
 from verification.continuum.meshes import without_mixing
 from verification.rows import row

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colluvium import Scene
-from fdm_server import fields
-from fdm_server.advance import advance
-from fdm_server.blocks import triangle_double_areas
-from fdm_server.conditions import begin_stage
-from fdm_server.grid import areas, build_grid, centroids
+from fdm_server.ground.boundaries_in_time import begin_stage
+from fdm_server.mesh.grid import areas, build_grid, centroids
 from fdm_server.model import Model, State, build_model, new_state
-from fdm_server.motion import unbalanced_ratio, update_velocities
+from fdm_server.observe import fields
+from fdm_server.step.blocks import triangle_double_areas
+from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
+from fdm_server.step.zone_pass import advance
 from verification import product
 from verification.continuum.meshes import set_stress, without_mixing
 

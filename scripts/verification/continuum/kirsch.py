@@ -15,7 +15,7 @@ square, by area within 4a, of all stress components over p.
 import numpy as np
 from accuracy.common import order
 
-from fdm_server.grid import centroids
+from fdm_server.mesh.grid import centroids
 from verification import product
 from verification.continuum.holes import AXES, edge_forces, hole, norm, polar, ring_grid, seen, settle
 from verification.rows import row

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from colluvium import Scene
-from fdm_server.blocks import TRIANGLES
-from fdm_server.grid import Grid
+from fdm_server.mesh.grid import Grid
 from fdm_server.model import build_model, model_of, new_state
-from fdm_server.stress import SD, SM, XY, ZZ
+from fdm_server.step.blocks import TRIANGLES
+from fdm_server.step.stress import SD, SM, XY, ZZ
 from verification import product
 
 

@@ -12,8 +12,8 @@ from math import radians, sin, sqrt
 
 import numpy as np
 
-from fdm_server import fields
-from fdm_server.advance import advance
+from fdm_server.observe import fields
+from fdm_server.step.zone_pass import advance
 from verification import product
 from verification.continuum.meshes import model_of_zones
 from verification.rows import row

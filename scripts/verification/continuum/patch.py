@@ -7,9 +7,9 @@ displacement and every zone must have the stress of that gradient: du_i/dx_j con
 
 import numpy as np
 
-from fdm_server import fields
-from fdm_server.advance import advance
-from fdm_server.motion import unbalanced_ratio, update_velocities
+from fdm_server.observe import fields
+from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
+from fdm_server.step.zone_pass import advance
 from verification import product
 from verification.continuum.meshes import model_of_zones
 from verification.rows import row

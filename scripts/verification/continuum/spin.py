@@ -11,9 +11,9 @@ from math import cos, log, pi, sin
 
 import numpy as np
 
-from fdm_server import fields
-from fdm_server.advance import advance
-from fdm_server.shape import begin_large_strain
+from fdm_server.observe import fields
+from fdm_server.step.present_shape import begin_large_strain
+from fdm_server.step.zone_pass import advance
 from verification import product
 from verification.continuum.meshes import model_of_zones, set_stress
 from verification.rows import row

@@ -14,8 +14,8 @@ y = H - b, where the jump of the load at x = b is not seen: root of the mean squ
 import numpy as np
 from accuracy.common import order
 
-from fdm_server import fields
-from fdm_server.grid import centroids
+from fdm_server.mesh.grid import centroids
+from fdm_server.observe import fields
 from verification import product
 from verification.rows import row
 

@@ -27,11 +27,11 @@ from dem_server import clock as disc_clock
 from dem_server import restart as disc_restart
 from dem_server.contacts import contact_forces
 from dem_server.motion import move_free
-from fdm_server import agreement
-from fdm_server import clock as grid_clock
-from fdm_server.advance import advance
-from fdm_server.motion import update_velocities
-from fdm_server.stages import ContinuumSide
+from fdm_server.coupling import common_step as agreement
+from fdm_server.procedure.grid_side import ContinuumSide
+from fdm_server.step import clock as grid_clock
+from fdm_server.step.gridpoint_pass import update_velocities
+from fdm_server.step.zone_pass import advance
 from verification.rows import row
 
 NAME = "same bits"

@@ -14,8 +14,8 @@ from dem_server.contacts import contact_forces
 from dem_server.effects.bond import Bond
 from dem_server.effects.spring import Spring
 from dem_server.model import build_model
-from fdm_server.hole import cut_window
-from fdm_server.windows import rim_of
+from fdm_server.ground.removed_zones import cut_window
+from fdm_server.mesh.window_zones import rim_of
 from verification.coupling.joined import Joined, glue, keep_gaps, rotation, zones
 from verification.discrete.discs import soil_discs
 

@@ -15,14 +15,14 @@ from dem_server.effects.bond import BONDED
 from dem_server.energy import stored
 from dem_server.motion import move_free
 from dem_server.rim import Rim
-from fdm_server import agreement
-from fdm_server import clock as grid_clock
-from fdm_server.advance import advance
+from fdm_server.coupling import common_step as agreement
 from fdm_server.effects.damping import Damping
-from fdm_server.energy import strain_energy
-from fdm_server.grid import build_grid
+from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
-from fdm_server.motion import update_velocities
+from fdm_server.observe.energy import strain_energy
+from fdm_server.step import clock as grid_clock
+from fdm_server.step.gridpoint_pass import update_velocities
+from fdm_server.step.zone_pass import advance
 from verification import product
 
 

@@ -9,7 +9,7 @@ across.
 
 import numpy as np
 
-from fdm_server import fields
+from fdm_server.observe import fields
 from verification.coupling.block import KN, SIDE, R, block
 from verification.coupling.joined import rotation
 from verification.rows import row

@@ -11,7 +11,7 @@ the bar and of the chain. Equal ones without the half disc's mass at the bar's e
 
 import numpy as np
 
-from fdm_server.advance import advance
+from fdm_server.step.zone_pass import advance
 from verification.coupling.bar import DENSITY, SPEED, M, bar
 from verification.rows import row
 

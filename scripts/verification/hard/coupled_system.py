@@ -17,12 +17,12 @@ from dem_server.motion import move_free
 from dem_server.neighbours import rebuild
 from dem_server.packing import Packing
 from dem_server.rim import Rim
-from fdm_server.advance import advance
-from fdm_server.grid import build_grid
-from fdm_server.hole import cut_window
+from fdm_server.ground.removed_zones import cut_window
+from fdm_server.mesh.grid import build_grid
+from fdm_server.mesh.window_zones import rim_of, window_zones
 from fdm_server.model import build_model, new_state
-from fdm_server.motion import update_velocities
-from fdm_server.windows import rim_of, window_zones
+from fdm_server.step.gridpoint_pass import update_velocities
+from fdm_server.step.zone_pass import advance
 
 BULK, SHEAR = 1e8, 0.6e8  # of the zones [Pa]
 MODULUS = BULK + 4.0 / 3.0 * SHEAR

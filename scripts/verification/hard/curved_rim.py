@@ -11,7 +11,7 @@ import numpy as np
 from colluvium import limits
 from dem_server import balance
 from dem_server.contacts import contact_forces
-from fdm_server.motion import unbalanced_ratio
+from fdm_server.step.gridpoint_pass import unbalanced_ratio
 from verification.coupling.energy import followed
 from verification.hard.coupled_system import System, scene
 from verification.hard.free_body import SIZE, SMALL, Carried, body

@@ -17,7 +17,7 @@ import numpy as np
 
 import colluvium
 from coupler_protocol.exits import PhysicsFailed
-from fdm_server import pace
+from fdm_server.coupling import exchange_pauses as pace
 from verification.hard import coupled_system
 from verification.rows import row
 
@@ -58,7 +58,7 @@ def coupled(stiffness, every):
 
 @contextmanager
 def without(*names):
-    """Put limits of fdm_server.pace out of force."""
+    """Put limits of fdm_server.coupling.exchange_pauses out of force."""
     kept = {name: getattr(pace, name) for name in names}
     try:
         for name in names:

@@ -8,8 +8,8 @@ turn with the body. Both to second order in the step.
 import numpy as np
 
 from dem_server.contacts import contact_forces
-from fdm_server.advance import advance
-from fdm_server.shape import begin_large_strain, present
+from fdm_server.step.present_shape import begin_large_strain, present
+from fdm_server.step.zone_pass import advance
 from verification.coupling.joined import rotation
 from verification.coupling.rigid import forces
 from verification.hard.coupled_system import MODULUS

@@ -17,7 +17,7 @@ import scipy.sparse.linalg
 
 from colluvium import coupled
 from dem_server import balance
-from fdm_server.motion import unbalanced_ratio
+from fdm_server.step.gridpoint_pass import unbalanced_ratio
 from verification.hard.coupled_system import MODULUS, with_few_discs
 from verification.rows import row
 

@@ -14,9 +14,9 @@ import colluvium
 from coupler_protocol.scene.reader import read_scene
 from dem_server.contacts import contact_forces
 from dem_server.motion import move_free
-from fdm_server.advance import advance
-from fdm_server.shape import begin_large_strain, present
-from fdm_server.stretch import StretchWatch
+from fdm_server.coupling.rim_stretch import StretchWatch
+from fdm_server.step.present_shape import begin_large_strain, present
+from fdm_server.step.zone_pass import advance
 from verification.hard.coupled_system import system
 from verification.hard.free_body import SIZE, SMALL, Carried, discs_that_break
 from verification.hard.watched import SCENES

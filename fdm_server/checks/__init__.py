@@ -1,0 +1,1 @@
+"""Rules and doubts about a scene that need the grid."""

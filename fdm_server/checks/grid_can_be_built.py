@@ -1,0 +1,80 @@
+"""What a scene must fulfil so that the grid can be built; found by the scene reader through `colluvium.rules`."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdm_server.checks.room_for_discs import lack_of_room
+from fdm_server.ground.excavation import excavations
+from fdm_server.ground.load_ramps import spread
+from fdm_server.mesh.grid import build_grid
+from fdm_server.mesh.grid_sides import edges_of, extent_of, fixed_components, points_in, sides_of
+from fdm_server.mesh.window_zones import rim_of, window_zones
+
+
+class _Hole(NamedTuple):
+    """Zones and rim of a window, as excavations see it."""
+
+    mask: NDArray[np.bool_]
+    nodes: NDArray[np.int64]
+
+
+def grid_can_be_built(scene):
+    """Profile, zone size, regions and boundaries fit together; windows are whole zones, and digs leave no islands."""
+    if scene.grid is None:
+        return
+    try:
+        grid = build_grid(scene)
+    except ValueError as error:
+        yield ("grid",), str(error), ""
+        return
+    misplaced = list(_misplaced(scene, grid))
+    yield from misplaced
+    if misplaced:
+        return
+    holes = {}
+    for i, window in enumerate(scene.window):
+        try:
+            holes[i] = _hole(grid, window)
+        except ValueError as error:
+            yield ("window", i), str(error), ""
+    yield from _cramped(scene, grid, holes)
+    try:
+        excavations(scene, grid, fixed_components(grid, scene.boundary), list(holes.values()))
+    except ValueError as error:
+        yield ("stage",), str(error), ""
+
+
+def _hole(grid, window):
+    """The hole of a window; raises ValueError that begins with its name."""
+    mask = window_zones(grid, window)
+    try:
+        return _Hole(mask, rim_of(grid, mask))
+    except ValueError as error:
+        raise ValueError(f"window {window.name!r}: {error}") from None
+
+
+def _cramped(scene, grid, holes):
+    """Windows {number: hole} without a zone between them, or too small for their discs."""
+    for i, hole in holes.items():
+        for j, other in holes.items():
+            if j < i and (np.any(hole.mask & other.mask) or len(np.intersect1d(hole.nodes, other.nodes))):
+                yield ("window", i), f"touches window {scene.window[j].name!r}", "leave at least one zone between windows"
+        lack = lack_of_room(grid.xy[hole.nodes], scene.discs.radius)
+        if lack:
+            yield ("window", i), f"window {scene.window[i].name!r} {lack[0]}", lack[1]
+
+
+def _misplaced(scene, grid):
+    """Boundaries on sides that the grid does not have, or on no part of them."""
+    tables = [(("boundary", k), b) for k, b in enumerate(scene.boundary)]
+    tables += [(("stage", i, "boundary", k), b) for i, stage in enumerate(scene.stage) for k, b in enumerate(stage.boundary)]
+    sides = sides_of(grid)
+    for path, boundary in tables:
+        try:
+            points = points_in(grid, sides, boundary) if not boundary.loads else edges_of(grid, boundary.on)
+            if boundary.loads and not np.any(spread(grid.xy, points, np.ones(points.shape), boundary.x, boundary.y)):
+                yield path, f"no part of the side lies in {boundary.place!r}", extent_of(grid, boundary.on)
+        except ValueError as error:
+            yield path, str(error), ""

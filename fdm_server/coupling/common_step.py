@@ -1,0 +1,59 @@
+"""One step for both codes in a coupled stage in real time: agreed when the first forces of the discs are here, then kept.
+
+No mass may be added in real time, so the mass rule of the interface (dem_server/rim.py, sums S_I) bounds the step. With static
+masses m_I of zones (timestep.py) u.K u of the zones is at most 2 sum m_I u_I^2, and that of the contacts at most
+4 sum S_I u_I^2 and the discs' part: for rim nodes of real mass M_I, zones and inner shares of control discs, a step is stable if
+
+    dt^2 (m_I / 2 + S_I) <= M_I.                                                 (1)
+
+The step keeps the factor 2 in omega^2 in reserve that steps of the grid
+alone keep for damping,
+
+    q_I = sqrt(M_I / (m_I + 2 S_I)),    dt = min(step_factor q, step_factor min q_I, limits of the discs),      (2)
+
+which without contacts is the grid's own q. Steps change only between stages: where (1), the zones or the discs ask for less
+later on, the run ends.
+"""
+
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+
+from coupler_protocol.exits import PhysicsFailed
+from fdm_server.step.present_shape import masses
+
+REMEDY = "give the stage a smaller step_factor"
+
+
+def rim_step(model, state, rim):
+    """Smallest q_I of Eq (2) over the gridpoints of a rim [s]."""
+    mass, zones = _masses(model, state, rim.nodes)
+    return float(np.sqrt((mass / (zones + 2.0 * rim.sums)).min(initial=inf)))
+
+
+def agree(model, state, rims):
+    """Set the step of Eq (2) for a stage; returns the model, whose zones may use the whole stable step from here on."""
+    state.dt = min(state.dt, *(min(model.step_factor * rim_step(model, state, rim), rim.answer.dt_limit) for rim in rims))
+    return replace(model, step_factor=1.0)
+
+
+def keep(model, state, rims, dt):
+    """Raise PhysicsFailed where the agreed step `dt` [s] has become too long."""
+    if state.dt < dt:
+        raise PhysicsFailed(f"zones have become so thin that the step of {dt:.4g} s agreed for this stage is too long: {REMEDY}")
+    for rim in rims:
+        mass, zones = _masses(model, state, rim.nodes)
+        bad = np.flatnonzero(dt * dt * (0.5 * zones + rim.sums) > mass)
+        if len(bad):
+            x, y = model.grid.xy[rim.nodes[bad[0]]]
+            raise PhysicsFailed(
+                f"contacts on the rim of {rim.window.name!r} have become so stiff, at ({x:.4g}, {y:.4g}), that the step of "
+                f"{dt:.4g} s agreed for this stage is too long: {REMEDY}"
+            )
+
+
+def _masses(model, state, nodes):
+    """M_I and m_I of Eq (1) (K,) [kg]."""
+    static = model.mass if state.mass is None else state.mass
+    return masses(model, state)[nodes] + state.added_mass[nodes], static[nodes]

@@ -1,0 +1,180 @@
+"""Boundaries over the stages: which act, which begin, and how velocities and loads change from one to the next.
+
+A velocity or load goes linearly from what it was to what its table says in `over` steps: in step n of the stage (from 0) with
+s = min(1, (n + 1)/over)
+
+    v = (1 - s) v_before + s v_after          f = (1 - s) f_before + s f_after
+
+v_before is `State.driven`, f_before `State.loads`: a later stage goes on from what was reached, and the first one from the
+scene's own boundaries where both speak of the same place.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupler_protocol.scene.schedule import acting, beginning
+from fdm_server.ground.load_ramps import spread
+from fdm_server.ground.quiet_sides import Dashpots, dashpots, keep_reaction
+from fdm_server.mesh.grid_sides import edges_of, fixed_components, motion_of, points_in, sides_of
+from fdm_server.mesh.zone_sides import boundary_edges
+from fdm_server.step import present_shape as shape
+
+
+class Drive(NamedTuple):
+    """Velocities of n components of motion, flat in (N,2), that change over steps."""
+
+    component: NDArray[np.int64]  # (n,)
+    start: NDArray[np.float64]  # (n,) [m/step]
+    end: NDArray[np.float64]  # (n,) [m/step]
+    over: NDArray[np.int64]  # (n,)
+
+    def apply(self, state, done):
+        """Set the velocities of the step after `done` steps of the stage."""
+        share = np.minimum((done + 1) / self.over, 1.0)
+        now = np.where(share < 1.0, self.start + share * (self.end - self.start), self.end)
+        state.velocity.reshape(-1)[self.component] = now
+        state.driven.reshape(-1)[self.component] = now
+
+
+class Load(NamedTuple):
+    """Forces of one place on n gridpoints."""
+
+    place: str
+    start: NDArray[np.float64]  # (n,2) [N]
+    end: NDArray[np.float64]  # (n,2) [N]
+    over: int
+
+    def at(self, done):
+        """Forces (n,2) [N] in the step after `done` steps of the stage."""
+        share = (done + 1) / self.over
+        return self.start + share * (self.end - self.start) if share < 1.0 else self.end
+
+
+class Push(NamedTuple):
+    """Loads on n gridpoints, beside `others`, the forces that stay."""
+
+    nodes: NDArray[np.int64]  # (n,)
+    others: NDArray[np.float64]  # (n,2) [N]
+    loads: tuple[Load, ...]
+
+    def apply(self, state, done):
+        """Set the forces of the step after `done` steps of the stage."""
+        if done < max(load.over for load in self.loads):
+            total = self.others.copy()
+            for load in self.loads:
+                force = load.at(done)
+                state.loads[load.place][self.nodes] = force
+                total += force
+            state.applied[self.nodes] = total
+
+
+class Sides(NamedTuple):
+    """What boundaries do in a stage; None where they do nothing of the kind."""
+
+    drive: Drive | None
+    push: Push | None
+    dashpots: tuple[Dashpots, ...]
+    holders: dict[str, tuple[NDArray[np.int64], NDArray[np.int64]]]  # name: gridpoints held or moved in x and in y
+
+
+NOTHING = Sides(None, None, (), {})
+
+
+def begin_stage(scene, index, model, state, gravity=0.0):
+    """Model with the components held in a stage, and what its boundaries do; makes room in `State.driven` and `State.loads`.
+
+    gravity [m/s2]: of the step before, for what holds a side that becomes quiet.
+    """
+    boundaries, new = acting(scene, index), beginning(scene, index)
+    for boundary in new:
+        if boundary.quiet:
+            keep_reaction(model, state, boundary, gravity)
+    attached = np.diff(model.start) > 0
+    model = replace(model, fixed=fixed_components(model.grid, boundaries) | ~attached[:, None])
+    earlier, own = new[: len(new) - len(scene.stage[index].boundary)], scene.stage[index].boundary
+    drive = _drive(model, state, boundaries, _motions(earlier), _motions(own))
+    push = _push(model, state, _loads(earlier), _loads(own))
+    damped = tuple(dashpots(model, b) for b in boundaries if b.quiet)
+    return model, Sides(drive, push, damped, holders(model.grid, boundaries))
+
+
+def holders(grid, boundaries):
+    """Gridpoints {name: (held in x, held in y)} of boundaries that hold or move; equal names are one."""
+    found, sides = {}, sides_of(grid)
+    for boundary in boundaries:
+        for axis, velocity in motion_of(boundary):
+            if velocity is not None:
+                by_axis = found.setdefault(boundary.label, [np.zeros(0, dtype=np.int64)] * 2)
+                by_axis[axis] = np.union1d(by_axis[axis], points_in(grid, sides, boundary))
+    return {label: tuple(by_axis) for label, by_axis in found.items()}
+
+
+def _motions(boundaries):
+    return [b for b in boundaries if not b.loads]
+
+
+def _loads(boundaries):
+    return [b for b in boundaries if b.loads]
+
+
+def _drive(model, state, boundaries, earlier, own):
+    """The Drive of a stage in which boundaries begin, `earlier` those of the scene, then its `own`."""
+    if state.driven is None:
+        if not any(b.velocity is not None for b in boundaries):
+            return None
+        state.driven = np.zeros_like(state.velocity)
+    end, over = state.driven.copy(), np.ones(state.driven.shape, dtype=np.int64)
+    sides = sides_of(model.grid)
+    for k, boundary in enumerate([*earlier, *own]):
+        points = points_in(model.grid, sides, boundary)
+        for axis, velocity in motion_of(boundary):
+            if k >= len(earlier):
+                state.driven[points, axis] = end[points, axis]  # what the scene's own boundaries had it do
+            end[points, axis] = velocity or 0.0
+            over[points, axis] = 1 if velocity is None else boundary.over
+    state.driven[~model.fixed] = 0.0
+    moving = np.flatnonzero(model.fixed & ((end != 0.0) | (state.driven != 0.0)))
+    if not len(moving):
+        return None
+    return Drive(moving, state.driven.reshape(-1)[moving].copy(), end.reshape(-1)[moving], over.reshape(-1)[moving])
+
+
+def _push(model, state, earlier, own):
+    """The Push of a stage in which loads begin, `earlier` those of the scene, then its `own`."""
+    last = {b.place: b for b in [*earlier, *own]}
+    if not last:
+        return None
+    after = {place: load_forces(model, state, b) for place, b in last.items()}
+    for place in last:
+        state.loads.setdefault(place, np.zeros_like(state.applied))
+    for before in earlier:
+        if before is not last[before.place]:
+            force = load_forces(model, state, before)
+            state.applied += force - state.loads[before.place]
+            state.loads[before.place] = force
+    touched = [np.any((after[place] != 0.0) | (state.loads[place] != 0.0), axis=1) for place in last]
+    nodes = np.flatnonzero(np.any(touched, axis=0))
+    loads = tuple(Load(place, state.loads[place][nodes].copy(), after[place][nodes], b.over) for place, b in last.items())
+    others = state.applied[nodes]
+    for load in loads:
+        others = others - load.start
+    return Push(nodes, others, loads)
+
+
+def load_forces(model, state, boundary):
+    """Forces (N,2) [N] of a load on its side and range, in the present shape; zones that are gone feel nothing."""
+    edges = edges_of(model.grid, boundary.on)
+    there = {tuple(edge) for edge in boundary_edges(model.zones).tolist()}
+    edges = edges[[tuple(edge) in there for edge in edges.tolist()]]
+    xy = shape.present(model, state)
+    along = xy[edges[:, 1]] - xy[edges[:, 0]]
+    outward = np.column_stack([along[:, 1], -along[:, 0]])  # outward normal times length
+    if boundary.stress is not None:
+        s = boundary.stress
+        push = np.column_stack([s.xx * outward[:, 0] + s.xy * outward[:, 1], s.xy * outward[:, 0] + s.yy * outward[:, 1]])
+    else:
+        push = (boundary.shear or 0.0) * along - (boundary.pressure or 0.0) * outward
+    return spread(xy, edges, push, boundary.x, boundary.y)

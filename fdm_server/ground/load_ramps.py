@@ -1,0 +1,85 @@
+"""Forces that change over the steps of a stage: relief of the ground by an excavation, pressure upon its surface.
+
+What dug zones did to the gridpoints that stay, R (stresses and weight), is put in their place and taken away gradually; a
+pressure p grows in the same way. In step n of the stage, with s = min(1, n/over), the applied forces are
+
+    (1 - s) R          or          -s p n dA                besides what was applied before.
+
+Both keep their direction and their size, whatever the surface does under them. Pressure on a part xi_0..xi_1 of a side of length
+l goes to its two ends as p l (d - m) and p l m with d = xi_1 - xi_0, m = (xi_1^2 - xi_0^2)/2.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdm_server.ground.removed_zones import cut_window
+from fdm_server.mesh.grid_sides import surface_edges
+from fdm_server.step import present_shape as shape
+
+FLAT = 1e-12  # share of its length by which a side upright to an axis may lean
+
+
+class ForceRamp(NamedTuple):
+    """Applied forces of n gridpoints, from `start` to `end` [N] in so many steps."""
+
+    nodes: NDArray[np.int64]  # (n,)
+    start: NDArray[np.float64]  # (n,2)
+    end: NDArray[np.float64]  # (n,2)
+    over: int
+
+    def apply(self, state, done):
+        """Set the forces of the step after `done` steps of the stage."""
+        share = (done + 1) / self.over
+        if share < 1.0:
+            state.applied[self.nodes] = self.start + share * (self.end - self.start)
+        elif done < self.over:
+            state.applied[self.nodes] = self.end
+
+
+def dig(model, state, mask, gravity, over):
+    """Remove the zones `mask` (Z of the grid,); returns new model, new state, and the ramp that relieves the ground."""
+    model, state, reaction = cut_window(model, state, mask)
+    force = reaction.under(gravity)
+    nodes = np.flatnonzero(np.any(force != 0.0, axis=1))
+    before = state.applied[nodes]
+    return model, state, ForceRamp(nodes, before + force[nodes], before, over)
+
+
+def press(model, state, surcharge, rims=()):
+    """The ramp that brings `surcharge` (table of a scene) upon the ground surface; rims: gridpoints of the windows' rims."""
+    force = pressure_forces(shape.present(model, state), surface_edges(model.grid, model.zones, rims), surcharge)
+    nodes = np.flatnonzero(np.any(force != 0.0, axis=1))
+    before = state.applied[nodes]
+    return ForceRamp(nodes, before, before + force[nodes], surcharge.over)
+
+
+def pressure_forces(xy, edges, surcharge):
+    """Forces (N,2) [N] of the pressure on the sides `edges` (E,2), ground on their left, that face upwards."""
+    along = xy[edges[:, 1]] - xy[edges[:, 0]]
+    upward = along[:, 0] < 0.0  # ground on the left of a side that runs to the left
+    along = along[upward]
+    push = surcharge.pressure * np.column_stack([-along[:, 1], along[:, 0]])  # -p n l
+    return spread(xy, edges[upward], push, surcharge.x)
+
+
+def spread(xy, edges, push, x=None, y=None):
+    """Forces (N,2) [N] at gridpoints xy (N,2) of loads `push` (E,2) [N], even over sides (E,2), as far as these lie in x, y."""
+    a, b = xy[edges[:, 0]], xy[edges[:, 1]]
+    along = b - a
+    first, last = np.zeros(len(edges)), np.ones(len(edges))
+    for axis, span in enumerate((x, y)):
+        if span is None:
+            continue
+        flat = np.abs(along[:, axis]) <= FLAT * np.abs(along).max(axis=1)
+        way = np.where(flat, 1.0, along[:, axis])
+        low, high = (span[0] - a[:, axis]) / way, (span[1] - a[:, axis]) / way
+        inside = (a[:, axis] >= span[0]) & (a[:, axis] <= span[1])
+        first = np.where(flat, np.where(inside, first, 1.0), np.maximum(first, np.clip(np.minimum(low, high), 0.0, 1.0)))
+        last = np.where(flat, last, np.minimum(last, np.clip(np.maximum(low, high), 0.0, 1.0)))
+    part, moment = np.maximum(last - first, 0.0), np.where(last > first, 0.5 * (last**2 - first**2), 0.0)
+    force = np.zeros_like(xy)
+    np.add.at(force, edges[:, 0], push * (part - moment)[:, None])
+    np.add.at(force, edges[:, 1], push * moment[:, None])
+    return force

@@ -1,0 +1,72 @@
+"""Quiet sides (Lysmer & Kuhlemeyer 1969): the ground seems to go on beyond them, waves that arrive leave.
+
+On a part of a side with length l and normal n dashpots pull with
+
+    f = -rho l [cP (v.n) n + cS (v - (v.n) n)]        rho cP = sqrt(rho (K + 4G/3)), rho cS = sqrt(rho G)
+
+half of it at each end, v the velocity of the half step before: of a wave omega dt/4 comes back. They add to the force that held
+the side when it became quiet.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdm_server.mesh.grid_sides import edges_of, points_in, sides_of
+
+WAVES = " waves"  # added to the name of a place: the dashpots' part of its forces
+
+
+class Dashpots(NamedTuple):
+    """Dashpots on n gridpoints."""
+
+    place: str
+    nodes: NDArray[np.int64]  # (n,)
+    resistance: NDArray[np.float64]  # (n,2,2) [N s/m]
+
+    def apply(self, state):
+        """Bring the applied forces up to the present velocities."""
+        now = -np.einsum("nij,nj->ni", self.resistance, state.velocity[self.nodes])
+        last = state.loads[self.place + WAVES]
+        state.applied[self.nodes] += now - last[self.nodes]
+        last[self.nodes] = now
+
+
+def keep_reaction(model, state, boundary, gravity):
+    """Put what holds a side now among the loads that stay, before it becomes free; gravity [m/s2]."""
+    if boundary.place in state.loads:
+        return
+    points = points_in(model.grid, sides_of(model.grid), boundary)
+    lacking = -(state.force[points] + state.applied[points])
+    lacking[:, 1] += gravity * model.weight_mass[points]
+    held = np.zeros_like(state.applied)
+    held[points] = np.where(model.fixed[points], lacking, 0.0)
+    state.loads[boundary.place] = held
+    state.loads[boundary.place + WAVES] = np.zeros_like(held)
+    state.applied += held
+
+
+def dashpots(model, boundary):
+    """The Dashpots of a quiet boundary; whole sides of zones with both ends in its range count."""
+    points = points_in(model.grid, sides_of(model.grid), boundary)
+    edges = edges_of(model.grid, boundary.on)
+    edges = edges[np.isin(edges, points).all(axis=1)]
+    owner = {}
+    for zone, corners in enumerate(model.zones.tolist()):
+        owner |= {pair: zone for pair in zip(corners, corners[1:] + corners[:1], strict=True)}
+    there = [k for k, edge in enumerate(edges.tolist()) if tuple(edge) in owner]
+    edges = edges[there]
+    zone = np.array([owner[tuple(edge)] for edge in edges.tolist()], dtype=np.int64)
+    law = model.material_law.elastic[model.grid.material[model.zone[zone]]]
+    density = model.zone_density[zone]
+    p, s = np.sqrt(density * (law[:, 0] + law[:, 1])), np.sqrt(density * law[:, 1])
+    along = model.grid.xy[edges[:, 1]] - model.grid.xy[edges[:, 0]]
+    length = np.hypot(*along.T)
+    normal = np.column_stack([along[:, 1], -along[:, 0]]) / length[:, None]
+    nn = np.einsum("ei,ej->eij", normal, normal)
+    each = 0.5 * length[:, None, None] * (s[:, None, None] * np.eye(2) + (p - s)[:, None, None] * nn)
+    total = np.zeros((len(model.grid.xy), 2, 2))
+    np.add.at(total, edges[:, 0], each)
+    np.add.at(total, edges[:, 1], each)
+    return Dashpots(boundary.place, points, total[points])

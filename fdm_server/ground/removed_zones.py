@@ -1,0 +1,78 @@
+"""A window or an excavation: its zones leave the model, and what they did to the gridpoints that stay remains as forces."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdm_server.model import State, model_of
+from fdm_server.step.blocks import from_blocks, to_blocks
+from fdm_server.step.forces import sum_all
+from fdm_server.step.masses import weight_masses
+from fdm_server.step.present_shape import begin_large_strain
+
+
+class Reaction(NamedTuple):
+    """What removed zones did to the gridpoints that stay."""
+
+    force: NDArray[np.float64]  # (N,2) [N] of their stresses
+    mass: NDArray[np.float64]  # (N,) [kg] of theirs that gravity drew on
+
+    def under(self, gravity):
+        """Forces (N,2) [N] that stand for the removed zones: stresses and weight."""
+        total = self.force.copy()
+        total[:, 1] -= gravity * self.mass
+        return total
+
+
+def cut_window(model, state, mask):
+    """Remove the zones `mask` (Z of the grid,); returns new model, its state, reaction of what is gone.
+
+    Gridpoints keep their numbers; those left without zones are held. Adding `reaction.under(gravity)` to
+    `state.applied` keeps every other gridpoint in the equilibrium it was in.
+    """
+    gone = mask[model.zone]
+    if gone.sum() != mask.sum():
+        raise ValueError(f"{mask.sum() - gone.sum()} zones of the window have been removed before")
+    grid = model.grid
+    lost = model.zones[gone]
+    new = model_of(grid, model.zone[~gone], model.density, model.material_law, model.fixed)
+    new = replace(new, step_factor=model.step_factor)
+    attached = np.diff(new.start) > 0
+
+    corner = _rows_of(state.corner_force, model, gone)
+    force = np.zeros_like(state.force)
+    for axis in range(2):
+        pull = corner[:, 4 * axis : 4 * axis + 4]
+        force[:, axis] = np.bincount(lost.ravel(), pull.ravel(), minlength=len(grid.xy))
+    mass = weight_masses(grid.xy, lost, model.zone_density[gone])
+    reaction = Reaction(np.where(attached[:, None], force, 0.0), np.where(attached, mass, 0.0))
+
+    def keep(blocks):
+        return to_blocks(_rows_of(blocks, model, ~gone))
+
+    after = State(
+        velocity=np.where(attached[:, None], state.velocity, 0.0),
+        displacement=state.displacement.copy(),
+        force=np.zeros_like(state.force),
+        applied=state.applied.copy(),
+        added_mass=state.added_mass.copy(),
+        stress=keep(state.stress),
+        corner_force=keep(state.corner_force),
+        plastic=None if state.plastic is None else keep(state.plastic),
+        driven=state.driven,
+        loads=state.loads,
+        plastic_shear=None if state.plastic_shear is None else keep(state.plastic_shear),
+        previous_force=None if state.previous_force is None else state.previous_force.copy(),
+        dt=state.dt,
+    )
+    if state.mass is not None:
+        begin_large_strain(new, after)
+    sum_all(new, after.corner_force, after.force)
+    return new, after, reaction
+
+
+def _rows_of(blocks, model, chosen):
+    """Values by zone of the chosen active zones."""
+    return from_blocks(blocks, len(model.zone))[chosen]

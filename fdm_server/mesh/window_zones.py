@@ -1,0 +1,58 @@
+"""Windows: the zones that become a hole, and the rim on which the discs will be hung."""
+
+import numpy as np
+
+from fdm_server.mesh.grid import centroids, chosen_zones
+from fdm_server.mesh.zone_sides import boundary_edges, closed_loops, pieces
+
+
+def window_zones(grid, window):
+    """Which zones (Z,) become the hole: those in columns and rows, both ends included, or with their centre in the polygon."""
+    mask = chosen_zones(grid, window)
+    if window.polygon is not None:
+        if not np.any(mask):
+            raise ValueError(f"window {window.name!r} holds no zones: none has its centre in the polygon")
+        return mask
+    (c0, c1), (r0, r1) = window.columns, window.rows
+    wanted = (c1 - c0 + 1) * (r1 - r0 + 1)
+    if mask.sum() != wanted or np.any(grid.triangular & mask):
+        raise ValueError(
+            f"window {window.name!r} reaches beyond the ground surface or the sides, or a line cuts its cells: only "
+            f"{np.sum(mask & ~grid.triangular)} of its {wanted} cells are whole zones; move it inwards"
+        )
+    return mask
+
+
+def rim_of(grid, mask):
+    """Gridpoints (K,) around the zones in `mask` (Z,), counter-clockwise, from the smallest index on.
+
+    Raises ValueError, with the place, for zones that are not one piece without holes, meet in a gridpoint only, or touch a
+    side or the ground surface.
+    """
+    zones = grid.zones[mask]
+    if not len(zones):
+        raise ValueError("the window holds no zones")
+    edges = boundary_edges(zones)
+    outer = np.intersect1d(edges, boundary_edges(grid.zones))
+    if len(outer):
+        where = _at(grid.xy[outer[0]])
+        raise ValueError(f"it touches the boundary of the grid {where}: leave at least one zone between")
+    points, ends = np.unique(edges[:, 0], return_counts=True)
+    if ends.max() > 1:
+        where = _at(grid.xy[points[ends.argmax()]])
+        raise ValueError(f"its zones meet in a single gridpoint {where}: join them by a side or take them apart")
+    piece = pieces(zones)
+    if piece.max() > 0:
+        smallest = np.bincount(piece).argmin()
+        where = _at(centroids(grid.xy, zones[piece == smallest]).mean(axis=0))
+        raise ValueError(f"its zones are not one piece but {piece.max() + 1}, the smallest round {where[3:]}: join them")
+    loops = closed_loops(edges)
+    if len(loops) > 1:
+        inner = min(loops, key=lambda loop: np.ptp(grid.xy[loop], axis=0).max())
+        where = _at(grid.xy[inner].mean(axis=0))
+        raise ValueError(f"its zones are not one piece without holes: some that stay lie inside it {where}: take them too")
+    return loops[0]
+
+
+def _at(point):
+    return f"at ({point[0]:.4g}, {point[1]:.4g})"

@@ -1,0 +1,161 @@
+"""The energy ledger of a stage: where work comes from and where it goes. A recorder: nothing of it exists unless asked for.
+
+At whole steps n, with velocities v- and v+ half a step before and after, masses M and u the displacements:
+
+    kinetic    T = v- . M v+ / 2
+    strain     U: elastic energy of the stresses (fdm_server/observe/energy.py)
+
+Everything else is work since the stage began, of forces X over the displacements du between whole steps, by the trapezoidal
+rule, (X_n + X_n+1)/2 . du:
+
+    gravity    of the weights
+    external   of applied forces, and of what holds or drives gridpoints
+    damping    what damping takes: - (M (v+ - v-)/dt - zones - applied - weight) on free components
+    masses     change of T with masses that are no constants (scaled ones in large strain, those that discs add to a rim):
+               sum (M' - M) v-^2 / 2
+    plastic    of stresses on plastic strain, zone by zone and triangle by triangle; plastic strain: what elasticity does
+               not explain of a stress increment
+
+The discrete leap-frog keeps T + U exactly where nothing is damped (T is the kinetic energy for which it does), so
+
+    error = T - T0 + U - U0 + plastic + damping - masses - gravity - external
+
+is round-off in small strain, whatever yields: gridpoints and zones are booked apart. The stiffness part of Rayleigh damping
+is the difference of both, so there the error can show less.
+"""
+
+import numpy as np
+
+from coupler_protocol.compiled.jit import jit
+from fdm_server.observe.energy import strain_energy
+from fdm_server.step.blocks import LANES
+from fdm_server.step.clock import seconds
+from fdm_server.step.present_shape import masses
+from fdm_server.step.strain import DIFFERENCE, DILATION, GAMMA, STRAIN_ROWS, T0, T1, T2, T3, gather_increments, strain_increments
+from fdm_server.step.stress import SD, SM, XY, ZZ
+
+GRAVITY, EXTERNAL, DAMPING, ZONES = range(4)  # work on gridpoints; ZONES: that of the zones' forces
+NAMES = ("kinetic", "strain", "plastic", "damping", "external", "gravity", "masses", "error")
+
+
+@jit
+def point_work(force, applied, weight_mass, mass, added_mass, fixed, gravity, dt, old, new, half_old, half_new):
+    """Works [J] of a step's forces over half the displacements before (v-, `old`) and after it (`new`); returns T [J]."""
+    kinetic = 0.0
+    half_old[:] = 0.0
+    half_new[:] = 0.0
+    for n in range(new.shape[0]):
+        m = mass[n] + added_mass[n]
+        for k in range(2):
+            before, after = 0.5 * dt * old[n, k], 0.5 * dt * new[n, k]
+            weight = -gravity * weight_mass[n] if k == 1 else 0.0
+            rest = m * (new[n, k] - old[n, k]) / dt - (force[n, k] + applied[n, k] + weight)
+            kinetic += 0.5 * m * old[n, k] * new[n, k]
+            outside = applied[n, k] + (rest if fixed[n, k] else 0.0)
+            damping = 0.0 if fixed[n, k] else rest
+            half_old[GRAVITY] += weight * before
+            half_new[GRAVITY] += weight * after
+            half_old[EXTERNAL] += outside * before
+            half_new[EXTERNAL] += outside * after
+            half_old[DAMPING] += damping * before
+            half_new[DAMPING] += damping * after
+            half_old[ZONES] += force[n, k] * before
+            half_new[ZONES] += force[n, k] * after
+    return kinetic
+
+
+@jit
+def zone_work(corner, x, y, inverse_double_area, share, pattern, elastic, velocity, dt, before, stress):
+    """Work [J] of the stresses in a step, from `before` to `stress`, and the part of it on plastic strain."""
+    u = np.empty(8 * LANES)
+    strain = np.empty(STRAIN_ROWS * LANES)
+    whole = plastic = 0.0
+    for b in range(corner.shape[0]):
+        gather_increments(b, corner, velocity, dt, u)
+        strain_increments(b, x, y, inverse_double_area, u, strain)
+        m = pattern[b]
+        for i in range(LANES):
+            inverse = inverse_double_area[b, 4 * LANES + i]
+            area = 0.5 / inverse if inverse > 0.0 else 0.0
+            G, lame = elastic[m, LANES + i], elastic[m, 2 * LANES + i]
+            K = elastic[m, i] - G / 3.0
+            e = strain[DILATION + i]
+            sm, zz = 0.5 * (before[b, SM + i] + stress[b, SM + i]), 0.5 * (before[b, ZZ + i] + stress[b, ZZ + i])
+            d_sm = elastic[m, i] * e - (stress[b, SM + i] - before[b, SM + i])
+            d_zz = lame * e - (stress[b, ZZ + i] - before[b, ZZ + i])
+            whole += area * sm * e
+            plastic += area * ((2.0 * sm + zz) * (2.0 * d_sm + d_zz) / (9.0 * K) + (sm - zz) * (d_sm - d_zz) / (3.0 * G))
+            for o in (T0, T1, T2, T3):
+                part = 0.5 * share[b, o + i] * area
+                difference, gamma = strain[DIFFERENCE + o + i], strain[GAMMA + o + i]
+                sd = 0.5 * (before[b, SD + o + i] + stress[b, SD + o + i])
+                xy = 0.5 * (before[b, XY + o + i] + stress[b, XY + o + i])
+                d_sd = G * difference - (stress[b, SD + o + i] - before[b, SD + o + i])
+                d_xy = G * gamma - (stress[b, XY + o + i] - before[b, XY + o + i])
+                whole += part * (sd * difference + xy * gamma)
+                plastic += part * (sd * d_sd + xy * d_xy) / G
+    return whole, plastic
+
+
+class Ledger:
+    """The ledger of one stage: `keep`, `book_motion`, `book_strain` in every step, `values` between the last two."""
+
+    def __init__(self, model, state):
+        self.old = state.velocity.copy()
+        self.stress = np.empty_like(state.stress)
+        self.work = np.zeros(4)  # up to half a step ahead of the last whole step
+        self.half_old, self.half_new = np.zeros(4), np.zeros(4)
+        self.plastic = self.zones = 0.0
+        self.begin = None  # T0 + U0
+        self.power = self.work_of_discs = 0.0  # of the discs' forces on the rims, in coupled stages
+        self.mass = masses(model, state) + state.added_mass
+        self.masses = 0.0
+
+    def keep(self, state):
+        """Before velocities change: what they and the stresses were."""
+        self.old[:] = state.velocity
+        self.stress[:] = state.stress
+
+    def book_motion(self, model, state, gravity, kick=None, rims=()):
+        """After velocities have changed. kick [s]: where forces acted for less than a step, velocities count back a whole one.
+
+        rims: of open windows, whose discs' forces have `power` [W] in these velocities, in sum the `work_of_discs` [J].
+        """
+        mass = masses(model, state) + state.added_mass
+        self.masses += 0.5 * float((mass - self.mass) @ np.sum(self.old**2, axis=1))
+        self.mass = mass
+        if kick is not None:
+            self.old[:] = state.velocity - (state.velocity - self.old) * (state.dt / kick)
+        self.kinetic = point_work(
+            state.force, state.applied, model.weight_mass, masses(model, state), state.added_mass, model.fixed,
+            float(gravity), seconds(state), self.old, state.velocity, self.half_old, self.half_new,
+        )  # fmt: skip
+        if self.begin is None:  # what velocities did before the stage is none of its business
+            self.begin = self.kinetic + strain_energy(model, state)
+            self.half_old[:] = 0.0
+            self.masses = 0.0
+        self.work += self.half_old + self.half_new
+        self.power = float(sum(np.sum(rim.force * state.velocity[rim.nodes]) for rim in rims))
+        self.work_of_discs += self.power * seconds(state)
+
+    def book_strain(self, model, state):
+        """After stresses have changed."""
+        g = model.geometry
+        whole, plastic = zone_work(
+            g.corner, g.x, g.y, g.inverse_double_area, g.share, model.pattern, model.law.elastic,
+            state.velocity, seconds(state), self.stress, state.stress,
+        )  # fmt: skip
+        self.zones += whole
+        self.plastic += plastic
+
+    def values(self, model, state):
+        """Energies {name: [J]} of the last whole step: NAMES."""
+        work = self.work - self.half_new
+        damping = -work[DAMPING]
+        if model.law.rayleigh is not None and model.law.rayleigh.stiffness is not None:
+            damping += -work[ZONES] - self.zones
+        strain = strain_energy(model, state)
+        gained = self.kinetic + strain - self.begin
+        error = gained + self.plastic + damping - self.masses - work[GRAVITY] - work[EXTERNAL]
+        values = self.kinetic, strain, self.plastic, damping, work[EXTERNAL], work[GRAVITY], self.masses, error
+        return dict(zip(NAMES, map(float, values), strict=True))

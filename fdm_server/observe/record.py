@@ -1,0 +1,41 @@
+"""What a frame of the grid holds. Nothing here runs between frames."""
+
+from fdm_server.ground import reactions as at_boundaries
+from fdm_server.observe import fields
+from fdm_server.step.gridpoint_pass import farthest, kinetic_energy
+
+
+def frame(model, state):
+    """Keyword arguments for `Recorder.frame`: reference positions, active zones and their fields."""
+    zones = {
+        "stress": fields.stress(model, state),
+        "shear_strain": fields.shear_strain(model, state),
+        "shear_strain_rate": fields.shear_strain_rate(model, state),
+        "group": model.grid.material[model.zone],
+    }
+    if state.plastic is not None:
+        zones["plastic_state"] = fields.plastic_state(model, state)
+    if state.plastic_shear is not None:
+        zones["plastic_shear_strain"] = fields.plastic_shear_strain(model, state)
+    return {
+        "points": model.grid.xy,
+        "cells": model.zones,
+        "point_fields": {"displacement": state.displacement, "velocity": state.velocity},
+        "cell_fields": zones,
+    }
+
+
+def history(model, state, ratio, factor):
+    """Values of one point of the histories."""
+    return {
+        "unbalanced_ratio": ratio,
+        "gravity_factor": factor,
+        "kinetic_energy": kinetic_energy(model, state),
+        "max_displacement": farthest(state.displacement),
+    }
+
+
+def reactions(model, state, gravity, holders):
+    """Forces of boundaries on the ground as values of the histories: reaction_x:NAME, reaction_y:NAME where they hold x, y."""
+    found = at_boundaries.reactions(model, state, gravity, holders)
+    return {f"reaction_{axis}:{label}": force for label, by_axis in found.items() for axis, force in by_axis.items()}

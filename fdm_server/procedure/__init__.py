@@ -1,0 +1,1 @@
+"""Stages of a scene as the grid conducts them."""

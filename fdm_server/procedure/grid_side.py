@@ -1,0 +1,256 @@
+"""The procedure as the continuum conducts it: each stage of the scene in its turn."""
+
+import copy
+import logging
+from pathlib import Path
+
+import numpy as np
+
+from coupler_protocol.files.recorder import FrameInfo, Recorder
+from coupler_protocol.files.restart import END, filled, kept_stages, load, part_file
+from coupler_protocol.files.run_json import stage_rows
+from coupler_protocol.process.plugin import Moment
+from coupler_protocol.process.trace import stopwatch
+from coupler_protocol.scene.schedule import large_strain, leg_of
+from coupler_protocol.wire import messages
+from coupler_protocol.wire.handshake import resume_from, welcome_all
+from fdm_server.coupling.band_reached import bin_length
+from fdm_server.coupling.rim import Rim, open_windows, traction_difference
+from fdm_server.coupling.rim_growth import RimWatch
+from fdm_server.coupling.rim_stretch import StretchWatch
+from fdm_server.ground.boundaries_in_time import begin_stage
+from fdm_server.ground.excavation import excavations
+from fdm_server.ground.initial_stress import initial_state
+from fdm_server.ground.load_ramps import dig, press
+from fdm_server.mesh.grid import build_grid
+from fdm_server.model import build_model, new_state
+from fdm_server.observe import fields, record
+from fdm_server.observe.energy_growth import EnergyWatch
+from fdm_server.observe.energy_ledger import Ledger
+from fdm_server.observe.stable_limit import safe_limits
+from fdm_server.procedure import restart
+from fdm_server.procedure.stage_run import StageRun
+from fdm_server.run import run_stage
+from fdm_server.step.present_shape import begin_large_strain
+
+log = logging.getLogger(__name__)
+
+
+class ContinuumSide:
+    """The grid, its rims and the way through the stages."""
+
+    def __init__(self, scene, hub, out, progress, origin=None, plugin=None):
+        self.scene, self.hub, self.out, self.progress, self.origin = scene, hub, Path(out), progress, origin
+        self.plugin = plugin
+        self.watch = stopwatch(scene.record.trace)
+        self.grid = build_grid(scene)
+        self.model = build_model(scene, self.grid)
+        self.state = initial_state(scene, self.model) if origin is None else new_state(self.model)
+        self.rims = [Rim(self.grid, window, hub.conversations[rank]) for rank, window in enumerate(scene.window, start=1)]
+        self.digs = excavations(scene, self.grid, self.model.fixed, self.rims)
+        self.bin_length = bin_length(scene, self.grid)
+        self.coupled = False
+        self.gravity = 0.0, 1.0  # [m/s2], and the factor it is multiplied by, as the last stage left them
+        self.steps = 0
+        self.time = 0.0  # [s]; static steps count as 1
+        self.earlier = []  # rows of run.json of the stages before `origin`
+        self.results = []
+        self.warnings = []  # of all stages so far
+        self.recorder = None
+        self.farewells = {}
+        self.saved = None if origin is None else load(scene, origin, restart.NAME)
+        if self.saved:
+            restart.take_up(self, self.saved)
+
+    @property
+    def session(self):
+        """Session of the conversations, 0 without discs."""
+        return self.rims[0].conversation.session if self.rims else 0
+
+    def run(self):
+        """All stages that are left; returns the reason for the end."""
+        about = {} if self.origin is None else {"kept_stages": kept_stages(self.scene, self.origin)}
+        path = part_file(self.scene, self.out, restart.NAME, self.origin)
+        with Recorder(path, "continuum", self.scene.title, about) as self.recorder:
+            begin = self.meet()
+            for index, stage in enumerate(self.scene.stage):
+                if index >= begin:
+                    self.watch.begin(stage.name)
+                    KINDS[stage.kind](self, StageRun(self, index, stage, leg_of(stage, *self.gravity)))
+            reason = "all stages done"
+            if self.coupled:
+                self.farewells = {rim.conversation.rank: rim.say_stop(reason) for rim in self.rims}
+        if self.scene.record.trace is not None:
+            self.watch.write(self.out / f"{restart.NAME}.trace.csv")
+        return reason
+
+    def meet(self):
+        """Welcome the discs and, where this run goes on from another, bring both sides to the moment; returns the first stage."""
+        index = self.saved.index if self.saved else -1
+        there = bool(self.saved) and filled(self.scene, index)
+        if self.rims:
+            resume = resume_from(self.origin.stage, self.saved.about["session"] if there else 0) if self.saved else None
+            welcome_all(self.hub, self.scene, {rim.conversation.rank: rim.xy for rim in self.rims}, resume)
+        if self.saved:
+            self.frame(self.origin.stage, self.saved.about["gravity_factor"])
+        for rim in self.rims if there else ():
+            rim.hear_ready()
+        for rim in self.rims if self.coupled else ():
+            gravity = leg_of(self.scene.stage[index + 1], *self.gravity).at(0)
+            rim.say_go(gravity, self.steps, self.time, index + 1, self.bin_length)
+        return index + 1
+
+    # -- kinds of stages ---------------------------------------------------------------------------------------------
+
+    def equilibrium(self, stage):
+        """The grid alone comes to rest; displacements count from there."""
+        self.compute(stage)
+        self.state.displacement[:] = 0.0
+        self.state.velocity[:] = 0.0
+        self.finish(stage)
+
+    def locate(self, stage):
+        """The grid alone under other gravity; where `discard` is set, nothing of it stays."""
+        before = copy.deepcopy(self.state) if stage.stage.discard else None
+        self.compute(stage)
+        self.finish(stage, before)
+
+    def fill(self, stage):
+        """Every window's discs take over the stress of their zones."""
+        for rim in self.rims:
+            rim.hear_packed()
+            field = fields.zone_field(self.model, self.state, rim.mask)
+            rim.say_field(field, stage.gravity, stage.stage.insitu is not False)
+        for rim in self.rims:
+            rim.hear_ready()
+            log.info("rank %d: %s", rim.conversation.rank, rim.report)
+        self.watch.to("waiting")
+        self.finish(stage)
+
+    def couple(self, stage):
+        """Windows become holes, discs take over gradually."""
+        self.model, self.state = open_windows(self.model, self.state, self.rims)
+        for rim in self.rims:
+            rim.say_go(stage.gravity, self.steps, self.time, stage.index, self.bin_length)
+        self.coupled = True
+        stage.rims = self.rims
+        self.compute(stage)
+        self.finish(stage)
+
+    def overload(self, stage):
+        """Gravity grows; coupled if windows are open."""
+        self.compute(stage)
+        self.finish(stage)
+
+    def excavate(self, stage):
+        """Zones are dug away; the ground is relieved of them gradually."""
+        mask, over = self.digs[stage.index], stage.stage.excavate.over
+        self.model, self.state, stage.load = dig(self.model, self.state, mask, stage.gravity, over)
+        self.compute(stage)
+        self.finish(stage)
+
+    def load(self, stage):
+        """Boundaries hold, move or load sides of the grid."""
+        self.compute(stage)
+        self.finish(stage)
+
+    def surcharge(self, stage):
+        """Pressure grows upon the ground surface."""
+        stage.load = press(self.model, self.state, stage.stage.surcharge, [rim.nodes for rim in self.rims])
+        self.compute(stage)
+        self.finish(stage)
+
+    def compute(self, stage):
+        """Take the steps of a stage."""
+        stage.set_clock()
+        if large_strain(self.scene, stage.stage):
+            begin_large_strain(self.model, self.state)
+        self.model, stage.sides = begin_stage(self.scene, stage.index, self.model, self.state, stage.gravity)
+        stage.set_loads()
+        stage.energy = EnergyWatch(self.model, self.state, stage.gravity, stage.rims, stage.warn)
+        if stage.rims:
+            stage.stretch = StretchWatch(self.model, np.concatenate([rim.nodes for rim in stage.rims]))
+        coupling = self.scene.coupling
+        kept = coupling.mapping != "paper" and coupling.exchange_every == 1
+        stage.interface = [RimWatch(rim, self.scene.record.history, kept, stage.warn) for rim in stage.rims]
+        stage.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
+        run_stage(self, stage)
+
+    # -- what a stage leaves -----------------------------------------------------------------------------------------
+
+    def record(self, stage, order):
+        """Histories and frames, as `order` says."""
+        if self.steps % self.scene.record.history == 0:
+            values = record.history(self.model, self.state, stage.ratio, order.gravity_factor)
+            values |= record.reactions(self.model, self.state, stage.leg.gravity * order.gravity_factor, stage.sides.holders)
+            values |= {} if self.state.dt is None else {"time": self.time}
+            self.recorder.history(self.steps, **values)
+        if int(order.flags) & messages.RECORD:
+            self.frame(stage.stage.name, order.gravity_factor)
+        if self.plugin is not None:
+            self.plugin.step(Moment(0, stage.stage.name, self.steps, self.model, self.state))
+
+    def frame(self, name, factor):
+        """Write one frame."""
+        info = FrameInfo(self.steps, self.time, name, factor)
+        self.recorder.frame(info, **record.frame(self.model, self.state))
+
+    def finish(self, stage, instead=None):
+        """Book the outcome of a stage and save the State (`instead`: the one to go on with, where this one is discarded)."""
+        if not stage.rims:
+            self.frame(stage.stage.name, stage.factor)
+        result = stage.result()
+        if self.coupled:
+            stress = fields.stress(self.model, self.state)
+            result["traction_difference"] = [traction_difference(self.model, self.state, rim, stress) for rim in self.rims]
+            nodes = np.concatenate([rim.nodes for rim in self.rims])
+            sums = np.concatenate([rim.sums for rim in self.rims])
+            result["limits"] = safe_limits(self.model, self.state, nodes, sums)
+        if self.plugin is not None:
+            self.plugin.stage(Moment(0, stage.stage.name, self.steps, self.model, self.state))
+        self.results.append(result)
+        self.state = self.state if instead is None else instead
+        if not stage.stage.discard:
+            self.gravity = stage.leg.gravity, stage.factor
+        self.recorder.sync()  # a run that goes on from the checkpoint relies on all frames before it
+        self.save(stage.stage.name, END, stage.factor)
+        self.watch.to("recording")
+        log.info("stage %s", result)
+        self.progress(stage.stage.name, f"done: {result['ended_by']}", self.steps, None, stage.ratio, stage.factor, now=True)
+
+    def rows(self):
+        """Rows of run.json of all stages that are done."""
+        continuum = [times.as_dict() for times in self.watch.stages][: len(self.results)]
+        return self.earlier + stage_rows(self.results, continuum, [f.get("stages", []) for f in self.farewells.values()])
+
+    def summary(self):
+        """Stages for run.json, as far as they got, and what the discs reported."""
+        return {
+            "steps": self.steps,
+            "gridpoints": len(self.grid.xy),
+            "zones": len(self.grid.zones),
+            "stages": self.rows(),
+            **({"warnings": self.warnings} if self.warnings else {}),
+            "windows": [
+                {"name": rim.window.name, "rank": rim.conversation.rank, "control_nodes": len(rim.nodes)}
+                | rim.report
+                | {k: v for k, v in self.farewells.get(rim.conversation.rank, {}).items() if k not in ("stages", "report")}
+                for rim in self.rims
+            ],
+        }
+
+    def save(self, stage, phase, factor=0.0):
+        """Write the State to its checkpoint file; returns the path."""
+        return restart.save(self, stage, phase, factor)
+
+
+KINDS = {
+    "equilibrium": ContinuumSide.equilibrium,
+    "locate": ContinuumSide.locate,
+    "fill": ContinuumSide.fill,
+    "couple": ContinuumSide.couple,
+    "overload": ContinuumSide.overload,
+    "excavate": ContinuumSide.excavate,
+    "surcharge": ContinuumSide.surcharge,
+    "load": ContinuumSide.load,
+}

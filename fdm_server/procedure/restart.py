@@ -1,0 +1,66 @@
+"""What the continuum saves at the end of a stage, and how it goes on from there.
+
+Beside the State of the grid this is which zones there still are, for the model is built from them, and what each rim keeps of the
+zones it was cut from.
+"""
+
+import json
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupler_protocol.files import checkpoint, restart
+from coupler_protocol.scene.schedule import acting
+from fdm_server.mesh.grid_sides import fixed_components
+from fdm_server.model import State, build_model, model_of
+
+NAME = "fdm.rank0"
+
+
+class RimState(NamedTuple):
+    """Reaction of the zones that were inside a rim of K gridpoints, and what its discs do to it."""
+
+    reaction: NDArray[np.float64]  # (K,2) [N] without weight
+    reaction_mass: NDArray[np.float64]  # (K,) [kg]
+    force: NDArray[np.float64]  # (K,2) [N] of the last step
+
+
+class GridState(NamedTuple):
+    """All that changes on the continuum's side."""
+
+    zone: NDArray[np.int64]  # (A,) active zones
+    grid: State
+    rims: dict[str, RimState]  # by the name of the window
+
+
+def save(side, stage, phase, factor):
+    """Write the checkpoint of a stage of a fdm_server.procedure.grid_side.ContinuumSide; returns its path."""
+    path = side.out / f"{NAME}.{stage}.h5"
+    rims = {rim.window.name: RimState(rim.reaction, rim.reaction_mass, rim.force) for rim in side.rims}
+    more = {"rows": side.rows(), "gravity": side.gravity, "time": side.time, "warnings": side.warnings}
+    about = restart.attributes(side.scene, stage, phase, side.steps, side.session, factor, **more)
+    checkpoint.save(path, GridState(side.model.zone, side.state, rims), about)
+    return path
+
+
+def model_at(scene, grid, zone, index):
+    """Model of the zones `zone` (A,) that there are, with the sides as they are held in the stage with number `index`."""
+    whole = build_model(scene, grid)
+    fixed = fixed_components(grid, acting(scene, index))
+    return model_of(grid, zone, whole.density, whole.material_law, fixed)
+
+
+def take_up(side, saved):
+    """Bring a side that was just built to a saved stage end (coupler_protocol.files.restart.Saved)."""
+    found = checkpoint.rebuild(GridState, saved.fields)
+    side.model = model_at(side.scene, side.grid, found.zone, saved.index)
+    side.state = found.grid
+    for rim in side.rims:
+        rim.reaction, rim.reaction_mass, rim.force[:] = found.rims[rim.window.name]
+    side.steps = saved.about["step"]
+    side.earlier = json.loads(saved.about["rows"])
+    side.warnings = json.loads(saved.about["warnings"])
+    side.time = json.loads(saved.about["time"])
+    side.gravity = tuple(json.loads(saved.about["gravity"]))
+    side.coupled = restart.coupled(side.scene, saved.index)

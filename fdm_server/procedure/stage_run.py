@@ -1,0 +1,200 @@
+"""One stage while it runs: gravity, handover, and when it ends."""
+
+import logging
+
+from coupler_protocol.scene.ending import Ending
+from coupler_protocol.scene.schedule import beginning, leg_of
+from coupler_protocol.wire import messages
+from fdm_server.coupling import common_step as agreement
+from fdm_server.coupling.band_reached import BandWatch
+from fdm_server.coupling.exchange_pauses import Pace
+from fdm_server.ground.boundaries_in_time import NOTHING
+from fdm_server.ground.reactions import reactions
+from fdm_server.step import clock
+from fdm_server.step.gridpoint_pass import farthest, unbalanced_ratio
+from fdm_server.step.present_shape import masses
+from fdm_server.step.safety import check_motion
+
+log = logging.getLogger(__name__)
+
+
+class StageRun:
+    """One stage while it runs: its step count, gravity, handover and end."""
+
+    def __init__(self, side, index, stage, leg):
+        self.side, self.index, self.stage, self.leg = side, index, stage, leg
+        self.rims = side.rims if side.coupled else []
+        self.load = None  # a fdm_server.ground.load_ramps.ForceRamp, where forces change
+        self.sides = NOTHING  # what boundaries do
+        self.done = 0
+        self.time = 0.0  # [s] since the stage began; static steps count as 1
+        self.ledger = None  # a fdm_server.observe.energy_ledger.Ledger, where the scene asks for it
+        self.energy = None  # a fdm_server.observe.energy_growth.EnergyWatch
+        self.stretch = None  # a fdm_server.coupling.rim_stretch.StretchWatch, where there are rims
+        self.interface = []  # a fdm_server.coupling.rim_growth.RimWatch of every window that is open
+        self._warned = set()
+        self.ended = False
+        self.kick = None  # [s] that forces act in the first step of a coupled stage in real time; None: the whole step
+        self._step = self._step_before = 0.0  # [s] agreed with the discs; of the real-time stage before
+        self.ratio = ([1.0] + [row["ratio_continuum"] for row in side.earlier + side.results])[-1]
+        self.ended_by = ""
+        rows = side.earlier + side.results
+        self.pace = Pace(side.scene.coupling.exchange_every, rows[-1].get("fell_back", "") if rows else "")
+        self._last_step = self._unjudged = False
+        self._handover = (stage.handover or 500) if stage.kind == "couple" else 0
+        change = stage.excavate or stage.surcharge
+        ramps = max(self._handover, leg.over, change.over if change else 0, *(b.over for b in beginning(side.scene, index)), 0)
+        self._ending = Ending(stage.until, ramps) if stage.until else None
+        self._band = BandWatch(stage.until.band, side.grid) if stage.until and stage.until.band else None
+        self._every = side.scene.record.history
+        stages = side.scene.stage
+        self._next = stages[index + 1] if index + 1 < len(stages) else stage
+
+    @property
+    def gravity(self):
+        """Gravity [m/s2] of the present step."""
+        return self.leg.at(self.done)
+
+    @property
+    def factor(self):
+        """Gravity factor of the present step (after the last one: of the last)."""
+        return self.leg.factor(max(0, self.done - self.ended))
+
+    @property
+    def share(self):
+        """Share of the discs in the rim's forces."""
+        return min(1.0, self.done / self._handover) if self._handover else 1.0
+
+    def watch_rims(self, state):
+        """See that nothing grows by itself at the interface and that both sides agree on its power."""
+        for watch in self.interface:
+            watch.see(clock.seconds(state), self.side.steps + 1)
+
+    def warn(self, name, text):
+        """A warning of the stage, once of each name, after the steps taken so far: into the log and run.json."""
+        if name not in self._warned:
+            self._warned.add(name)
+            log.warning("step %d of stage %s: %s: %s", self.side.steps, self.stage.name, name, text)
+            self.side.warnings.append({"stage": self.stage.name, "step": self.side.steps, "name": name, "text": text})
+
+    def order(self):
+        """Scalars of VELOCITY for the present step, `interval` 0 where nothing is said after it."""
+        dt = clock.seconds(self.side.state)
+        self.ended_by = self.ended_by or self._ending.out_of_steps(self.done + 1) or self._ending.out_of_time(self.time + dt, dt)
+        self._last_step = bool(self.ended_by)
+        number = self.side.steps + 1
+        flags = 0
+        if self._last_step:
+            flags = messages.END_OF_STAGE | messages.RECORD | messages.CHECKPOINT
+        elif number % self.side.scene.record.every == 0:
+            flags = messages.RECORD | (messages.STRAIN if self._band else 0)
+        following = self.leg.at(self.done + 1)
+        if self._last_step:
+            following = leg_of(self._next, self.leg.gravity, self.leg.factor(self.done)).at(0)
+        if self.rims:
+            self.pace.moved(self.rims, self.side.state.velocity)
+        interval = self.pace.due(number, must=flags != 0)
+        return messages.Order(self.index, number, following, self.leg.factor(self.done), dt, float(interval), flags)
+
+    def look(self, model, state):
+        """Every few steps: sanity, ratios of both codes, and whether the next step is to be the stage's last."""
+        if self._band and self.done and self.side.steps % self.side.scene.record.every == 0:  # the last step made a frame
+            self.ended_by = self.ended_by or self._band.reached(model, state, self.rims)
+        if self.side.steps % self._every == 0:
+            self._inspect(model, state)
+        if self._unjudged and self.pace.fresh:  # under held forces the grid alone comes to rest
+            self._judge(model, state)
+
+    def _inspect(self, model, state):
+        self._unjudged = True
+        self.side.hub.stop.check()  # stages of the grid alone wait for nobody who would ask
+        check_motion(model, state)
+        self.energy.look(model, state, self.gravity)
+        warning = self.stretch.look(state.displacement) if self.stretch else ""
+        if warning:
+            log.warning("step %d of stage %s: %s", self.side.steps, self.stage.name, warning)
+        if self.ledger:
+            values = {f"energy_{name}": value for name, value in self.ledger.values(model, state).items()}
+            if self.rims:
+                values |= {"interface_power": self.ledger.power, "interface_work": self.ledger.work_of_discs}
+            self.side.recorder.history(self.side.steps, **values)
+
+    def _judge(self, model, state):
+        self._unjudged = False
+        self.ratio = unbalanced_ratio(model, state, self.gravity)
+        ratios = [self.ratio, *(rim.answer.ratio for rim in self.rims)]
+        displacement = farthest(state.displacement)
+        self.ended_by = self.ended_by or self._ending.reached(self.done + 1, ratios, displacement)
+        self.side.progress(self.stage.name, "", self.done, self.stage.until.steps, max(ratios), self.factor)
+
+    def set_clock(self):
+        """Bring model and state to the stage's kind of time and damping (fdm_server/step/clock.py)."""
+        side, stage = self.side, self.stage
+        damping = side.scene.damping if stage.damping is None else stage.damping
+        factor = None if stage.time == "static" else stage.step_factor or clock.STEP_FACTOR
+        self._step_before = side.state.dt or 0.0
+        side.model = clock.begin(side.model, side.state, damping, factor)
+
+    def agree_on_step(self):
+        """Agree with the discs on the step of a stage in real time, later see that it still is short enough; returns the model.
+
+        Leap-frog: the first forces act for the mean of the steps before and after them, from rest for half a step.
+        """
+        side, state = self.side, self.side.state
+        if not self.rims:
+            return side.model
+        if state.dt is None:
+            if self.pace.begins:
+                self.pace.heard(self.rims, masses(side.model, state))
+            return side.model
+        if self.done == 0:
+            side.model = agreement.agree(side.model, state, self.rims)
+            self._step, self.kick = state.dt, 0.5 * (self._step_before + state.dt)
+        else:
+            self.kick = None
+            agreement.keep(side.model, state, self.rims, self._step)
+        return side.model
+
+    def set_loads(self):
+        """Applied forces of the next step, where they change."""
+        if self.load is not None:
+            self.load.apply(self.side.state, self.done)
+        if self.sides.push is not None:
+            self.sides.push.apply(self.side.state, self.done)
+        for side in self.sides.dashpots:
+            side.apply(self.side.state)
+
+    def drive(self, state):
+        """Velocities that boundaries prescribe in the present step."""
+        if self.sides.drive is not None:
+            self.sides.drive.apply(state, self.done)
+
+    def step_done(self):
+        """Count the step."""
+        self.done += 1
+        dt = clock.seconds(self.side.state)
+        self.time += dt
+        self.set_loads()
+        self.side.steps += 1
+        self.side.time += dt
+        self.side.watch.stages[-1].steps += 1
+        self.ended = self._last_step
+
+    def result(self):
+        """Outcome for run.json and the closing table."""
+        return {
+            "name": self.stage.name,
+            "kind": self.stage.kind,
+            "steps": self.done,
+            "ended_by": self.ended_by,
+            "gravity": self.leg.gravity,
+            "gravity_factor": self.factor,
+            "seconds_simulated": self.time if self.stage.time == "real" else None,
+            "time_step": self.side.state.dt if self.stage.time == "real" else None,
+            "ratio_continuum": self.ratio,
+            "ratio_discrete": [rim.answer.ratio for rim in self.rims],
+            "bonds_broken": [int(rim.answer.broken) for rim in self.rims],
+            **(self.pace.report() if self.rims else {}),
+            **(self.stretch.report() if self.stretch else {}),
+            "reactions": reactions(self.side.model, self.side.state, self.leg.at(max(0, self.done - 1)), self.sides.holders),
+        }

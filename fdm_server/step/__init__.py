@@ -1,0 +1,1 @@
+"""One step of the grid: strain, stress, forces and motion, in compiled code."""

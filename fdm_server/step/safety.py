@@ -1,0 +1,42 @@
+"""Failures that would otherwise pass in silence: inverted zones, velocities that are no numbers any more."""
+
+import numpy as np
+
+from fdm_server.step.blocks import triangle_double_areas
+
+
+class Unstable(ArithmeticError):  # noqa: N818
+    """The computation has left physics: nothing after this step means anything."""
+
+
+def check_zones(xy, zones, number):
+    """Raise Unstable where a zone (A,4) with gridpoints xy (N,2) [m] is inverted or has no area; `number` (A,) names them."""
+    double = triangle_double_areas(xy, zones)
+    present = np.ones(double.shape, dtype=np.bool_)
+    present[zones[:, 2] == zones[:, 3], 1::2] = False  # (0,2,3) and (1,2,3) of a triangular zone
+    bad = np.flatnonzero(np.any(present & ~(double > 0.0), axis=1))
+    if len(bad):
+        x, y = xy[zones[bad[0]]].mean(axis=0)
+        raise Unstable(f"{len(bad)} zones are inverted or without area, the first is zone {number[bad[0]]} at ({x:.4g}, {y:.4g})")
+
+
+def check_motion(model, state):
+    """Raise Unstable where a velocity is not finite or takes a gridpoint across the grid in one step; a few microseconds."""
+    speed = np.abs(state.velocity).max() * (1.0 if state.dt is None else state.dt)
+    if not np.isfinite(speed):
+        bad = np.flatnonzero(~np.isfinite(state.velocity).all(axis=1))
+        raise Unstable(
+            f"the velocities of {len(bad)} gridpoints are not finite, one {_at(model, bad[0])}: the step is too long for "
+            f"something stiffer than the zones, or a law failed"
+        )
+    if speed > model.extent:
+        fastest = np.abs(state.velocity).max(axis=1).argmax()
+        raise Unstable(
+            f"a gridpoint {_at(model, fastest)} moves {speed:.3g} m in a step, more than the grid is large: "
+            f"forces have grown without bounds"
+        )
+
+
+def _at(model, point):
+    x, y = model.grid.xy[point]
+    return f"at ({x:g}, {y:g})"

@@ -1,0 +1,134 @@
+"""The heavy half of a step: gridpoints move, zones strain, stresses follow, forces return to gridpoints."""
+
+import numpy as np
+
+from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled.jit import jit
+from fdm_server.rates import add_rate, copy_stress
+from fdm_server.step import present_shape as shape
+from fdm_server.step.blocks import LANES
+from fdm_server.step.forces import corner_forces, sum_at_gridpoints
+from fdm_server.step.large_strain import TURN_ROWS, half_turns, middle_shape, present_shape, turn_stress
+from fdm_server.step.safety import check_zones
+from fdm_server.step.softening import CURVES, OPENING_ROWS, SHEAR_ROWS, limit_softened
+from fdm_server.step.strain import STRAIN_ROWS, gather_increments, gather_velocities, strain_increments
+from fdm_server.step.stress import RETURN_ROWS, STRESS_ROWS, limit, load
+from fdm_server.step.thread_parts import STRIP
+
+
+@jit
+def move_kernel(first, last, velocity, dt, displacement):
+    """Displacements (N,2) [m] of gridpoints first..last after a step of their velocities; dt [s], in static mode None."""
+    for n in range(first, last):
+        if dt is None:
+            displacement[n, 0] += velocity[n, 0]
+            displacement[n, 1] += velocity[n, 1]
+        else:
+            displacement[n, 0] += dt * velocity[n, 0]
+            displacement[n, 1] += dt * velocity[n, 1]
+
+
+@jit
+def zones_kernel(
+    first, last, order, ready, corner, x, y, inverse_double_area, share, start, place,
+    pattern, elastic, mohr_coulomb, tension, softening, plastic, plastic_shear, viscosity, dt,
+    velocity, displacement, stress, corner_force, force, xy,
+):  # fmt: skip
+    """One step of the zones of strips first..last and of the forces they return; how many triangles are inside out.
+
+    Absent effects are None: `mohr_coulomb`, `tension`, `plastic`, `softening` with `plastic_shear`; `viscosity`, b/dt of
+    Rayleigh damping; in static mode `dt` [s]; in small strain `xy` (N,2), where displacements count from.
+    """
+    u = np.empty(8 * LANES)
+    strain = np.empty(STRAIN_ROWS * LANES)
+    limited = np.empty((RETURN_ROWS + 4) * LANES)
+    inverted = 0
+    if xy is not None:
+        end_x, end_y, end_share = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES))
+        mid_x, mid_y, mid_inverse = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 5 * LANES))
+        turn = np.empty(TURN_ROWS * LANES)
+    if softening is not None:
+        shear, opening = np.empty((1, SHEAR_ROWS * LANES)), np.empty((1, OPENING_ROWS * LANES))
+        values = np.empty((CURVES + 1) * LANES)
+    if viscosity is not None:
+        before = np.empty((1, STRESS_ROWS * LANES))
+    for s in range(first, last):
+        for b in range(s * STRIP, min((s + 1) * STRIP, corner.shape[0])):
+            if dt is None:
+                gather_velocities(b, corner, velocity, u)
+            else:
+                gather_increments(b, corner, velocity, dt, u)
+            if xy is None:
+                strain_increments(b, x, y, inverse_double_area, u, strain)
+                if viscosity is not None:
+                    copy_stress(b, stress, before)
+                load(b, pattern[b], elastic, strain, stress)
+                if softening is not None:
+                    limit_softened(
+                        b, pattern[b], share, elastic, mohr_coulomb, tension, softening, stress, plastic, plastic_shear,
+                        shear, opening, values, limited,
+                    )  # fmt: skip
+                elif plastic is not None:
+                    limit(b, pattern[b], share, mohr_coulomb, tension, stress, plastic, limited, None)
+                if viscosity is not None:
+                    add_rate(b, stress, viscosity, before)
+                    corner_forces(0, x[b : b + 1], y[b : b + 1], before, corner_force[b : b + 1])
+                else:
+                    corner_forces(b, x, y, stress, corner_force)
+            else:
+                inverted += present_shape(b, corner, share, xy, displacement, end_x, end_y, end_share)
+                middle_shape(end_x, end_y, u, mid_x, mid_y, mid_inverse)
+                strain_increments(0, mid_x, mid_y, mid_inverse, u, strain)
+                half_turns(mid_x, mid_y, mid_inverse, u, turn)
+                turn_stress(b, turn, stress)
+                if viscosity is not None:
+                    copy_stress(b, stress, before)
+                    turn_stress(0, turn, before)
+                load(b, pattern[b], elastic, strain, stress)
+                turn_stress(b, turn, stress)
+                if softening is not None:
+                    limit_softened(
+                        0, pattern[b], end_share, elastic, mohr_coulomb, tension, softening, stress[b : b + 1],
+                        plastic[b : b + 1], plastic_shear[b : b + 1], shear, opening, values, limited,
+                    )  # fmt: skip
+                elif plastic is not None:
+                    limit(
+                        0, pattern[b], end_share, mohr_coulomb, tension, stress[b : b + 1], plastic[b : b + 1], limited, None
+                    )  # fmt: skip
+                if viscosity is not None:
+                    add_rate(b, stress, viscosity, before)
+                    corner_forces(0, end_x, end_y, before, corner_force[b : b + 1])
+                else:
+                    corner_forces(0, end_x, end_y, stress[b : b + 1], corner_force[b : b + 1])
+        sum_at_gridpoints(order, ready[s], ready[s + 1], start, place, corner_force, force)
+    return inverted
+
+
+def advance(model, state):
+    """Move the gridpoints by one step of their velocities and bring stresses and forces up to date.
+
+    Raises Unstable where a zone turns inside out (large strain; small strain never leaves the shape it began with).
+    """
+    g, law, parts = model.geometry, model.law, model.partition
+    xy = shape.moving(model, state)
+    stiffness_part = None if law.rayleigh is None else law.rayleigh.stiffness
+    viscosity = None if stiffness_part is None else stiffness_part / state.dt
+
+    def move(first, last):
+        move_kernel(first, last, state.velocity, state.dt, state.displacement)
+
+    def strain(first, last):
+        return zones_kernel(
+            first, last, parts.order, parts.ready, g.corner, g.x, g.y, g.inverse_double_area, g.share, model.start, model.place,
+            model.pattern, law.elastic, law.mohr_coulomb, law.tension, law.softening, state.plastic, state.plastic_shear,
+            viscosity, state.dt,
+            state.velocity, state.displacement, state.stress, state.corner_force, state.force, xy,
+        )  # fmt: skip
+
+    team.each(move, parts.points)
+    inverted = sum(team.each(strain, parts.strips))
+    sum_at_gridpoints(parts.order, *parts.ready[-2:], model.start, model.place, state.corner_force, state.force)
+    if inverted:
+        check_zones(shape.present(model, state), model.zones, model.zone)
+    if state.mass is not None:
+        shape.grow_older(model, state)
