@@ -25,7 +25,7 @@ class Window(NamedTuple):
 
 def operator(model, state, windows):
     """K (d, d) [N/m], sparse, and masses over 1 + alpha (d,) [kg] of the step of a grid (fdm_server) and its windows."""
-    from dem_server.frequency import bodies_of, springs_of
+    from dem_server.observe.stable_limit import bodies_of, springs_of
     from fdm_server.observe import stable_limit as frequency
     from fdm_server.step.present_shape import masses
 
@@ -68,7 +68,7 @@ def exact_limit(model, state, windows):
 
 def _largest(model, state, windows, energy):
     """What has the largest share of a mode's kinetic energy (d,), and where [m]."""
-    from dem_server.frequency import bodies_of
+    from dem_server.observe.stable_limit import bodies_of
     from fdm_server.step.present_shape import present
 
     points = 2 * len(model.grid.xy)

@@ -21,7 +21,7 @@ def run(scene, out, stop=None, report="none", origin=None, plugin=None):
     Raises what ended the run, a RunEnded of coupler_protocol.exits as a rule.
     """
     if scene.grid is None:
-        from dem_server import alone
+        from dem_server.procedure import discs_alone as alone
 
         return alone.compute(scene, out, Progress(1, report), stop or StopRequest(), origin, plugin)
     from dem_server.__main__ import compute as compute_discs

@@ -22,7 +22,7 @@ def concerned(scene):
 def answer(scene, exact=False, note=None):
     """Limits (criteria.stable_step.limit) by "grid", "interface", "discs"; exact: the limit of all together, too."""
     from colluvium import coupled
-    from dem_server.frequency import safe_limit
+    from dem_server.observe.stable_limit import safe_limit
     from fdm_server.observe.stable_limit import safe_limits
 
     model, state, windows = open_model(scene, note)
@@ -38,8 +38,8 @@ def answer(scene, exact=False, note=None):
 def open_model(scene, note=None):
     """Model and State of the grid with its windows open, and its windows (colluvium.coupled.Window) filled."""
     from colluvium.coupled import Window
-    from dem_server.takeover import take_over
-    from dem_server.window import drawn_stones, packed_window
+    from dem_server.insitu.takeover import take_over
+    from dem_server.packing.coupled_window import drawn_stones, packed_window
     from fdm_server.ground.removed_zones import cut_window
     from fdm_server.mesh.grid import build_grid
     from fdm_server.mesh.window_zones import rim_of, window_zones
@@ -65,7 +65,7 @@ def open_model(scene, note=None):
 def exact_of_run(scene, folder):
     """Exact limits at the ends of the coupled stages of the run in `folder`, by the stage's name, where States were saved.
 
-    They are those of one leap-frog, which sub-steps of the discs (dem_server/clock.py) are not.
+    They are those of one leap-frog, which sub-steps of the discs (dem_server/step/clock.py) are not.
     """
     from colluvium import coupled
     from coupler_protocol.files import restart
@@ -85,8 +85,8 @@ def saved_model(scene, index, paths):
     from colluvium.coupled import Window
     from coupler_protocol.files import checkpoint
     from coupler_protocol.interface.ring import build_ring
-    from dem_server.restart import WindowState
-    from dem_server.rim import Rim
+    from dem_server.coupling.rim import Rim
+    from dem_server.procedure.restart import WindowState
     from fdm_server.effects import with_damping
     from fdm_server.mesh.grid import build_grid
     from fdm_server.mesh.window_zones import rim_of, window_zones

@@ -42,7 +42,7 @@ def serve(options, stop):
     program.log_to(out / own[1])
     progress = Progress(options.rank, "none" if options.quiet else options.progress)
     if scene.grid is None:
-        from dem_server import alone
+        from dem_server.procedure import discs_alone as alone
 
         return alone.compute(scene, out, progress, stop, options.origin, plugin)
     if options.connect is None:
@@ -63,7 +63,7 @@ def compute(scene, rank, transport, out, progress, stop, origin=None, plugin=Non
     On failure the peer is told, State is saved where there is one, and the exception goes on.
     """
     from coupler_protocol.wire.lockstep import Clocks, Conversation
-    from dem_server.stages import DiscreteSide
+    from dem_server.procedure.window_side import DiscreteSide
 
     conversation = Conversation(transport, rank, 0, Clocks(scene.link), stop)
     side = DiscreteSide(scene, rank, conversation, out, progress, origin, plugin)

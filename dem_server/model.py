@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem_server.clumps import Clumps
 from dem_server.effects import RING, SOIL, Law, law_from
 from dem_server.effects.parallel_bond import ParallelBonds
 from dem_server.ring import inner_share
-from dem_server.walls import Walls
+from dem_server.step.clumps import Clumps
+from dem_server.step.walls import Walls
 
 X, Y, VX, VY, SPIN, RADIUS, MASS, INERTIA = range(8)  # columns of State.disc
 FX, FY, MOMENT = range(3)  # columns of State.load (a fourth keeps rows aligned)

@@ -7,8 +7,8 @@ import numpy as np
 from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.wire import messages
 from coupler_protocol.wire.frames import WireError, content_of
-from dem_server.contacts import contact_forces
-from dem_server.motion import SPEED_CAP, move_free
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.motion import SPEED_CAP, move_free
 
 TOO_FAST = (
     "move by more than a tenth of the smallest radius a step after step {}: give the stage a smaller step_factor, or less "

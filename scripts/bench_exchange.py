@@ -33,10 +33,10 @@ from coupler_protocol.wire import link_tcp as link
 from coupler_protocol.wire import messages
 from coupler_protocol.wire.frames import StepFrame
 from coupler_protocol.wire.lockstep import Clocks, Conversation
-from dem_server import contacts as dem_contacts
-from dem_server import motion as dem_motion
-from dem_server.restart import WindowState
-from dem_server.rim import Rim
+from dem_server.coupling.rim import Rim
+from dem_server.procedure.restart import WindowState
+from dem_server.step import contact_pass as dem_contacts
+from dem_server.step import motion as dem_motion
 from fdm_server import model as fdm_model
 from fdm_server.mesh import grid as fdm_grid
 from fdm_server.mesh.window_zones import rim_of, window_zones

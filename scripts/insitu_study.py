@@ -22,15 +22,19 @@ from shapely.geometry import box
 
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.scene.reader import read_scene
-from dem_server import balance, insitu, mesostructure, packing, stones
-from dem_server.bins import bins_over
-from dem_server.contacts import contact_forces
-from dem_server.fields import body_centres, contacts
-from dem_server.filling import rim_of
+from dem_server.insitu import virtual_strain as insitu
+from dem_server.insitu.contact_stress import circle_stress
+from dem_server.insitu.hat_bins import bins_over
+from dem_server.insitu.takeover import take_over
+from dem_server.insitu.zone_stress import tractions
 from dem_server.model import build_model
-from dem_server.stress import circle_stress
-from dem_server.takeover import take_over
-from dem_server.zone_stress import tractions
+from dem_server.observe import unbalanced_ratio as balance
+from dem_server.packing import packing
+from dem_server.packing.alone_window import rim_of
+from dem_server.pairs import body_centres, contacts
+from dem_server.step.contact_pass import contact_forces
+from dem_server.stones import bodies as stones
+from dem_server.stones import mesostructure
 
 SCENE = Path(__file__).resolve().parent.parent / "configs" / "paper_slope.toml"
 GRAVITY, DENSITY, TOP = 9.81, 2700.0, 12.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from colluvium.figures.mesostructure import draw_side_by_side
 from coupler_protocol.scene.reader import read_scene
-from dem_server.mesostructure import draw
+from dem_server.stones.mesostructure import draw
 
 CONTENTS = (0.30, 0.60, 0.45, 0.45)
 

@@ -17,15 +17,15 @@ import numpy as np
 import shapely
 
 from coupler_protocol.interface.ring import build_ring, polygon_area
-from dem_server import fields
-from dem_server.contacts import contact_forces
+from dem_server import pairs as fields
 from dem_server.effects.damping import Damping
 from dem_server.effects.friction import Friction
 from dem_server.effects.spring import Spring
-from dem_server.filling import rim_of
-from dem_server.growth import pressure, run
 from dem_server.model import build_model
-from dem_server.packing import pack
+from dem_server.packing.alone_window import rim_of
+from dem_server.packing.growth import pressure, run
+from dem_server.packing.packing import pack
+from dem_server.step.contact_pass import contact_forces
 
 WIDTH, HEIGHT, SEGMENT, PRESSURE = 2.0, 5.8, 1.0 / 3.0, 100e3
 RADII = (0.05, 0.03, 0.02)

@@ -10,7 +10,7 @@ from colluvium.figures import domain, style
 from colluvium.results import Run
 from colluvium.window_fields import outline_of
 from coupler_protocol.interface.ring import polygon_area
-from dem_server.polygons import moments
+from dem_server.stones.polygons import moments
 
 STONE, EDGE, SOIL = "#b9a98f", "#5b4a33", "#f4f0e8"
 DRAWN, FOUND = "#d0472f", "#123a5e"

@@ -6,7 +6,7 @@ While a window is handed over, the rim carries
 
 with R the reaction of the removed zones (stress and weight), P the nodal forces of the discs and m_inner the mass of the control
 discs' inner shares, whose weight belongs to the nodes. In static mode the nodes get the additional mass of the mass rule
-(dem_server/rim.py), in real time m_inner: without it a wave that should pass is reflected in part.
+(dem_server/coupling/rim.py), in real time m_inner: without it a wave that should pass is reflected in part.
 """
 
 import logging

@@ -1,7 +1,8 @@
 """Zones on the rims of windows that are stretched so far that what they and the ring upon them say means little.
 
 A side of the rim that has become lambda times as long has gaps of 2 r (lambda - 1) between its control discs (radius r): two
-smallest radii, room for a disc, at lambda = 2 (dem_server/escape.py watches the gaps). Force, moment and power still cross it
+smallest radii, room for a disc, at lambda = 2 (dem_server/coupling/ring_guard.py watches the gaps). Force, moment and power still
+cross it
 exactly (coupler_protocol/interface/mapping.py), but at FAR a zone of constant strain stands for what should be several. Across
 the rim no
 gap tells of it. With X, x the diagonals (2,2) of a zone as drawn and now, the mean deformation gradient and its stretch are

@@ -80,8 +80,8 @@ def safe_limits(model, state, nodes=None, sums=None):
     """Limits of the step (coupler_protocol.criteria.stable_step.limit) by zones and, with rims, by their nodes: {"grid",
     "interface"}.
 
-    nodes (K,): gridpoints of all rims; sums (K,) [N/m]: of the mass rule of their contact springs (dem_server/rim.py), which
-    bound u.K u of the springs by 2 sums u^2. A node has to bear these and what the bound of the zones asks of its mass.
+    nodes (K,): gridpoints of all rims; sums (K,) [N/m]: of the mass rule of their contact springs (dem_server/coupling/rim.py),
+    which bound u.K u of the springs by 2 sums u^2. A node has to bear these and what the bound of the zones asks of its mass.
     """
     xy, alpha = present(model, state), model.law.damping or model.law.combined or 0.0
     mass = zone_masses(model, state)

@@ -14,12 +14,12 @@ from verification.coupling.joined import rotation
 
 from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
 from coupler_protocol.interface.ring import polygon_area
-from dem_server.balance import unbalanced_ratio as ratio_of_discs
-from dem_server.contacts import contact_forces
-from dem_server.fields import contacts
-from dem_server.motion import move_free
-from dem_server.packing import pack
-from dem_server.stress import mean_stress
+from dem_server.insitu.contact_stress import mean_stress
+from dem_server.observe.unbalanced_ratio import unbalanced_ratio as ratio_of_discs
+from dem_server.packing.packing import pack
+from dem_server.pairs import contacts
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.motion import move_free
 from fdm_server.coupling.rim import traction_difference, zones_behind
 from fdm_server.mesh.zone_sides import boundary_edges
 from fdm_server.observe import fields

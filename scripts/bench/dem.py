@@ -21,20 +21,25 @@ from coupler_protocol.compiled.jit import jit
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.scene.reader import read_scene
 from coupler_protocol.scene.tables.grading import Grading
-from dem_server import bonding, contacts, insitu, mesostructure, packing, stones
-from dem_server.balance import unbalanced_ratio
-from dem_server.contacts import contact_forces, force_pass
-from dem_server.cycle import advance, stop
 from dem_server.effects.damping import Damping
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
 from dem_server.effects.spring import Spring
-from dem_server.fields import contacts as contacts_of
-from dem_server.fields import listed_pairs
-from dem_server.filling import rim_of
+from dem_server.insitu import virtual_strain as insitu
 from dem_server.model import build_model
-from dem_server.neighbours import rebuild
+from dem_server.observe.unbalanced_ratio import unbalanced_ratio
+from dem_server.packing import packing
+from dem_server.packing.alone_window import rim_of
+from dem_server.pairs import contacts as contacts_of
+from dem_server.pairs import listed_pairs
+from dem_server.step import bonds_made as bonding
+from dem_server.step import contact_pass as contacts
+from dem_server.step.contact_pass import contact_forces, force_pass
+from dem_server.step.cycle import advance, stop
+from dem_server.step.neighbours import rebuild
+from dem_server.stones import bodies as stones
+from dem_server.stones import mesostructure
 
 SIZES = {2_500: (2, 2), 10_000: (4, 4), 50_000: (8, 10), 200_000: (16, 20)}  # tiles across and up
 LAW_SIZE = 2_500

@@ -15,7 +15,7 @@ from dem_server.effects.damping import Damping
 from dem_server.effects.friction import Friction
 from dem_server.effects.spring import Spring
 from dem_server.model import build_model
-from dem_server.packing import PLASTIC, Packing, in_strips
+from dem_server.packing.packing import PLASTIC, Packing, in_strips
 
 IN_TILE = 625
 RADIUS, SPREAD, POROSITY = 0.03, 0.25, 0.145

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from disc_cases import loose_discs
 
-from dem_server import neighbours
 from dem_server.effects.bond import Bond
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.friction import Friction
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
+from dem_server.step import neighbours
 
 COUNT = 20
 SPRING_ALONE = {"friction": None, "bond": None}

@@ -5,15 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 
 from coupler_protocol.interface.ring import build_ring
-from dem_server.contacts import contact_forces
 from dem_server.effects.bond import Bond
 from dem_server.effects.damping import Damping
 from dem_server.effects.friction import Friction
 from dem_server.effects.spring import Spring
-from dem_server.mesostructure import draw
 from dem_server.model import build_model
-from dem_server.packing import pack
-from dem_server.stones import mark
+from dem_server.packing.packing import pack
+from dem_server.step.contact_pass import contact_forces
+from dem_server.stones.bodies import mark
+from dem_server.stones.mesostructure import draw
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 OBLIQUE = np.array([[0.0, 0.0], [1.2, 0.4], [0.9, 1.5], [-0.3, 1.1]])

@@ -18,9 +18,9 @@ from coupler_protocol.files.restart import Origin
 from coupler_protocol.problems import SceneError
 from coupler_protocol.process.plugin import Plugin
 from coupler_protocol.scene.reader import build_scene
-from dem_server.contacts import contact_forces
-from dem_server.fields import contacts
-from dem_server.filling import fill
+from dem_server.packing.alone_window import fill
+from dem_server.pairs import contacts
+from dem_server.step.contact_pass import contact_forces
 from tests.conftest import command
 
 G, R = 9.81, 0.03

@@ -13,8 +13,8 @@ from colluvium import inprocess
 from coupler_protocol.exits import PHYSICS, PhysicsFailed
 from coupler_protocol.files.restart import Origin
 from coupler_protocol.process.plugin import from_functions
+from dem_server.coupling.rim import Rim
 from dem_server.effects.bond import BONDED, BROKEN_TENSION
-from dem_server.rim import Rim
 from fdm_server.observe.energy_growth import EnergyWatch
 from fdm_server.procedure import grid_side as stages
 from fdm_server.procedure import restart

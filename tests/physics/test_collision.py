@@ -5,10 +5,10 @@ import pytest
 from disc_cases import KN, KS, loose_discs
 from verification.discrete.collision import R, collided, restitution
 
-from dem_server.cycle import advance, in_real_time
 from dem_server.effects.bond import Bond
 from dem_server.effects.dashpot import Dashpot
-from dem_server.fields import contacts
+from dem_server.pairs import contacts
+from dem_server.step.cycle import advance, in_real_time
 
 
 @pytest.mark.parametrize(

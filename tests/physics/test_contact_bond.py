@@ -6,7 +6,7 @@ from disc_cases import KN, KS, MU, displace, loose_discs
 from verification.discrete.bonds import STEP, R, pulled
 
 from dem_server.effects.bond import BROKEN_SHEAR, BROKEN_TENSION
-from dem_server.fields import contacts, listed_pairs
+from dem_server.pairs import contacts, listed_pairs
 
 
 @pytest.mark.parametrize("turned", [0.0, 0.3, 1.1, 2.5])

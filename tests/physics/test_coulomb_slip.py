@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from disc_cases import KN, KS, MU, displace, loose_discs
 
-from dem_server.fields import contacts
+from dem_server.pairs import contacts
 
 R, OVERLAP = 0.03, 1.0e-4
 

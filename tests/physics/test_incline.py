@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from verification.discrete.incline import SLOPE, G, R, acceleration, on_plane
 
-from dem_server.cycle import advance
 from dem_server.effects.damping import Damping
+from dem_server.step.cycle import advance
 
 
 @pytest.mark.parametrize("friction", [0.195, 0.3, 1.0])

@@ -8,9 +8,9 @@ from verification.hard.coupled_system import BULK, MODULUS, SHEAR, at_share, exc
 
 from colluvium import coupled
 from coupler_protocol.criteria.stable_step import highest, spring_sums
-from dem_server.contacts import contact_forces
-from dem_server.frequency import safe_limit, springs_of
-from dem_server.neighbours import rebuild
+from dem_server.observe.stable_limit import safe_limit, springs_of
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.neighbours import rebuild
 from fdm_server.observe.stable_limit import safe_limits
 
 

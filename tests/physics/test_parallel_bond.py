@@ -6,10 +6,10 @@ from disc_cases import displace, loose_discs
 from verification.discrete.beam import cantilever
 from verification.discrete.bonds import KN, KS, SHEAR, TENSION, R, cement, everywhere, moved
 
-from dem_server.bonding import add_parallel_bonds
 from dem_server.effects.bond import BROKEN_SHEAR, BROKEN_TENSION
-from dem_server.fields import listed_pairs
-from dem_server.neighbours import rebuild
+from dem_server.pairs import listed_pairs
+from dem_server.step.bonds_made import add_parallel_bonds
+from dem_server.step.neighbours import rebuild
 
 
 @pytest.mark.parametrize("radius", [1.0, 0.5])

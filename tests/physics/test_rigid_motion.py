@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from disc_cases import KN, loose_discs
 
-from dem_server.contacts import contact_forces
 from dem_server.effects.bond import Bond
-from dem_server.fields import listed_pairs
+from dem_server.pairs import listed_pairs
+from dem_server.step.contact_pass import contact_forces
 
 R = 0.03
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from verification.discrete.stone import R, angles, quarter_turn
 
-from dem_server.contacts import contact_forces
-from dem_server.fields import contacts
-from dem_server.motion import move_free
+from dem_server.pairs import contacts
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.motion import move_free
 
 
 def momentum(state):

@@ -7,15 +7,16 @@ from verification.discrete.scenes import SOIL, computed, tables
 
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.reader import build_scene
-from dem_server import servo, wall_forces
-from dem_server.contacts import contact_forces
-from dem_server.cycle import advance, in_real_time, in_static_mode
 from dem_server.effects.damping import Damping
 from dem_server.effects.dashpot import Dashpot
-from dem_server.fields import contacts
-from dem_server.stress import contact_moments
-from dem_server.timestep import safety
-from dem_server.walls import make_walls
+from dem_server.insitu.contact_stress import contact_moments
+from dem_server.observe import wall_forces
+from dem_server.pairs import contacts
+from dem_server.step import servo
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.cycle import advance, in_real_time, in_static_mode
+from dem_server.step.masses import safety
+from dem_server.step.walls import make_walls
 
 R = 0.03
 REST = {"name": "press", "kind": "discs", "until": {"ratio": 1e-7, "steps": 50000}}

@@ -106,7 +106,7 @@ def test_its_energy_stays_in_a_band_of_order_two_without_trend():
 
 
 def test_the_share_of_the_discs_grows_with_sub_steps_up_to_a_whole_stable_step():
-    """Eq (1) of dem_server/clock.py."""
+    """Eq (1) of dem_server/step/clock.py."""
     steps = []
     for substeps in (1, 4, 10, 50):
         steps.append(chain(1e-4, substeps, 0.1).grid.dt)

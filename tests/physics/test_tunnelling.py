@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from disc_cases import KN, loose_discs
 
-from dem_server import stones
-from dem_server.contacts import contact_forces
-from dem_server.cycle import advance, in_real_time, in_static_mode
 from dem_server.effects.spring import Spring
-from dem_server.walls import make_walls
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.cycle import advance, in_real_time, in_static_mode
+from dem_server.step.walls import make_walls
+from dem_server.stones import bodies as stones
 
 R = 0.03
 MASS = 2000.0 * np.pi * R**2

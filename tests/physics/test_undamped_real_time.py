@@ -5,7 +5,7 @@ import pytest
 from disc_cases import loose_discs
 from verification.discrete.gas import BOX, R, default_fraction, gas, mean_energy
 
-from dem_server.cycle import advance, in_real_time
+from dem_server.step.cycle import advance, in_real_time
 
 
 @pytest.mark.parametrize("speed", [0.3, 3.0])

@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 from disc_cases import KN, loose_discs
 
-from dem_server import energy, stones
-from dem_server.balance import unbalanced_ratio
-from dem_server.contacts import contact_forces
-from dem_server.cycle import advance, in_real_time, in_static_mode
 from dem_server.effects.damping import Damping
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.friction import Friction
 from dem_server.effects.rolling import Rolling
 from dem_server.effects.spring import Spring
-from dem_server.walls import make_walls
+from dem_server.observe import energy
+from dem_server.observe.unbalanced_ratio import unbalanced_ratio
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.cycle import advance, in_real_time, in_static_mode
+from dem_server.step.walls import make_walls
+from dem_server.stones import bodies as stones
 
 R, G = 0.03, 9.81
 

@@ -51,8 +51,8 @@ def test_the_scalar_loop_computes_what_the_kernels_compute(bench):
     from bench.dem import Case, ScalarCase
     from bench.dense_box import FRICTION, dense_box
 
-    from dem_server.cycle import advance
-    from dem_server.fields import listed_pairs
+    from dem_server.pairs import listed_pairs
+    from dem_server.step.cycle import advance
 
     case = Case(*dense_box(1, 1, friction=FRICTION))
     model, state = case.model, case.state
@@ -78,8 +78,8 @@ def test_the_box_is_dense_and_at_rest_and_as_large_as_it_says(bench):
     from bench.dem import SIZES, Case
     from bench.dense_box import FRICTION, IN_TILE, dense_box, tile
 
-    from dem_server.balance import unbalanced_ratio
-    from dem_server.fields import coordination
+    from dem_server.observe.unbalanced_ratio import unbalanced_ratio
+    from dem_server.pairs import coordination
 
     assert all(across * up * IN_TILE == size for size, (across, up) in SIZES.items())
     case = Case(*dense_box(2, 1, friction=FRICTION))

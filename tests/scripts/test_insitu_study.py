@@ -1,4 +1,4 @@
-"""The in-situ study's table and file; its cases are computed in tests/dem_server/test_insitu_fields.py."""
+"""The in-situ study's table and file; its cases are computed in tests/dem_server/insitu/test_insitu_fields.py."""
 
 import json
 

@@ -17,10 +17,10 @@ from scipy.spatial import cKDTree
 
 from bench.dem import SIZES, Case
 from bench.dense_box import BOND, FRICTION, dense_box
-from dem_server.contacts import contact_forces
-from dem_server.cycle import advance, in_real_time
 from dem_server.effects.bond import BONDED
-from dem_server.fields import contacts
+from dem_server.pairs import contacts
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.cycle import advance, in_real_time
 
 TRIAL_STEPS, TRIAL_FRACTION = 100, 0.1  # steps, and their share of the stable one
 AMPLITUDE = {False: 2e-4, True: 3e-4}  # of the trial's displacements [m], without and with bonds: about half an overlap

@@ -23,10 +23,10 @@ from coupler_protocol.files.restart import Origin, load
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.process.progress import Progress
 from coupler_protocol.wire.lockstep import Clocks, Hub
-from dem_server import clock as disc_clock
-from dem_server import restart as disc_restart
-from dem_server.contacts import contact_forces
-from dem_server.motion import move_free
+from dem_server.procedure import restart as disc_restart
+from dem_server.step import clock as disc_clock
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.motion import move_free
 from fdm_server.coupling import common_step as agreement
 from fdm_server.procedure.grid_side import ContinuumSide
 from fdm_server.step import clock as grid_clock

@@ -10,10 +10,10 @@ from types import SimpleNamespace
 import numpy as np
 
 from coupler_protocol.interface.ring import Ring, build_ring
-from dem_server.contacts import contact_forces
 from dem_server.effects.bond import Bond
 from dem_server.effects.spring import Spring
 from dem_server.model import build_model
+from dem_server.step.contact_pass import contact_forces
 from fdm_server.ground.removed_zones import cut_window
 from fdm_server.mesh.window_zones import rim_of
 from verification.coupling.joined import Joined, glue, keep_gaps, rotation, zones

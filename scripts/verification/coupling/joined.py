@@ -9,12 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 
 from colluvium import Scene
-from dem_server import clock as disc_clock
-from dem_server.contacts import contact_forces
+from dem_server.coupling.rim import Rim
 from dem_server.effects.bond import BONDED
-from dem_server.energy import stored
-from dem_server.motion import move_free
-from dem_server.rim import Rim
+from dem_server.observe.energy import stored
+from dem_server.step import clock as disc_clock
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.motion import move_free
 from fdm_server.coupling import common_step as agreement
 from fdm_server.effects.damping import Damping
 from fdm_server.mesh.grid import build_grid

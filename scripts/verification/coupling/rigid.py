@@ -12,10 +12,10 @@ import numpy as np
 import shapely
 
 from coupler_protocol.interface.ring import build_ring
-from dem_server.contacts import contact_forces
+from dem_server.coupling.rim import Rim
 from dem_server.effects.bond import BONDED, Bond
 from dem_server.model import build_model
-from dem_server.rim import Rim
+from dem_server.step.contact_pass import contact_forces
 from verification.coupling.joined import rotation
 from verification.discrete.discs import KN, soil_discs
 from verification.rows import row

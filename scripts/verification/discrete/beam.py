@@ -11,10 +11,10 @@ the middle moves by L theta / 8.
 
 import numpy as np
 
-from dem_server.balance import unbalanced_ratio
-from dem_server.bonding import add_parallel_bonds
-from dem_server.contacts import contact_forces
-from dem_server.cycle import advance
+from dem_server.observe.unbalanced_ratio import unbalanced_ratio
+from dem_server.step.bonds_made import add_parallel_bonds
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.cycle import advance
 from verification.discrete.bonds import KN, KS, R, cement, everywhere
 from verification.discrete.discs import with_held
 from verification.rows import row

@@ -13,13 +13,13 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from dem_server import stones
-from dem_server.contacts import contact_forces
-from dem_server.cycle import advance, in_real_time
 from dem_server.effects.damping import Damping
 from dem_server.effects.friction import Friction
 from dem_server.effects.spring import Spring
-from dem_server.walls import make_walls
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.cycle import advance, in_real_time
+from dem_server.step.walls import make_walls
+from dem_server.stones import bodies as stones
 from verification.discrete.discs import KN, KS, loose_discs
 from verification.rows import row
 

@@ -8,8 +8,8 @@ The tolerance is one step (and in shear the turning of the contact).
 
 import numpy as np
 
-from dem_server.bonding import add_parallel_bonds
 from dem_server.effects.parallel_bond import ParallelBond
+from dem_server.step.bonds_made import add_parallel_bonds
 from verification.discrete.discs import displace, loose_discs
 from verification.rows import row
 

@@ -10,8 +10,8 @@ from the second difference of 2,000 steps.
 
 import numpy as np
 
-from dem_server.cycle import advance, in_real_time
 from dem_server.effects.bond import BONDED, Bond
+from dem_server.step.cycle import advance, in_real_time
 from verification.discrete.discs import KN, with_held
 from verification.rows import row
 

@@ -11,8 +11,8 @@ At a wall m is the disc's own mass and e is the same.
 
 import numpy as np
 
-from dem_server.cycle import advance, in_real_time
 from dem_server.effects.dashpot import Dashpot
+from dem_server.step.cycle import advance, in_real_time
 from verification.discrete import scenes
 from verification.discrete.discs import KN, loose_discs
 from verification.rows import row

@@ -14,12 +14,13 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from dem_server import energy, stones
-from dem_server.cycle import advance, in_real_time
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.friction import Friction
 from dem_server.effects.rolling import Rolling
 from dem_server.effects.spring import Spring
+from dem_server.observe import energy
+from dem_server.step.cycle import advance, in_real_time
+from dem_server.stones import bodies as stones
 from verification.discrete.discs import loose_discs
 from verification.rows import row
 

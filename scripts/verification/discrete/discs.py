@@ -4,12 +4,12 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BONDED, Bond
 from dem_server.effects.damping import Damping
 from dem_server.effects.friction import Friction
 from dem_server.effects.spring import Spring
 from dem_server.model import build_model
+from dem_server.step.contact_pass import contact_forces
 
 KN, KS, MU = 2.5e7, 1.0e7, 0.55  # contact stiffnesses of the soil below [N/m], its friction coefficient
 

@@ -10,10 +10,10 @@ bodies averages out and that of one disc between two held ones, the last two col
 import numpy as np
 
 from coupler_protocol.scene.scene import scene_class
-from dem_server import energy
-from dem_server.cycle import advance, in_real_time
-from dem_server.neighbours import rebuild
-from dem_server.walls import make_walls
+from dem_server.observe import energy
+from dem_server.step.cycle import advance, in_real_time
+from dem_server.step.neighbours import rebuild
+from dem_server.step.walls import make_walls
 from verification.discrete import conservation
 from verification.discrete.discs import loose_discs, with_held
 from verification.rows import row

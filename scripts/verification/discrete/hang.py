@@ -10,8 +10,8 @@ Gravity grows in a thousand stages of 400 static steps with local damping; the t
 
 import numpy as np
 
-from dem_server.cycle import advance
 from dem_server.effects.bond import BONDED, Bond
+from dem_server.step.cycle import advance
 from verification.discrete.discs import KN, with_held
 from verification.rows import row
 

@@ -11,8 +11,8 @@ The stress is the average over the cell of the middle disc.
 import numpy as np
 
 from dem_server.effects.bond import Bond
-from dem_server.fields import contacts
-from dem_server.stress import contact_moments
+from dem_server.insitu.contact_stress import contact_moments
+from dem_server.pairs import contacts
 from verification.discrete.discs import KN, KS, displace, loose_discs
 from verification.rows import row
 

@@ -10,9 +10,9 @@ the scene a wall. The acceleration comes from two equal times: (way(2t) - 2 way(
 
 import numpy as np
 
-from dem_server.cycle import advance, in_real_time
 from dem_server.effects.friction import Friction
 from dem_server.effects.rolling import Rolling
+from dem_server.step.cycle import advance, in_real_time
 from verification.discrete import scenes
 from verification.discrete.discs import KN, with_held
 from verification.rows import row

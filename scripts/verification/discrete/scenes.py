@@ -8,7 +8,7 @@ from colluvium import open_run
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.process.progress import Progress
 from coupler_protocol.scene.reader import build_scene
-from dem_server.alone import DiscsAlone, compute
+from dem_server.procedure.discs_alone import DiscsAlone, compute
 
 SOIL = {"density": 2000.0, "spring": {"normal": 5.0e7, "shear": 2.0e7}, "friction": {"coefficient": 0.55}}
 

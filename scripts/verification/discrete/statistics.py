@@ -15,8 +15,8 @@ import scipy.stats
 import shapely
 
 from coupler_protocol.scene.tables.stones import Stones
-from dem_server.mesostructure import draw
-from dem_server.polygons import moments
+from dem_server.stones.mesostructure import draw
+from dem_server.stones.polygons import moments
 from verification.rows import row
 
 NAME = "statistics"

@@ -9,7 +9,7 @@ a cycle. With l = mu Fn, N cycles that begin and end in the middle take (rolling
 import numpy as np
 
 from dem_server.effects.rolling import Rolling
-from dem_server.energy import stored
+from dem_server.observe.energy import stored
 from verification.discrete.discs import KN, KS, MU, displace, loose_discs
 from verification.rows import row
 

@@ -14,14 +14,14 @@ belong to half steps.
 import numpy as np
 
 from coupler_protocol.interface.ring import polygon_area
-from dem_server import stones
-from dem_server.clumps import place_members
-from dem_server.contacts import contact_forces
-from dem_server.cycle import advance, in_real_time
 from dem_server.effects.bond import Bond
 from dem_server.effects.friction import Friction
 from dem_server.effects.spring import Spring
-from dem_server.fields import listed_pairs
+from dem_server.pairs import listed_pairs
+from dem_server.step.clumps import place_members
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.cycle import advance, in_real_time
+from dem_server.stones import bodies as stones
 from verification.discrete import scenes
 from verification.discrete.discs import KN, loose_discs
 from verification.rows import row

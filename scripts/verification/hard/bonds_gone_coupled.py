@@ -16,8 +16,8 @@ measured.
 
 import numpy as np
 
-from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BONDED, BROKEN_TENSION
+from dem_server.step.contact_pass import contact_forces
 from verification.hard.free_body import body
 from verification.rows import row
 

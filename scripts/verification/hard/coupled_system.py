@@ -9,14 +9,14 @@ from colluvium import coupled, limits
 from coupler_protocol.criteria.stable_step import highest
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.scene.reader import build_scene
-from dem_server.contacts import contact_forces
+from dem_server.coupling.rim import Rim
 from dem_server.effects.bond import BONDED
-from dem_server.fields import contacts
 from dem_server.model import build_model as build_discs
-from dem_server.motion import move_free
-from dem_server.neighbours import rebuild
-from dem_server.packing import Packing
-from dem_server.rim import Rim
+from dem_server.packing.packing import Packing
+from dem_server.pairs import contacts
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.motion import move_free
+from dem_server.step.neighbours import rebuild
 from fdm_server.ground.removed_zones import cut_window
 from fdm_server.mesh.grid import build_grid
 from fdm_server.mesh.window_zones import rim_of, window_zones

@@ -9,8 +9,8 @@ outwards on feels no force in sum but for what its discs' unbalanced forces leav
 import numpy as np
 
 from colluvium import limits
-from dem_server import balance
-from dem_server.contacts import contact_forces
+from dem_server.observe import unbalanced_ratio as balance
+from dem_server.step.contact_pass import contact_forces
 from fdm_server.step.gridpoint_pass import unbalanced_ratio
 from verification.coupling.energy import followed
 from verification.hard.coupled_system import System, scene

@@ -5,8 +5,8 @@ A quarter of a ring of zones with a window in it whose four sides are oblique or
 
 import numpy as np
 
-from dem_server.contacts import contact_forces
 from dem_server.effects.bond import BONDED
+from dem_server.step.contact_pass import contact_forces
 from verification.coupling.joined import Joined, keep_gaps
 from verification.coupling.mapping import lost
 from verification.hard.coupled_system import MODULUS, system

@@ -7,7 +7,7 @@ turn with the body. Both to second order in the step.
 
 import numpy as np
 
-from dem_server.contacts import contact_forces
+from dem_server.step.contact_pass import contact_forces
 from fdm_server.step.present_shape import begin_large_strain, present
 from fdm_server.step.zone_pass import advance
 from verification.coupling.joined import rotation

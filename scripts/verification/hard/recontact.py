@@ -10,10 +10,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from dem_server import energy
-from dem_server.cycle import advance, in_real_time
 from dem_server.effects.bond import BONDED, Bond
-from dem_server.fields import contacts
+from dem_server.observe import energy
+from dem_server.pairs import contacts
+from dem_server.step.cycle import advance, in_real_time
 from verification.discrete.discs import KN, displace, with_held
 from verification.rows import row
 

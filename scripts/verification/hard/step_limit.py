@@ -12,7 +12,7 @@ import numpy as np
 
 from colluvium import coupled
 from coupler_protocol.criteria.stable_step import highest
-from dem_server.frequency import safe_limit
+from dem_server.observe.stable_limit import safe_limit
 from fdm_server.observe.stable_limit import safe_limits
 from verification.hard.coupled_system import at_share, excite, growth, system
 from verification.rows import row

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse.linalg
 
 from colluvium import coupled
-from dem_server import balance
+from dem_server.observe import unbalanced_ratio as balance
 from fdm_server.step.gridpoint_pass import unbalanced_ratio
 from verification.hard.coupled_system import MODULUS, with_few_discs
 from verification.rows import row

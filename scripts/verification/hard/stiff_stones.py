@@ -9,9 +9,12 @@ import numpy as np
 
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.scene.reader import build_scene
-from dem_server import filling, mesostructure, packing, stones
-from dem_server.contacts import contact_forces
-from dem_server.fields import contacts
+from dem_server.packing import alone_window as filling
+from dem_server.packing import packing
+from dem_server.pairs import contacts
+from dem_server.step.contact_pass import contact_forces
+from dem_server.stones import bodies as stones
+from dem_server.stones import mesostructure
 from verification.hard.watched import computed, scene_of
 from verification.rows import row
 

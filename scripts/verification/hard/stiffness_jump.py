@@ -9,15 +9,15 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from dem_server import energy
-from dem_server.balance import unbalanced_ratio
-from dem_server.cycle import advance, in_real_time, in_static_mode
 from dem_server.effects import STONE
 from dem_server.effects.damping import Damping
 from dem_server.effects.friction import Friction
 from dem_server.effects.spring import Spring
-from dem_server.neighbours import rebuild
-from dem_server.walls import make_walls
+from dem_server.observe import energy
+from dem_server.observe.unbalanced_ratio import unbalanced_ratio
+from dem_server.step.cycle import advance, in_real_time, in_static_mode
+from dem_server.step.neighbours import rebuild
+from dem_server.step.walls import make_walls
 from verification.discrete.discs import loose_discs
 from verification.discrete.gas import mean_energy
 from verification.rows import row

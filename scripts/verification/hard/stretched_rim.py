@@ -12,8 +12,8 @@ import numpy as np
 
 import colluvium
 from coupler_protocol.scene.reader import read_scene
-from dem_server.contacts import contact_forces
-from dem_server.motion import move_free
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.motion import move_free
 from fdm_server.coupling.rim_stretch import StretchWatch
 from fdm_server.step.present_shape import begin_large_strain, present
 from fdm_server.step.zone_pass import advance

@@ -7,7 +7,7 @@ import numpy as np
 
 from coupler_protocol.process.plugin import from_functions
 from coupler_protocol.scene.reader import read_scene
-from dem_server import energy
+from dem_server.observe import energy
 from verification.discrete import scenes
 
 SCENES = Path(__file__).resolve().parents[3] / "tests" / "hard"

@@ -8,7 +8,7 @@ from verification.coupling.block import R, block
 from verification.coupling.energy import AMPLITUDE
 from verification.hard.coupled_system import at_share, excite, system
 
-from dem_server import energy
+from dem_server.observe import energy
 from fdm_server.coupling.rim_growth import GrowthWatch, PowerWatch
 from fdm_server.observe.energy_growth import EnergyWatch
 from fdm_server.step.safety import Unstable

@@ -1,0 +1,144 @@
+"""The ring's motion and what goes back to the grid: the only place where discs and the rim's nodes meet.
+
+Mass rule of the interface. A rim node knows nothing of the contact springs hung on it, so each is given
+additional mass (dt = 1)
+
+    M_I += largest eigenvalue of sum_c k_c w_c b_cI b_cI^T / |b_cI|,    w_c = sum_J |b_cJ|           (1)
+
+over the springs of the ring's contacts: b_cI . u_I is how far the motion u_I of node I moves the control disc's end of spring c,
+
+    normal spring     b = N n + L (n . k x e)          N: share of node I in the disc's translation,
+    shear spring      b = N t + L (t . k x e + l)      L . u_I: its part of the spin, e, l: offset from the segment, lever
+    turning spring    b = L                            of the contact on the disc
+
+(rolling resistance, bending of parallel bonds). A node takes half of each spring, the disc on the other end the other half,
+as between two discs; then omega^2 <= 2 for these springs and masses, and what damping asks for, 1 + alpha < 2, is there
+(coupler_protocol/criteria/stable_step.py, Eq (2); `tests/physics/test_interface_limit.py`). In real time no mass is added: the
+same sums times dt^2 bound the step (fdm_server/coupling/common_step.py), and the nodes carry the mass of the control discs' inner
+shares.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from coupler_protocol.compiled.jit import jit
+from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
+from coupler_protocol.interface.ring import node_shares, segment_vectors
+from dem_server.coupling.ring_springs import ring_contacts
+
+
+@jit
+def _move_ring(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper, dt):
+    """One step of the control discs and of the nodes that carry them."""
+    velocities_to_discs(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper)
+    for p in range(x.shape[0]):
+        x[p, 0] += v[p, 0] * dt
+        x[p, 1] += v[p, 1] * dt
+    for i in range(nodes.shape[0]):
+        nodes[i, 0] += velocity[i, 0] * dt
+        nodes[i, 1] += velocity[i, 1] * dt
+
+
+class RimState(NamedTuple):
+    """What changes on a rim of K nodes."""
+
+    nodes: np.ndarray  # (K,2) [m] present positions
+    sums: np.ndarray  # (K,) [N/m] of the mass rule: additional masses [kg] at dt = 1
+    builds: int  # lists built when the sums were
+
+
+class Rim:
+    """Ring of one window. nodes (K,2): present positions of its nodes [m]; the ring's discs are the first R of the state."""
+
+    def __init__(self, ring, mapping, state=None):
+        self.ring = ring
+        self.nodes, self._sums, self._builds = state or (ring.nodes.copy(), np.zeros(len(ring.nodes)), -1)
+        self.force = np.zeros_like(self.nodes)
+        self._carried = np.zeros((len(ring.radius), 3))  # forces [N] and moments [N m] on the control discs that it came from
+        self.paper = mapping == "paper"
+        self._where = (ring.seg0, ring.seg1, ring.w0, ring.node)
+
+    def saved(self):
+        """What of it belongs into a checkpoint."""
+        return RimState(self.nodes, self._sums, self._builds)
+
+    @property
+    def discs(self):
+        """Number of control discs R."""
+        return len(self.ring.radius)
+
+    def move(self, state, velocity):
+        """Move the control discs with the nodes' velocities (K,2) [m/step or m/s] over the step State.dt."""
+        R = self.discs
+        _move_ring(self.nodes, velocity, *self._where, state.x[:R], state.v[:R], state.spin[:R], self.paper, state.dt)
+
+    def nodal_forces(self, state):
+        """Contact forces on the ring, carried to the nodes (K,2) [N]; the array is used again."""
+        R = self.discs
+        where = self._where
+        forces_to_nodes(self.nodes, *where, state.x[:R], state.force[:R], state.moment[:R], self.force, self.paper)
+        self._carried[:] = state.load[:R, :3]
+        return self.force
+
+    def power(self, state):
+        """Power [W] of the contact forces that were carried to the nodes last, in the present velocities of the discs."""
+        return float(np.sum(self._carried * state.disc[: self.discs, 2:5]))
+
+    def inner_mass(self, state):
+        """Mass (K,) [kg/m] of the control discs' inner shares, at the nodes: weight, in real time inertia, of the grid."""
+        share, index = node_shares(self.ring)
+        return _gathered(share * state.weight[: self.discs, None], index, len(self.nodes))
+
+    def stiffness_sums(self, model, state):
+        """Sums (K,) [N/m] of the mass rule above; computed anew when the contact list has changed."""
+        if state.builds != self._builds:
+            self._builds = state.builds
+            self._sums = self._mass_rule(state, ring_contacts(model, state))
+        return self._sums
+
+    def contacts_changed(self):
+        """Forget the sums: bonds were added, or the step is another one."""
+        self._builds = -1
+
+    def _mass_rule(self, state, contacts):
+        """Eq (1); a disc depends on three nodes: the ends of its segment and, if it is on a node, of the next one."""
+        ring, K, c = self.ring, len(self.nodes), contacts.disc
+        node = np.stack([ring.seg0, (ring.seg0 + 1) % K, (ring.seg1 + 1) % K], axis=1)
+        N, L = self._translation(node), self._spin()
+        offset = state.x[: self.discs] - np.einsum("pj,pjx->px", N, self.nodes[node])
+        n = contacts.normal
+        t = np.column_stack([-n[:, 1], n[:, 0]])
+        along_n, along_t = (np.einsum("mx,mx->m", -t if axis is n else n, offset[c]) for axis in (n, t))
+        N, L = N[c], L[c]
+        springs = [
+            (contacts.kn, N[:, :, None] * n[:, None] + L * along_n[:, None, None]),
+            (contacts.ks, N[:, :, None] * t[:, None] + L * (along_t + contacts.lever)[:, None, None]),
+            (contacts.kr, L),
+        ]
+        A = np.zeros((K, 3))
+        for k, b in springs:
+            size = np.hypot(b[..., 0], b[..., 1])
+            weight = np.divide((k * size.sum(axis=1))[:, None], size, out=np.zeros_like(size), where=size > 0.0)
+            for column, product in enumerate((b[..., 0] ** 2, b[..., 1] ** 2, b[..., 0] * b[..., 1])):
+                A[:, column] += np.bincount(node[c].ravel(), (weight * product).ravel(), minlength=K)
+        xx, yy, xy = A.T
+        return 0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy)
+
+    def _translation(self, node):
+        """Shares N (R, 3) of the nodes `node` (R, 3) in the translation of the discs."""
+        share, _ = node_shares(self.ring)
+        between = np.column_stack([share, np.zeros(self.discs)])
+        return np.where(self.ring.node[:, None] >= 0, [0.0, 1.0, 0.0], between)
+
+    def _spin(self):
+        """L (R, 3, 2) [1/m]: spin of the discs by unit velocities of the same nodes."""
+        ring, vector = self.ring, segment_vectors(self.nodes)
+        over = np.column_stack([-vector[:, 1], vector[:, 0]]) / np.einsum("kx,kx->k", vector, vector)[:, None]  # n / l
+        before, after = ring.w0[:, None] * over[ring.seg0], (1.0 - ring.w0)[:, None] * over[ring.seg1]
+        return np.stack([-before, before - after, after], axis=1)
+
+
+def _gathered(values, index, K):
+    """Sums (K,) of values (R,2) over the nodes index (R,2)."""
+    return np.bincount(index.ravel(), weights=values.ravel(), minlength=K)

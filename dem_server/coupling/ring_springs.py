@@ -1,0 +1,35 @@
+"""The ring seen from the continuum: what hangs on each control disc."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dem_server.pairs import levers, listed_pairs
+from dem_server.step.stiffness import pair_stiffnesses
+
+
+class RingContacts(NamedTuple):
+    """Springs of the ring (m,).
+
+    disc: control disc; normal (m, 2): unit vector from it; lever [m]: from its centre to the contact; kn, ks [N/m], kr [N m].
+    """
+
+    disc: np.ndarray
+    normal: np.ndarray
+    lever: np.ndarray
+    kn: np.ndarray
+    ks: np.ndarray
+    kr: np.ndarray
+
+
+def ring_contacts(model, state):
+    """Springs of the ring for the interface's mass rule.
+
+    Bonds and dashpots are included (a dashpot counts with twice its constant over dt, as in timestep.py). As for the discs' own
+    masses all listed pairs count, so that no contact can close unseen; they change when the list is built (`state.builds`)
+    or bonds are made. Bonds that break only take springs away.
+    """
+    pairs = listed_pairs(state)
+    which = pairs.disc_a < model.ring  # of a pair the first disc has the lower number, and none has both on the ring
+    pairs = type(pairs)(*(column[which] for column in pairs))
+    return RingContacts(pairs.disc_a, pairs.normal, levers(state, pairs)[0], *pair_stiffnesses(model, state, pairs))

@@ -1,0 +1,1 @@
+"""Stress of the removed zones brought into a packing."""

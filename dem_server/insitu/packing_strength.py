@@ -1,0 +1,50 @@
+"""What stress a packing can carry: a cone given by its friction, its tip moved out by its bonds.
+
+    (s1 - s3)/2 <= sin(phi) (pt - sm)                                            (1)
+    sin(phi) = 0.85 sin(atan mu),    pt = sum Fnb d / 2A                         (2)
+
+sm: mean stress (tension positive). Discs roll, so friction counts less than at a single contact: biaxial
+tests of mu = 0.55 give phi = 24 degrees, which is the factor in (2). pt is the isotropic tension at which
+all bonds would break together (branch x force over area, all contacts at their strength).
+"""
+
+import numpy as np
+
+from coupler_protocol.interface.ring import polygon_area
+from dem_server.effects import SOIL
+from dem_server.pairs import contacts
+
+ROLLING = 0.85  # sine of the packing's friction angle over sine of the contacts', Eq (2)
+
+
+def friction_sine(model):
+    """sin(phi) of the soil, Eq (2) [-]."""
+    if model.law.friction is None:
+        return 0.0
+    mu = model.law.friction.coefficient[SOIL * model.materials + SOIL]
+    return ROLLING * mu / np.sqrt(1.0 + mu * mu)
+
+
+def tensile_strength(model, state):
+    """pt of Eq (2) if all closed contacts were bonded [Pa]; 0 without bonds."""
+    if model.law.bond is None:
+        return 0.0
+    pairs = contacts(state)
+    strength = model.law.bond.tension[pairs.kind]
+    return strength @ np.hypot(*pairs.branch.T) / (2.0 * polygon_area(state.x[: model.ring]))
+
+
+def inside_cone(stress, sine, tension=0.0):
+    """Stresses xx, yy, xy (m, 3) brought inside the cone, Eq (1), and the share of them that had to be.
+
+    The mean stress stays, but where it is tensile it is set to zero.
+    """
+    mean = 0.5 * (stress[:, 0] + stress[:, 1])
+    half, shear = 0.5 * (stress[:, 0] - stress[:, 1]), stress[:, 2]
+    kept = np.minimum(mean, 0.0)
+    limit = sine * (tension - kept)
+    deviator = np.hypot(half, shear)
+    outside = deviator > limit
+    scale = np.divide(limit, deviator, out=np.ones_like(limit), where=outside)
+    inside = np.column_stack([kept + scale * half, kept - scale * half, scale * shear])
+    return inside, float((outside | (mean > 0.0)).mean())

@@ -1,0 +1,227 @@
+"""Bringing a packing to a given stress field by virtual strain, and bonding it there.
+
+The ring is held. On a coarse grid the missing stress is turned into a strain, which is applied to the
+contacts, not to the discs:
+
+    eps = 0.8 S : (sigma* - sigma)                                               (1)
+    gr <- gr - d n.eps.n,    Fs <- Fs - ks d t.eps.n                             (2)
+
+at every contact (d: distance of centres), as if the discs had been strained by eps and put back. Then they
+relax with friction and gravity, and all is repeated. S is the compliance of an isotropic packing strained
+uniformly (Bathurst & Rothenburg 1988, J. Appl. Mech. 55, 17-23):
+
+    C11 + C12 = sum kn d^2 / 2A,    2 G = sum (kn + ks) d^2 / 4A                 (3)
+
+A slope stands by its cohesion: its stress lies outside the cone that friction alone can carry. So the first
+half of the rounds brings the discs as near as friction allows, and in the second half the contacts are
+bonded, round by round, so that the bonds share in carrying sigma*. What lies outside the strength of the
+bonded packing is brought inside first, and the share of it reported.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.problems import unfit
+from dem_server.effects.bond import BONDED, NONE
+from dem_server.insitu.contact_stress import circle_stress, contact_moments
+from dem_server.insitu.hat_bins import bins_over
+from dem_server.insitu.packing_strength import friction_sine, inside_cone, tensile_strength
+from dem_server.insitu.stone_stress import circle_stress_with_stones
+from dem_server.insitu.zone_stress import imbalance, stress_field
+from dem_server.model import SHEAR_BREAKS, SPIN, TENSION_BREAKS, VX
+from dem_server.observe.unbalanced_ratio import unbalanced_ratio
+from dem_server.pairs import contacts, coordination, porosity
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.motion import move_free
+
+ROUNDS = 12
+STEPS = 300  # of relaxation a round
+RELAXATION = 0.8  # of the missing stress corrected a round, Eq (1)
+REST = 1e-6  # unbalanced ratio at the end
+BIN = 8.0  # size of a bin and least radius of a measuring circle, in mean radii
+CIRCLE = 0.25  # radius of the measuring circles [m], larger for discs so large that too few fit in
+
+
+class Aim(NamedTuple):
+    """What the discs are compared with: measuring circles, and in each the stress that the packing could carry.
+
+    centres (q, 2), radius [m]; stress (q, 3) xx, yy, xy [Pa].
+    """
+
+    centres: np.ndarray
+    radius: float
+    stress: np.ndarray
+
+
+class Report(NamedTuple):
+    """What came out.
+
+    Errors of the stress (rms over measuring circles, over mean |yy|); shares of the target beyond the packing's
+    strength and beyond that of friction alone; what the target's force on the window and its weight leave over, over the
+    weight; rounds, unbalanced ratio, coordination number, porosity.
+    """
+
+    error_xx: float
+    error_yy: float
+    error_xy: float
+    projected: float
+    beyond_friction: float
+    imbalance_x: float
+    imbalance_y: float
+    rounds: int
+    ratio: float
+    coordination: float
+    porosity: float
+
+
+def match_weight(model, state, target):
+    """Scale the soil's weight, the ring's inner shares included, so that all weighs what the zones did; return the factor.
+
+    Stones keep their weight.
+    """
+    soil = np.ones(model.count, dtype=bool) if state.stone is None else state.stone < 0
+    wanted = float(target[:, 2] @ target[:, 6]) - float(state.weight[~soil].sum())
+    if wanted <= 0.0:
+        reason = "the stones alone weigh more than the zones they replace"
+        raise unfit("discs.stone.density", reason, "choose a lower density, or density_matching = false")
+    factor = wanted / float(state.weight[soil].sum())
+    state.weight[soil] *= factor
+    return factor
+
+
+def bring_to_stress(model, state, target, gravity, report=None):
+    """Bring the discs to the stress of the removed zones under `gravity` [m/s2], bonding most of them on the way.
+
+    target (z, 7): x, y, area, xx, yy, xy, density of the zones (tension positive); report(text, fraction):
+    progress, if wanted. Raises SceneError for zones without any vertical stress.
+    """
+    if not target[:, 4].any():
+        reason = "the zones of the window carry no stress that their discs could be brought to"
+        raise unfit("stage", reason, "insitu = false in the stage of kind fill, or gravity in a stage before it")
+    polygon = state.x[: model.ring].copy()
+    size = BIN * float(state.radius[model.ring :].mean())
+    grid, aim = bins_over(polygon, size), aim_of(model, state, target)
+    field, sine, tension = stress_field(target), friction_sine(model), tensile_strength(model, state)
+    wanted, projected = inside_cone(field(grid.points), sine, tension)
+    held_by_friction, beyond_friction = inside_cone(wanted, sine)
+    left_over = imbalance(polygon, field, gravity * float(state.weight.sum()))
+    for round_ in range(ROUNDS):
+        if tension > 0.0 and round_ >= ROUNDS // 2:
+            add_bonds(model, state)
+            goal = grid.integral(wanted)
+        else:
+            goal = grid.integral(held_by_friction)
+        strain_contacts(model, state, grid, goal)
+        relax(model, state, gravity, STEPS)
+        if report:
+            report(f"in-situ stress, round {round_ + 1} of {ROUNDS}", (round_ + 1) / ROUNDS)
+    come_to_rest(model, state, gravity)
+    forget_breakage(state)
+    return Report(
+        *stress_error(state, aim).tolist(),
+        projected=projected,
+        beyond_friction=beyond_friction,
+        imbalance_x=float(left_over[0]),
+        imbalance_y=float(left_over[1]),
+        rounds=ROUNDS,
+        ratio=unbalanced_ratio(model, state, gravity),
+        coordination=coordination(model, state)[0],
+        porosity=porosity(model, state),
+    )
+
+
+def aim_of(model, state, target):
+    """The Aim of a window that takes the place of zones `target` (z, 7), from its packing before it was brought there."""
+    polygon = state.x[: model.ring].copy()
+    size = BIN * float(state.radius[model.ring :].mean())
+    centres, radius = measuring_circles(polygon, max(CIRCLE, size))
+    wanted = stress_field(target)(centres)
+    return Aim(centres, radius, inside_cone(wanted, friction_sine(model), tensile_strength(model, state))[0])
+
+
+def come_to_rest(model, state, gravity):
+    """Relax until the discs are at rest, or hardly come nearer to it any more."""
+    for _ in range(20):
+        if unbalanced_ratio(model, state, gravity) <= REST:
+            break
+        relax(model, state, gravity, STEPS)
+
+
+def relax(model, state, gravity, steps):
+    """`steps` steps with the ring held."""
+    for _ in range(steps):
+        move_free(model, state, gravity)
+        contact_forces(model, state)
+
+
+def strain_contacts(model, state, grid, goal):
+    """Eqs (1) to (3); `goal` (nodes, 3): integral of sigma* over each bin. The discs stand still after it."""
+    pairs = contacts(state)
+    area = grid.area()
+    area = np.maximum(area, 0.25 * area.max())  # bins cut off by the edge: too few contacts to divide by less
+    hats = grid.weights(state.x[pairs.disc_a] + 0.5 * pairs.branch)
+    missing = RELAXATION * (goal - hats.T @ contact_moments(pairs)) / area[:, None]
+    d = np.hypot(*pairs.branch.T)
+    kn, ks = model.law.spring.normal[pairs.kind], model.law.spring.shear[pairs.kind]
+    total = polygon_area(state.x[: model.ring])
+    bulk, twice_shear = kn @ d**2 / (2.0 * total), (kn + ks) @ d**2 / (4.0 * total)
+    trace, half = missing[:, 0] + missing[:, 1], 0.5 * (missing[:, 0] - missing[:, 1])
+    mean, deviator = 0.5 * trace / bulk, half / twice_shear
+    strain = np.column_stack([mean + deviator, mean - deviator, missing[:, 2] / twice_shear])
+    xx, yy, xy = (hats @ strain).T
+    nx, ny = pairs.normal.T
+    state.reference_gap[pairs.slot] -= d * (xx * nx * nx + yy * ny * ny + 2.0 * xy * nx * ny)
+    if state.shear is not None:
+        state.shear[pairs.slot] -= ks * d * ((yy - xx) * nx * ny + xy * (nx * nx - ny * ny))
+    state.disc[:, VX : SPIN + 1] = 0.0
+    contact_forces(model, state)
+
+
+def measuring_circles(polygon, radius):
+    """Centres (q, 2) of circles inside the polygon, and their radius: `radius` if the polygon is wide enough.
+
+    They stand on a square grid and in the middle of the widest place.
+    """
+    outline = shapely.Polygon(polygon)
+    widest = shapely.maximum_inscribed_circle(outline, tolerance=1e-3)  # a line from its centre to its edge
+    radius = min(radius, 0.99 * widest.length)
+    x0, y0, x1, y1 = outline.bounds
+    grid = np.stack(np.meshgrid(np.arange(x0, x1, radius), np.arange(y0, y1, radius)), axis=-1).reshape(-1, 2)
+    inside = shapely.intersects_xy(outline.buffer(-radius), grid)
+    return np.vstack([widest.coords[0], grid[inside]]), radius
+
+
+def stress_error(state, aim, outlines=None):
+    """Root mean square over the circles of an Aim of stress - aimed stress, over the mean of its |yy|: xx, yy, xy (3,).
+
+    outlines: polygons of the clumps, where there are any.
+    """
+    if state.clumps is not None:
+        found = circle_stress_with_stones(state, outlines, aim.centres, aim.radius)
+    else:
+        pairs = contacts(state)
+        found = circle_stress(state.x[pairs.disc_a], pairs, aim.centres, aim.radius)
+    return np.sqrt(((found - aim.stress) ** 2).mean(axis=0)) / np.abs(aim.stress[:, 1]).mean()
+
+
+def add_bonds(model, state):
+    """Bond all closed contacts, the ring's too, whose materials have bonds; return how many.
+
+    A contact whose shear force is already beyond the bond's strength stays unbonded: its bond would break
+    at once.
+    """
+    pairs = contacts(state)
+    strength = model.law.bond.shear[pairs.kind]
+    chosen = pairs.slot[(pairs.gap < 0.0) & (strength > 0.0) & (np.abs(pairs.shear_force) <= strength)]
+    state.bond_state[chosen] = BONDED
+    return len(chosen)
+
+
+def forget_breakage(state):
+    """Bonds that broke while the stress was brought in are no damage: they were never there."""
+    if state.bond_state is not None:
+        state.bond_state[state.bond_state != BONDED] = NONE
+    state.counters[[TENSION_BREAKS, SHEAR_BREAKS]] = 0

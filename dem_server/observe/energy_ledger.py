@@ -1,0 +1,196 @@
+"""The energy ledger of a window in a coupled stage: where the discs' energy comes from and where it goes.
+
+A recorder: nothing of it exists unless the scene asks for it. Twin of fdm_server/observe/energy_ledger.py. At whole steps n, with
+velocities v- and v+ half a step before and after:
+
+    kinetic    T = v- . M v+ / 2 of free discs and clumps, spins included
+    stored     U of all contacts (dem_server/observe/energy.py)
+
+Everything else is work since the stage began. Works of forces X go over the displacements du between whole steps by the
+trapezoidal rule, (X_n + X_n+1)/2 . du:
+
+    gravity    of the weights
+    ring       of the control discs on the others: minus contact forces and moments on them
+    damping    what local damping and speed caps take: - (M (v+ - v-)/dt - contacts - weight)
+    friction   of the shear and rolling springs on slip; of a spring k, from force X to X', over the way w
+
+                   -(X + X')/2 (w + (X' - X)/k)                                  (1)
+
+    bonds      Eq (1) of all springs of a pair whose bond breaks in the step
+    masses     change of T with the scaled masses of static mode, sum (M' - M) v-^2 / 2
+
+    error = T - T0 + U - U0 + friction + bonds + damping - masses - gravity - ring
+
+Bodies are booked apart from contacts. The error is round-off where springs are linear and keep their directions, whatever is
+damped, slips in shear or breaks in shear; it shows what the trapezoidal rule does not see of contacts that close, open or turn
+within a step, and what dashpots take.
+"""
+
+import numpy as np
+
+from coupler_protocol.compiled.jit import jit
+from dem_server.observe import energy
+from dem_server.observe.pair_work import pair_losses
+from dem_server.step.clumps import resultant
+from dem_server.step.contact_pass import NO_BONDS, make_current
+
+GRAVITY, RING, DAMPING = range(3)
+NAMES = ("kinetic", "stored", "friction", "bonds", "damping", "masses", "gravity", "ring", "error")
+
+
+@jit
+def body_work(disc, load, weight, clumps, ring, gravity, dt, old, old_body, on_body, half_old, half_new):
+    """Works [J] of a step's forces over half the displacements before (`old`) and after it; returns T [J].
+
+    old (n,3), old_body (c,3): velocities and spins before the kick; on_body (c,3): forces and moments on clumps as their discs
+    stood before the motion; half_old, half_new (3,): GRAVITY, RING, DAMPING.
+    """
+    half_old[:] = 0.0
+    half_new[:] = 0.0
+    kinetic = 0.0
+    for i in range(disc.shape[0]):
+        if i < ring:
+            for k in range(3):
+                half_old[RING] -= 0.5 * dt * load[i, k] * old[i, k]
+                half_new[RING] -= 0.5 * dt * load[i, k] * disc[i, 2 + k]
+            continue
+        half_old[GRAVITY] -= 0.5 * dt * gravity * weight[i] * old[i, 1]
+        half_new[GRAVITY] -= 0.5 * dt * gravity * weight[i] * disc[i, 3]
+        if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if clumps.body[i] >= 0:
+                continue
+        for k in range(3):
+            m = disc[i, 7] if k == 2 else disc[i, 6]
+            force = load[i, k] - (weight[i] * gravity if k == 1 else 0.0)
+            rest = m * (disc[i, 2 + k] - old[i, k]) / dt - force
+            kinetic += 0.5 * m * old[i, k] * disc[i, 2 + k]
+            half_old[DAMPING] += 0.5 * dt * rest * old[i, k]
+            half_new[DAMPING] += 0.5 * dt * rest * disc[i, 2 + k]
+    if clumps is not None:
+        body = clumps.motion
+        for c in range(len(body)):
+            if clumps.start[c] == clumps.start[c + 1]:
+                continue
+            for k in range(3):
+                m = body[c, 7] if k == 2 else body[c, 6]
+                rest = m * (body[c, 2 + k] - old_body[c, k]) / dt - on_body[c, k]
+                kinetic += 0.5 * m * old_body[c, k] * body[c, 2 + k]
+                half_old[DAMPING] += 0.5 * dt * rest * old_body[c, k]
+                half_new[DAMPING] += 0.5 * dt * rest * body[c, 2 + k]
+    return kinetic
+
+
+@jit
+def forces_on_clumps(disc, load, weight, clumps, gravity, out):
+    """Forces and moments (c,3) on all clumps, weight included."""
+    for c in range(len(out)):
+        out[c, 0], out[c, 1], out[c, 2] = resultant(c, clumps, disc, load, weight, gravity)
+
+
+@jit
+def mass_work(disc, clumps, ring, mass, inertia, body_mass, old, old_body):
+    """Change [J] of the kinetic energy with masses and inertia, which are brought up to date."""
+    total = 0.0
+    for i in range(ring, disc.shape[0]):
+        if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if clumps.body[i] >= 0:
+                continue
+        total += (disc[i, 6] - mass[i]) * (old[i, 0] ** 2 + old[i, 1] ** 2) + (disc[i, 7] - inertia[i]) * old[i, 2] ** 2
+        mass[i], inertia[i] = disc[i, 6], disc[i, 7]
+    if clumps is not None:
+        body = clumps.motion
+        for c in range(len(body)):
+            total += (body[c, 6] - body_mass[c, 0]) * (old_body[c, 0] ** 2 + old_body[c, 1] ** 2)
+            total += (body[c, 7] - body_mass[c, 1]) * old_body[c, 2] ** 2
+            body_mass[c, 0], body_mass[c, 1] = body[c, 6], body[c, 7]
+    return 0.5 * total
+
+
+class Ledger:
+    """The ledger of one stage: `keep`, `book_motion`, `book_contacts` in every step, `values` between the last two.
+
+    `power` [W] is that of the contact forces on the control discs in their velocities half a step later, as the grid sees it
+    at the rim's nodes; `work` [J] its sum since the stage began.
+    """
+
+    def __init__(self, model, state):
+        self.dt = state.dt
+        self.old = state.disc[:, 2:5].copy()
+        self.old_body = None if state.clumps is None else state.clumps.motion[:, 2:5].copy()
+        self.mass, self.inertia = state.mass.copy(), state.inertia.copy()
+        self.body_mass = None if state.clumps is None else state.clumps.motion[:, 6:8].copy()
+        self.on_body = None if state.clumps is None else np.zeros((len(state.clumps.motion), 3))
+        self.total = np.zeros(3)  # up to half a step ahead of the last whole step
+        self.half_old, self.half_new = np.zeros(3), np.zeros(3)
+        self.friction = self.bonds = self.masses = self.power = self.work = 0.0
+        self.begin = None  # T0 + U0
+
+    def keep(self, state, gravity):
+        """Before velocities change: what they and the step were, and what acts on clumps, whose levers turn with them."""
+        self.dt = state.dt
+        self.old[:] = state.disc[:, 2:5]
+        if state.clumps is not None:
+            self.old_body[:] = state.clumps.motion[:, 2:5]
+            forces_on_clumps(state.disc, state.load, state.weight, state.clumps, float(gravity), self.on_body)
+
+    def book_motion(self, model, state, gravity, kick):
+        """After all discs have moved, before the contacts follow. kick [s]: how long forces acted, the step but for a first one.
+
+        What a step's end will need of the contacts is kept here; the list is brought up to date as contact_forces would.
+        """
+        self.masses += mass_work(
+            state.disc, state.clumps, model.ring, self.mass, self.inertia, self.body_mass, self.old, self.old_body
+        )
+        if kick != state.dt:  # velocities count back a whole step
+            count_back(self.old, state.disc, state.dt / kick)
+            if state.clumps is not None:
+                count_back(self.old_body, state.clumps.motion, state.dt / kick)
+        self.kinetic = body_work(
+            state.disc, state.load, state.weight, state.clumps, model.ring, float(gravity), state.dt, self.old, self.old_body,
+            self.on_body, self.half_old, self.half_new,
+        )  # fmt: skip
+        if self.begin is None:  # what velocities did before the stage is none of its business
+            self.begin = self.kinetic + energy.stored(model, state)
+            self.half_old[:] = 0.0
+            self.masses = 0.0
+        self.total += self.half_old + self.half_new
+        R = model.ring
+        self.power = float(np.sum(state.load[:R, :3] * state.disc[:R, 2:5]))
+        self.work += self.power * state.dt
+
+    def keep_contacts(self, model, state):
+        """Before contact forces change: what they were, in the order of the list that `contact_forces` will use."""
+        make_current(model, state)
+        self.before = tuple(None if taken is None else taken.copy() for taken in remembered(state))
+
+    def book_contacts(self, model, state):
+        """After contact forces have changed."""
+        friction, bonds = pair_losses(
+            state.disc, state.first, state.second, state.kind, state.dt, *remembered(state), *self.before,
+            model.law.spring, model.law.parallel_bond,
+        )  # fmt: skip
+        self.friction += friction
+        self.bonds += bonds
+
+    def values(self, model, state):
+        """Energies {name: [J]} of the last whole step, before its contacts change: NAMES."""
+        work = self.total - self.half_new
+        stored = energy.stored(model, state)
+        known = self.friction + self.bonds - work[DAMPING] - self.masses - work[GRAVITY] - work[RING]
+        error = self.kinetic + stored - self.begin + known
+        values = (
+            self.kinetic, stored, self.friction, self.bonds, -work[DAMPING], self.masses, work[GRAVITY], work[RING], error,
+        )  # fmt: skip
+        return dict(zip(NAMES, map(float, values), strict=True))
+
+
+def count_back(old, moved, ratio):
+    """Velocities (b,3) a whole step before those of the records `moved` (b,8), from those `ratio` of a step nearer."""
+    now = moved[:, 2:5]
+    old[:] = now - (now - old) * ratio
+
+
+def remembered(state):
+    """Forces and bonds of the listed pairs, None where the effect is absent."""
+    glue = state.parallel or NO_BONDS
+    return state.normal, state.shear, state.rolled, state.bond_state, glue.state, glue.normal, glue.shear, glue.moment

@@ -1,0 +1,52 @@
+"""What a frame of the discs holds. Nothing here runs between frames."""
+
+import numpy as np
+
+from dem_server.observe import wall_forces
+from dem_server.pairs import body_centres, contacts
+
+
+def stones(outlines):
+    """Constants for the `Recorder`: corners of all stones, one behind the other, and where each begins."""
+    start = np.concatenate([[0], np.cumsum([len(outline) for outline in outlines])])
+    return {"stone_corners": np.concatenate(outlines), "stone_start": start}
+
+
+def frame(model, state):
+    """Keyword arguments for `Recorder.frame`: positions, contacts and their fields; absent effects leave no field."""
+    pairs = contacts(state)
+    ring = np.arange(model.count) < model.ring
+    points = {
+        "id": np.arange(model.count),
+        "radius": state.radius,
+        "displacement": state.displacement,
+        "velocity": state.v,
+        "spin": state.spin,
+        "material": model.material,
+        "control": ring.astype(np.int32),
+    }
+    if state.stone is not None:
+        points["stone"] = state.stone
+    if state.clumps is not None:
+        points["centroid"] = body_centres(state)
+    if state.walls is not None:
+        points["wall_force"], points["wall_virial"] = wall_forces.on_discs(state)
+    lines = {"disc_a": pairs.disc_a, "disc_b": pairs.disc_b, "normal_force": pairs.normal_force}
+    if state.shear is not None:
+        lines["shear_force"] = pairs.shear_force
+    if state.bond_state is not None:
+        lines["bond_state"] = pairs.bond_state
+    for name, taken in history_fields(state).items():
+        lines[name] = taken[pairs.slot]
+    ends = np.stack([pairs.disc_a, pairs.disc_b], axis=1)
+    return {"points": state.x, "cells": ends, "point_fields": points, "cell_fields": lines}
+
+
+def history_fields(state):
+    """What rolling resistance and parallel bonds remember of each pair, by the name of the field."""
+    fields = {} if state.rolled is None else {"rolling_moment": state.rolled}
+    if state.parallel is not None:
+        bonds = state.parallel
+        fields |= {"parallel_bond_state": bonds.state, "parallel_bond_normal_force": bonds.normal}
+        fields |= {"parallel_bond_shear_force": bonds.shear, "parallel_bond_moment": bonds.moment}
+    return fields

@@ -1,0 +1,121 @@
+"""Springs of a window as the contact law has them, and which disc, stone or rim node allows the shortest step.
+
+Of a contact with normal n and tangent t at the levers l_i, l_j of its point (contact_law.py):
+
+    normal spring     n . (u_j - u_i),                        kn (spring + parallel bond)
+    shear spring      t . (u_j - u_i) - l_i w_i - l_j w_j,    ks
+    turning spring    w_j - w_i,                              kr (rolling resistance + bending of the bond)
+
+Control discs move with the rim's nodes by the mapping, discs of a clump with their clump. Contacts are frozen: none opens,
+closes, slips or turns. A dashpot acts with the velocity half a step back: twice its constant over dt counts as stiffness.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse
+
+from coupler_protocol.criteria.stable_step import Springs, limit, spring_sums
+from coupler_protocol.interface.mapping import velocities_to_discs
+from dem_server.pairs import contacts, levers, listed_pairs
+from dem_server.step.stiffness import pair_stiffnesses
+
+
+class Bodies(NamedTuple):
+    """Free discs in order, then clumps (b of them); `disc` (b,): number of the disc, -1 for a clump."""
+
+    disc: np.ndarray
+    xy: np.ndarray  # (b, 2) [m]
+    mass: np.ndarray  # (b,) [kg]
+    inertia: np.ndarray  # (b,) [kg m2]
+
+    def name(self, body):
+        """A body in words."""
+        free = np.count_nonzero(self.disc >= 0)
+        return f"disc {self.disc[body]}" if body < free else f"stone {body - free}"
+
+
+def bodies_of(model, state):
+    """What moves by itself in a window."""
+    disc = np.arange(model.ring, model.count)
+    if state.clumps is None:
+        return Bodies(disc, state.x[disc], state.mass[disc], state.inertia[disc])
+    disc = disc[state.clumps.body[disc] < 0]
+    motion, count = state.clumps.motion, len(state.clumps.motion)
+    return Bodies(
+        np.concatenate([disc, np.full(count, -1)]),
+        np.concatenate([state.x[disc], motion[:, :2]]),
+        np.concatenate([state.mass[disc], motion[:, 6]]),
+        np.concatenate([state.inertia[disc], motion[:, 7]]),
+    )
+
+
+def springs_of(model, state, rim=None, listed=False):
+    """Springs (coupler_protocol.criteria.stable_step) between the rim's nodes and the bodies.
+
+    listed: of all near pairs, whether they touch or not.
+    """
+    pairs = listed_pairs(state) if listed else contacts(state)
+    kn, ks, kr = pair_stiffnesses(model, state, pairs)
+    a, b, (nx, ny), one = pairs.disc_a, pairs.disc_b, pairs.normal.T, np.ones(len(kn))
+    la, lb = levers(state, pairs)
+    kinds = [  # stiffness, lengthening by (x, y, rotation) of disc a, of disc b
+        (kn, (-nx, -ny, 0.0 * one), (nx, ny, 0.0 * one)),
+        (ks, (ny, -nx, -la), (-ny, nx, -lb)),
+        (kr, (0.0 * one, 0.0 * one, -one), (0.0 * one, 0.0 * one, one)),
+    ]
+    kinds = [kind for kind in kinds if kind[0].any()]
+    moves = motion_of_discs(model, state, rim)
+    sides = [
+        scipy.sparse.csr_array(scipy.sparse.vstack([_rows(disc, 3 * model.count, kind[side]) for kind in kinds]) @ moves)
+        for side, disc in ((1, a), (2, b))
+    ]
+    return Springs(*sides, np.concatenate([kind[0] for kind in kinds]), 0 if rim is None else len(rim.nodes))
+
+
+def _rows(disc, count, columns):
+    """Coefficients of (x, y, rotation) of the discs (m,), sparse (m, count)."""
+    at, row = np.concatenate([3 * disc, 3 * disc + 1, 3 * disc + 2]), np.tile(np.arange(len(disc)), 3)
+    return scipy.sparse.csr_array((np.concatenate(columns), (row, at)), shape=(len(disc), count))
+
+
+def motion_of_discs(model, state, rim):
+    """Motion (3 n) of all discs by that of the rim's nodes and the bodies (2 K + 3 b), sparse; small motions."""
+    ring = np.zeros((3 * model.ring, 0)) if rim is None else motion_of_ring(model, state, rim)
+    clumps, disc = state.clumps, np.arange(model.ring, model.count)
+    body, arm = np.arange(len(disc)), np.zeros((len(disc), 2))
+    if clumps is not None:
+        inside = clumps.body[disc] >= 0
+        free = np.count_nonzero(~inside)
+        body = np.where(inside, free + clumps.body[disc], np.cumsum(~inside) - 1)
+        arm[inside] = state.x[disc[inside]] - clumps.motion[clumps.body[disc[inside]], :2]
+    count, row, one = len(bodies_of(model, state).disc), 3 * np.arange(len(disc)), np.ones(len(disc))
+    entries = [  # (row, column, value): x, y and rotation of the body; its rotation moves a disc of a clump sideways
+        (row, 3 * body, one), (row + 1, 3 * body + 1, one), (row + 2, 3 * body + 2, one),
+        (row, 3 * body + 2, -arm[:, 1]), (row + 1, 3 * body + 2, arm[:, 0]),
+    ]  # fmt: skip
+    rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
+    free = scipy.sparse.csr_array((values, (rows, columns)), shape=(3 * len(disc), 3 * count))
+    return scipy.sparse.block_diag([scipy.sparse.csr_array(ring), free], format="csr")
+
+
+def motion_of_ring(model, state, rim):
+    """Motion (3 R, 2 K) of the control discs by unit motions of the nodes, as the mapping has it."""
+    ring, K, R = rim.ring, len(rim.nodes), model.ring
+    motion, v, spin = np.empty((3 * R, 2 * K)), np.empty((R, 2)), np.empty(R)
+    for k, unit in enumerate(np.eye(2 * K).reshape(2 * K, K, 2)):
+        velocities_to_discs(
+            rim.nodes, unit, ring.seg0, ring.seg1, ring.w0, ring.node, state.x[:R], v, spin, rim.paper
+        )  # fmt: skip
+        motion[0::3, k], motion[1::3, k], motion[2::3, k] = v[:, 0], v[:, 1], spin
+    return motion
+
+
+def safe_limit(model, state, rim):
+    """Limit of the step (coupler_protocol.criteria.stable_step.limit) by discs and stones: all listed pairs closed."""
+    bodies = bodies_of(model, state)
+    sums = spring_sums(springs_of(model, state, rim, listed=True))
+    own = np.maximum(sums.bodies / bodies.mass, sums.rotations / bodies.inertia)
+    worst, damping = int(np.argmax(own)), model.law.damping
+    alpha, dt = 0.0 if damping is None else damping.local, None if model.real_time is None else state.next_dt
+    return limit(own[worst], alpha, dt, bodies.name(worst), bodies.xy[worst])

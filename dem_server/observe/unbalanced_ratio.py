@@ -1,0 +1,66 @@
+"""Unbalanced force ratio of the discs: how far they are from rest.
+
+    ratio = max |sum F| / mean sum |f|                                           (1)
+
+over the free bodies, discs and clumps; F: resultant of contact forces and weight, f: each of these forces.
+The same words as on the continuum's side.
+"""
+
+from coupler_protocol.compiled.jit import jit
+from dem_server.step.clumps import resultant
+
+
+def unbalanced_ratio(model, state, gravity):
+    """Eq (1) [-]; 0 if no force acts at all."""
+    return ratio(
+        state.disc,
+        state.load,
+        state.weight,
+        state.first,
+        state.second,
+        state.normal,
+        state.shear,
+        state.parallel,
+        state.walls,
+        state.clumps,
+        model.ring,
+        gravity,
+    )
+
+
+@jit
+def ratio(disc, load, weight, first, second, normal, shear, parallel, walls, clumps, ring, gravity):
+    """Kernel of `unbalanced_ratio`."""
+    n = disc.shape[0]
+    total = 0.0
+    for p in range(len(first)):
+        fn, fs = normal[p], 0.0
+        if shear is not None:
+            fs = shear[p]
+        if parallel is not None:
+            fn += parallel.normal[p]
+            fs += parallel.shear[p]
+        f2 = fn**2
+        if shear is not None:
+            f2 += fs**2
+        free = (1 if first[p] >= ring else 0) + (1 if second[p] >= ring else 0)
+        total += free * f2**0.5
+    if walls is not None:
+        for i in range(ring, n):
+            for w in range(walls.normal.shape[1]):
+                total += (walls.normal[i, w] ** 2 + walls.shear[i, w] ** 2) ** 0.5
+    worst, bodies = 0.0, n - ring
+    for i in range(ring, n):
+        total += weight[i] * gravity
+        if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if clumps.body[i] >= 0:
+                bodies -= 1
+                continue
+        worst = max(worst, load[i, 0] ** 2 + (load[i, 1] - weight[i] * gravity) ** 2)
+    if clumps is not None:
+        for c in range(len(clumps.motion)):
+            if clumps.start[c] < clumps.start[c + 1]:
+                bodies += 1
+                fx, fy, _ = resultant(c, clumps, disc, load, weight, gravity)
+                worst = max(worst, fx * fx + fy * fy)
+    return worst**0.5 * bodies / total if total > 0.0 else 0.0

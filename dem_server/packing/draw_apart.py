@@ -1,0 +1,51 @@
+"""Strong overlaps of discs from a file begin calmly.
+
+They are stored energy. With the overlap d of two discs of the contact stiffness kn
+
+    E = sum kn d^2 / 2                                                           (1)
+
+is reported. What is refused says overlap_rules.py. Before a static stage discs that overlap by more than BURST of the smaller
+radius are drawn apart by steps from rest, x += F / m, so that none of that energy becomes motion, until no overlap is larger than
+LEFT, or the walls do not let them.
+"""
+
+import numpy as np
+
+from dem_server.model import CAPS
+from dem_server.packing.discs_of_a_file import BURST
+from dem_server.pairs import listed_pairs
+from dem_server.step import cycle
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.motion import move_free
+
+LEFT = 1e-3  # of the smaller radius: largest overlap that is left of larger ones than BURST
+APART, LOOK = 5000, 50  # steps of drawing apart at most, and after how many it is looked whether they still help
+
+
+def draw_apart(model, state):
+    """Draw discs apart that overlap by more than BURST, walls held; returns the model, in static mode, and what is left of it.
+
+    The shear that the contacts have seen by then is forgotten.
+    """
+    deepest = largest_overlap(state)
+    if deepest <= BURST:
+        return model, {}
+    model, steps, before = cycle.in_static_mode(model, state), 0, np.inf
+    contact_forces(model, state)
+    while steps < APART and deepest > LEFT and deepest < 0.99 * before:
+        for _ in range(LOOK):
+            move_free(model, state, 0.0)
+            cycle.stop(state)
+            contact_forces(model, state)
+        steps, before, deepest = steps + LOOK, deepest, largest_overlap(state)
+    if state.shear is not None:
+        state.shear[:] = 0.0
+    state.counters[CAPS] = 0
+    return model, {"drawn_apart_steps": steps, "overlap_left": deepest}
+
+
+def largest_overlap(state):
+    """Largest overlap of two listed discs over the smaller radius [-]."""
+    pairs = listed_pairs(state)
+    smaller = np.minimum(state.radius[pairs.disc_a], state.radius[pairs.disc_b])
+    return float((-pairs.gap / smaller).max(initial=0.0))

@@ -1,0 +1,162 @@
+"""Filling a window: discs spread evenly or placed from the ring inward, grown to a stress or to a porosity.
+
+packing = "relaxed":
+1. Points of the R2 sequence (additive recurrence of the plastic number, Roberts 2018) inside the window, as
+   many discs as the porosity asks for, radii uniform in radius (1 -+ spread) or of a grading; they start 2 % smaller.
+2. Relaxation without friction in the static mode; velocities are set to zero a few times, so that the first
+   overlaps cannot throw discs about.
+packing = "inward": instead of 1 and 2 discs are placed one by one, each in touch with two, as many as there
+is room for (inward.py).
+
+Both:
+3. Radii grow until the discs carry the wanted stress, or have the wanted porosity (growth.py).
+The ring stays where it is and the discs take its shape; there is no gravity.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.problems import unfit
+from coupler_protocol.scene.tables.grading import Grading, grading_of
+from dem_server import pairs as fields
+from dem_server.effects import RING, SOIL, Law
+from dem_server.effects.damping import DampingTable
+from dem_server.effects.pairs import Pair
+from dem_server.effects.spring import SpringTable, spring_table
+from dem_server.model import Model, new_state
+from dem_server.packing import front_filling as inward
+from dem_server.packing import growth
+from dem_server.packing.growth import run
+from dem_server.packing.radii import places, radii
+from dem_server.pairs import contacts
+from dem_server.ring import inner_share
+from dem_server.step.contact_pass import contact_forces
+
+PLASTIC = 1.32471795724474602596  # real root of x^3 = x + 1
+RETURNS = 5  # times that discs may be squeezed out of the window at first
+START = 0.98  # of its radius is every disc's size at first: they grow into contact
+
+
+class Packing(NamedTuple):
+    """Free discs: centres `xy` (n, 2), `radius` (n,) [m], sorted in space.
+
+    pressure [Pa], porosity: of the window, the inner shares of its control discs counted; growth: of the radii since they were
+    drawn; loose: the discs do not hold each other (for a wanted porosity only).
+    """
+
+    xy: np.ndarray
+    radius: np.ndarray
+    pressure: float = 0.0
+    porosity: float = 0.0
+    growth: float = 1.0
+    loose: bool = False
+
+    def report(self):
+        """Numbers for the run's report."""
+        numbers = {"packing_pressure": self.pressure, "packing_porosity": self.porosity, "packing_growth": self.growth}
+        return numbers | ({"loose": True} if self.loose else {})
+
+
+def pack(polygon, ring_xy, ring_radius, discs, rng, report=None):
+    """Packing of a window in its ring at the stress `discs.confinement` or at `discs.porosity`, as `discs.target` says.
+
+    polygon (P, 2) counter-clockwise; ring_xy (R, 2), ring_radius (R,); discs: the scene's table; rng: numpy
+    Generator; report(text, fraction): progress, if wanted.
+    """
+    area, relaxed, grading = polygon_area(polygon), discs.packing == "relaxed", grading_of(discs)
+    solid_ring = np.pi * ring_radius**2 @ inner_share(ring_xy)
+    drawn = draw_radii(area * (1.0 - discs.porosity) - solid_ring if relaxed else area, grading, rng)
+    inset = shapely.Polygon(polygon).buffer(-(ring_radius.max() + grading.smallest))
+    if inset.is_empty or len(drawn) < 1:
+        raise unfit("discs.radius", f"no disc of radius {discs.radius:g} m fits into the window", "choose a smaller radius")
+    if relaxed:
+        xy, radius = spread_points(inset, len(drawn), rng), START * drawn
+        if isinstance(grading, Grading):
+            radius = radius[places(xy, radius, inset, rng)]
+    else:
+        xy, radius = inward.fill(polygon, ring_xy, ring_radius, START * drawn)
+    order = in_strips(xy, 4.0 * discs.radius)
+    model, state = smooth_discs(ring_xy, ring_radius, xy[order], radius[order], discs)
+    if relaxed:
+        settle(model, state, report)
+        bring_back(model, state, shapely.Polygon(polygon), inset)
+    contact_forces(model, state)
+    loose = False
+    if getattr(discs, "target", "stress") == "porosity":
+        loose = growth.to_porosity(model, state, area, discs.porosity, report)
+    else:
+        growth.to_stress(model, state, area, discs.confinement, report)
+    escaped = ~shapely.contains_xy(shapely.Polygon(polygon), state.x[model.ring :])
+    if escaped.any():
+        raise ArithmeticError(f"{escaped.sum()} discs left the ring while packing: porosity too small?")
+    xy, now = state.x[model.ring :].copy(), state.radius[model.ring :].copy()
+    grown = float(np.sqrt((now**2).sum() / (radius**2).sum())) * START
+    return Packing(xy, now, growth.pressure(contacts(state), area), fields.porosity(model, state), grown, loose)
+
+
+def draw_radii(area, grading, rng):
+    """Radii, uniform or of a Grading, whose discs have `area` in all [m2]."""
+    number = max(round(area / (0.25 * np.pi * grading.moment(2))), 0)
+    if isinstance(grading, Grading):
+        return radii(number, grading, rng)
+    return rng.uniform(grading.smallest, grading.largest, number)
+
+
+def spread_points(region, number, rng):
+    """The first `number` points of a randomly shifted R2 sequence that fall into `region` (number, 2)."""
+    x0, y0, x1, y1 = region.bounds
+    shift = rng.random(2)
+    tries = 2 * number + 100
+    while True:
+        unit = (shift + np.outer(np.arange(1, tries + 1), [1.0 / PLASTIC, 1.0 / PLASTIC**2])) % 1.0
+        points = [x0, y0] + unit * [x1 - x0, y1 - y0]
+        points = points[shapely.contains_xy(region, points)]
+        if len(points) >= number:
+            return points[:number]
+        tries *= 2
+
+
+def in_strips(xy, width):
+    """Order that runs along strips of `width` across the longer side: near discs get near numbers."""
+    low, size = xy.min(axis=0), np.ptp(xy, axis=0)
+    long, short = (0, 1) if size[0] > size[1] else (1, 0)
+    strip = ((xy[:, long] - low[long]) / width).astype(np.int64)
+    return np.lexsort((xy[:, short], strip))
+
+
+def smooth_discs(ring_xy, ring_radius, xy, radius, discs):
+    """Model and State without friction and bonds, all springs as between two discs of soil."""
+    spring = spring_table([Pair(discs.soil, discs.soil)] * 4, discs.stiffness)
+    law = Law(SpringTable(spring.normal, 0.0 * spring.shear), damping=DampingTable(0.7))
+    material = np.repeat(np.array([RING, SOIL], dtype=np.int32), (len(ring_xy), len(xy)))
+    density = np.full(len(material), discs.soil.density)
+    smallest = float(min(ring_radius.min(), grading_of(discs).smallest))
+    model = Model(law, len(ring_xy), material, density, smallest)
+    return model, new_state(model, np.concatenate([ring_xy, xy]), np.concatenate([ring_radius, radius]), reference_gap=False)
+
+
+def bring_back(model, state, window, inset):
+    """Discs that were squeezed out of the window (small ones beside much larger ones) come back to the nearest place in it."""
+    for _ in range(RETURNS):
+        out = model.ring + np.flatnonzero(~shapely.contains_xy(window, state.x[model.ring :]))
+        if not len(out):
+            return
+        way = shapely.shortest_line(shapely.points(state.x[out]), inset)
+        state.x[out] = shapely.get_coordinates(shapely.get_point(way, 1))
+        settle(model, state, None)
+
+
+def settle(model, state, report):
+    """From random overlaps to rest."""
+    contact_forces(model, state)
+    for _ in range(8):
+        run(model, state, 50)
+        state.v[:] = 0.0
+    if report:
+        report("discs spread", 0.2)
+    run(model, state, 1100)
+    if report:
+        report("discs at rest", 0.4)

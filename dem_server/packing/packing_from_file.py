@@ -1,0 +1,131 @@
+"""Discs from a file (coupler_protocol/files/disc_csv.py): free discs of their own, stones among them, or the packing of a window.
+
+Stones of a file have no polygons. A clump has the area A, the centroid and the radius of gyration of the *union* of its discs:
+where they overlap the stone counts once, gaps between them count as none. It weighs density x A, shared among its discs as in
+stones.py, so that its weight acts at its centroid. Discs of a cluster weigh what they weigh, and all near pairs of one stone are
+bonded. Overlaps: overlap_rules.py, overlaps.py.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from coupler_protocol.files import disc_csv as disc_file
+from coupler_protocol.problems import unfit
+from dem_server.effects import SOIL, STONE
+from dem_server.model import SPIN, VX, build_model
+from dem_server.packing import discs_of_a_file as overlap_rules
+from dem_server.packing.packing import Packing
+from dem_server.pairs import listed_pairs
+from dem_server.step.clumps import make_clumps
+from dem_server.step.contact_pass import contact_forces
+from dem_server.step.neighbours import rebuild
+from dem_server.stones import bodies as stones
+from dem_server.stones.polygons import moments
+
+QUARTER = 32  # corners of a quarter of a circle in a union
+
+
+def free_discs(scene):
+    """Model, State and report of the discs of `scene.discs.file` without a ring."""
+    discs, found = scene.discs, disc_file.read(scene.discs.file)
+    pairs, depth = overlap_rules.pairs_of(found.xy, found.radius, found.stone)
+    smaller = found.radius[pairs].min(axis=1)
+    overlap_rules.refuse_same_place(discs.file, found, pairs, depth, smaller)
+    overlap_rules.refuse_on_walls(discs.file, found, discs.wall)
+    if scene.stage[1].time == "real":
+        overlap_rules.refuse_burst(discs.file, found, pairs, depth, smaller)
+        overlap_rules.refuse_deep_in_walls(discs.file, found, discs.wall)
+    has_stones = found.stone is not None
+    if has_stones and discs.stone is None:
+        raise unfit("discs.stone", f"{discs.file} has stones, which have no material", "add a [discs.stone] table")
+    packing = Packing(found.xy, found.radius)
+    cluster = has_stones and discs.body == "cluster"
+    model, state = build_model(np.empty((0, 2)), np.empty(0), packing, discs, scene.ring, insitu=cluster)
+    if has_stones:
+        model = make_stones(model, state, found.stone, discs)
+    state.disc[:, VX : SPIN + 1] = found.motion
+    if state.clumps is not None:
+        set_going(state.clumps, state, found.motion)
+    state.dt, state.next_dt = 0.0, np.inf
+    kind = model.material[pairs[:, 0]] * model.materials + model.material[pairs[:, 1]]
+    energy = float(0.5 * (model.law.spring.normal[kind] @ depth**2))  # overlaps.py, Eq (1)
+    report = {"file": discs.file, "overlap_energy": energy, "largest_overlap": float((depth / smaller).max(initial=0.0))}
+    return replace(model, real_time=discs.time_step), state, report
+
+
+def of_window(scene, ring):
+    """Packing of a window in its `ring` (interface.ring.Ring) from `scene.discs.file`, checked to fit into it."""
+    path = scene.discs.file
+    found = disc_file.read(path)
+    if found.stone is not None:
+        raise unfit("discs.file", f"{path} has stones", "in a scene with a grid they come from [stones]: leave the column out")
+    pairs, depth = overlap_rules.pairs_of(found.xy, found.radius, None)
+    smaller = found.radius[pairs].min(axis=1)
+    overlap_rules.refuse_same_place(path, found, pairs, depth, smaller)
+    overlap_rules.refuse_deep(path, depth, smaller)
+    outside = np.flatnonzero(~shapely.contains_xy(shapely.Polygon(ring.xy), found.xy))
+    if len(outside):
+        why = f"{len(outside)} of {len(found.radius)} discs of {path} lie outside the window, the first is disc {outside[0] + 1}"
+        raise unfit("discs.file", why, "the file's coordinates are those of the grid")
+    overlap_rules.refuse_ring_overlaps(path, found, ring)
+    return Packing(found.xy, found.radius)
+
+
+def make_stones(model, state, stone, discs):
+    """Discs with the numbers `stone` (n,) become stones, rigid or bonded as `discs.body` says; returns the new model."""
+    inside = stone >= 0
+    numbers, own = np.unique(stone[inside], return_inverse=True)
+    state.stone = np.full(model.count, -1, dtype=np.int32)
+    state.stone[inside] = own
+    material = np.where(inside, STONE, SOIL).astype(model.material.dtype)
+    density = np.where(inside, discs.stone.density, model.density)
+    model = replace(model, material=material, density=density)
+    area = np.pi * state.radius**2
+    state.weight[:] = density * area
+    if discs.body == "clump":
+        members = [np.flatnonzero(state.stone == k) for k in range(len(numbers))]
+        shapes = [shape_of(state.x[i], state.radius[i]) for i in members]
+        for i, (solid, centroid, _) in zip(members, shapes, strict=True):
+            shares = stones.weight_shares(state.x[i], area[i] / area[i].sum(), centroid)
+            state.weight[i] = discs.stone.density * solid * shares
+        centroid, gyration = (np.array([shape[column] for shape in shapes]) for column in (1, 2))
+        state.clumps = make_clumps(state.stone, state.x, centroid, gyration)
+    rebuild(model, state)
+    if discs.body == "cluster":
+        stones.fasten(model, state)
+        pairs = listed_pairs(state)
+        own = stones.of_one_stone(state, pairs)
+        state.reference_gap[pairs.slot[own]] += pairs.gap[own]  # a stone is free of stress in the shape that it came in
+    contact_forces(model, state)
+    return model
+
+
+def shape_of(xy, radius):
+    """Area [m2], centroid (2,) and squared radius of gyration [m2] of the union of discs.
+
+    Circles are polygons of the circles' areas.
+    """
+    corner = 0.5 * np.pi / QUARTER
+    equal = radius * np.sqrt(corner / np.sin(corner))
+    union = shapely.union_all(shapely.buffer(shapely.points(xy), equal, quad_segs=QUARTER))
+    parts = []
+    for polygon in shapely.get_parts(union):
+        whole = shapely.geometry.polygon.orient(polygon)
+        parts += [(1.0, moments(np.array(whole.exterior.coords)[:-1]))]
+        parts += [(-1.0, moments(np.array(hole.coords)[-2::-1])) for hole in whole.interiors]
+    area = sum(sign * part.area for sign, part in parts)
+    centroid = sum(sign * part.area * part.centroid for sign, part in parts) / area
+    polar = sum(sign * part.area * (part.gyration + ((part.centroid - centroid) ** 2).sum()) for sign, part in parts)
+    return area, centroid, polar / area
+
+
+def set_going(clumps, state, motion):
+    """Give every clump the mean motion of its discs: their spin, and the velocity of its centroid."""
+    for c in range(len(clumps.motion)):
+        own = clumps.member[clumps.start[c] : clumps.start[c + 1]]
+        spin = motion[own, 2].mean()
+        arm = state.x[own] - clumps.motion[c, :2]
+        clumps.motion[c, 4] = spin
+        clumps.motion[c, 2:4] = (motion[own, :2] - spin * np.column_stack([-arm[:, 1], arm[:, 0]])).mean(axis=0)

@@ -1,0 +1,1 @@
+"""Stages of a scene as the discs go through them, coupled or alone."""

@@ -1,0 +1,259 @@
+"""Discs alone: a scene without a grid. One process fills the window and conducts the stages itself.
+
+The window's polygon is filled as inside a ring of control discs, and the ring is then taken away: the walls hold what they
+hold, the rest is free. Or the discs are read from a file.
+"""
+
+import logging
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from coupler_protocol import exits
+from coupler_protocol.files import checkpoint, restart
+from coupler_protocol.files import run_json as runfile
+from coupler_protocol.files.recorder import FrameInfo, Recorder
+from coupler_protocol.process.plugin import Moment
+from coupler_protocol.scene.ending import Ending
+from coupler_protocol.scene.schedule import plan
+from coupler_protocol.timing import Stopwatch
+from dem_server.insitu import virtual_strain as insitu
+from dem_server.model import Model, State
+from dem_server.observe import energy, record
+from dem_server.observe import unbalanced_ratio as balance
+from dem_server.packing import alone_window as filling
+from dem_server.packing import draw_apart as overlaps
+from dem_server.procedure import walls_of_scene as wall_tables
+from dem_server.step import bonds_made as bonding
+from dem_server.step import clock, cycle
+from dem_server.step.contact_pass import contact_forces
+
+log = logging.getLogger(__name__)
+NAME = "dem.rank1"
+NOTHING = 1e-9  # of the seconds of a stage: what is left of them when it ends
+
+
+class AloneState(NamedTuple):
+    """All that changes, and the model, which came from a packing. time: of all stages so far, a static step counts 1."""
+
+    model: Model
+    discs: State
+    time: float
+
+
+class DiscsAlone:
+    """The discs of a scene without a grid, and its stages."""
+
+    def __init__(self, scene, out, progress, stop, origin=None, plugin=None):
+        self.scene, self.out, self.progress, self.stop, self.origin = scene, Path(out), progress, stop, origin
+        self.plugin = plugin
+        self.watch = Stopwatch()
+        self.steps, self.time = 0, 0.0
+        self.results, self.report = [], {}
+        self.model = self.state = self.recorder = self.stones = None
+        self.saved = restart.load(scene, origin, NAME) if origin else None
+
+    def run(self):
+        """All stages; returns the reason for the end."""
+        about = {} if self.origin is None else {"kept_stages": restart.kept_stages(self.scene, self.origin)}
+        path = restart.part_file(self.scene, self.out, NAME, self.origin)
+        first = 0
+        if self.saved:
+            first = self.saved.index + 1
+            self._take_up()
+        legs = plan(self.scene)
+        if not self.saved:
+            self.watch.begin(self.scene.stage[0].name)
+            self._fill()
+            self.watch.to("computing")
+        constants = record.stones(self.stones.outlines) if self.stones else None
+        with Recorder(path, "discrete", self.scene.title, about, constants) as self.recorder:
+            self._frame(self.origin.stage if self.saved else self.scene.stage[0].name, 1.0)
+            if not self.saved:
+                self._end_stage(self.scene.stage[0].name, 1.0)
+                self.results.append(self._row(self.scene.stage[0], legs[0], 0, "", [], 0.0))
+                first = 1
+            for stage, leg in list(zip(self.scene.stage, legs, strict=True))[first:]:
+                self._stage(stage, leg)
+        return "all stages done"
+
+    # -- stages ------------------------------------------------------------------------------------------------------
+
+    def _fill(self):
+        """Discs, stones and walls as the scene says; bonds where discs touch."""
+        begin = time.perf_counter()
+        self.model, self.state, self.stones, self.report = filling.fill(self.scene, self._note)
+        self.state.walls = wall_tables.walls_of(self.scene, self.model, self.state)
+        contact_forces(self.model, self.state)
+        if self.scene.discs.file is not None and self.scene.stage[1].time == "static":
+            self.model, left = overlaps.draw_apart(self.model, self.state)
+            self.report |= left
+        if self.model.law.bond is not None:
+            insitu.add_bonds(self.model, self.state)
+        if self.model.law.parallel_bond is not None:
+            bonding.add_parallel_bonds(self.model, self.state)
+        self.state.origin[:] = self.state.x
+        self.report |= {"name": NAME, "discs": self.model.count, "packing_seconds": time.perf_counter() - begin}
+        log.info("filled %s", self.report)
+
+    def _stage(self, stage, leg):
+        """One stage of the discs from its first step to its last."""
+        self.watch.begin(stage.name)
+        wall_tables.begin_stage(self.scene, stage, self.model, self.state)
+        model = self._in_time_of(stage)
+        every, record_every = self.scene.record.history, self.scene.record.every
+        ending, done, began, ended_by = Ending(stage.until, leg.over), 0, self.time, ""
+        while not ended_by:
+            self.stop.check()
+            chunk = self._chunk(stage, leg, done, every, self.time - began)
+            self.time += cycle.advance(model, self.state, leg.at(done), chunk)
+            done, self.steps = done + chunk, self.steps + chunk
+            ended_by = ending.out_of_steps(done)
+            ended_by = ended_by or ending.out_of_time(self.time - began, 2.0 * NOTHING * (stage.until.time or 0.0))
+            factor = leg.factor(done - 1)
+            if self.steps % every == 0 or ended_by:
+                ratio = self._look(leg, done - 1)
+                farthest = float(np.hypot(*self.state.displacement.T).max())
+                ended_by = ended_by or ending.reached(done, [ratio, wall_tables.servo_error(self.state.walls)], farthest)
+                self.progress(stage.name, "", done, stage.until.steps, ratio, factor)
+            self.watch.stages[-1].steps = done
+            self.watch.to("computing")
+            if self.steps % record_every == 0 or ended_by:
+                self._frame(stage.name, factor)
+            if self.plugin is not None:
+                self.plugin.step(self._moment(stage.name))
+        self._end_stage(stage.name, factor)
+        self.results.append(self._row(stage, leg, done, ended_by, [ratio], self.time - began))
+
+    def _in_time_of(self, stage):
+        """The model in the stage's mode, with the stage's damping."""
+        factor = (stage.step_factor or self.scene.discs.time_step) if stage.time == "real" else None
+        self.model = clock.begin(self.model, self.state, stage.damping or self.scene.discs.damping, factor)
+        return self.model
+
+    def _chunk(self, stage, leg, done, every, passed):
+        """Steps until something must be looked at or changes."""
+        until = stage.until
+        left = min(n - self.steps % n for n in (every, self.scene.record.every, *self._plugin_steps()))
+        if done < leg.over:
+            left = 1
+        if until.steps is not None:
+            left = min(left, until.steps - done)
+        if until.time is not None:
+            left = min(left, self._steps_within(until.time - passed))
+        return left
+
+    def _steps_within(self, seconds):
+        """Whole steps within `seconds`; where there is none the next step is made as short, so that the stage ends on time."""
+        whole = int(seconds / self.state.next_dt)
+        if whole == 0:
+            self.state.next_dt = seconds
+        return max(whole, 1)
+
+    def _plugin_steps(self):
+        return () if self.plugin is None or self.plugin.on_step is None else (self.plugin.every,)
+
+    def _moment(self, stage):
+        return Moment(1, stage, self.steps, self.model, self.state)
+
+    def _look(self, leg, step):
+        """Histories of this moment; returns the unbalanced ratio."""
+        gravity, state = leg.at(step), self.state
+        ratio = balance.unbalanced_ratio(self.model, state, gravity)
+        if not np.isfinite(ratio):
+            raise exits.PhysicsFailed(f"the discs' forces are not finite any more after step {self.steps}")
+        values = {
+            "time": self.time,
+            "unbalanced_ratio": ratio,
+            "bonds_broken": state.broken_tension + state.broken_shear,
+            "kinetic_energy": energy.kinetic(self.model, state),
+            "elastic_energy": energy.stored(self.model, state),
+            "weight_energy": energy.potential(state, gravity),
+            "velocity_caps": state.capped,
+        }
+        if state.walls is not None:
+            values["wall_force_x"], values["wall_force_y"] = state.walls.force.sum(axis=0).tolist()
+            values |= wall_tables.histories(self.scene, state.walls)
+        self.recorder.history(self.steps, **values)
+        return ratio
+
+    # -- what is left behind -----------------------------------------------------------------------------------------
+
+    def _frame(self, stage, factor):
+        info = FrameInfo(self.steps, self.time, stage, factor)
+        self.recorder.frame(info, **record.frame(self.model, self.state))
+        self.watch.to("recording")
+
+    def _end_stage(self, name, factor):
+        if self.plugin is not None:
+            self.plugin.stage(self._moment(name))
+        self.recorder.sync()
+        self.save(name, restart.END, factor)
+        self.watch.to("recording")
+
+    def save(self, stage, phase, factor=0.0):
+        """Write the State to its checkpoint file; returns the path."""
+        path = self.out / f"{NAME}.{stage}.h5"
+        about = restart.attributes(self.scene, stage, phase, self.steps, 0, factor, report=self.report)
+        checkpoint.save(path, AloneState(self.model, self.state, self.time), about)
+        return path
+
+    def _take_up(self):
+        """The discs as they were saved at the end of a stage."""
+        found = checkpoint.rebuild(AloneState, self.saved.fields)
+        self.model, self.state, self.time = found
+        self.steps = int(self.saved.about["step"])
+        self.watch.begin(self.origin.stage)
+
+    def _row(self, stage, leg, steps, ended_by, ratios, seconds):
+        return {
+            "name": stage.name,
+            "kind": stage.kind,
+            "steps": steps,
+            "time": seconds if stage.time == "real" else None,
+            "time_step": self.state.dt if stage.time == "real" else None,
+            "ended_by": ended_by,
+            "gravity": leg.gravity,
+            "gravity_factor": leg.factor(steps - 1),
+            "ratio_discrete": ratios,
+            "bonds_broken": [self.state.broken_tension + self.state.broken_shear],
+        }
+
+    def summary(self):
+        """What goes into run.json."""
+        times = [stage.as_dict() for stage in self.watch.stages]
+        if self.origin is not None:
+            times = times[1:]
+        return {"stages": runfile.stage_rows_alone(self.results, times), "windows": [self.report] if self.report else []}
+
+    def _note(self, text, fraction=None):
+        """Progress of a long phase, and the place where it can be interrupted."""
+        self.stop.check()
+        self.progress("fill", text if fraction is None else f"{text} {100 * fraction:.0f} %")
+
+
+def compute(scene, out, progress, stop, origin=None, plugin=None):
+    """Compute a scene without a grid into the folder `out`; writes run.json however it ends, the State where it fails."""
+    about, begin = runfile.describe(scene), time.perf_counter()
+    if origin is not None:
+        about["begins_after"] = {"run": str(origin.folder), "stage": origin.stage}
+    side, code, reason = None, exits.OURSELVES, ""
+    try:
+        side = DiscsAlone(scene, out, progress, stop, origin, plugin)
+        runfile.write_json(Path(out) / "scene.json", scene.resolved())
+        reason, code = exits.physics(side.run), exits.DONE
+        progress("done", reason, now=True)
+    except BaseException as error:
+        reason = str(error) or type(error).__name__
+        code = exits.code_of(error)
+        if side is not None and side.state is not None:
+            log.info("state saved to %s", side.save("stopped", "stopped"))
+        raise
+    finally:
+        about |= {"end": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "seconds": time.perf_counter() - begin}
+        about |= {"exit_code": code, "reason": reason, "peak_memory_MB": runfile.peak_memory()}
+        if side is not None:
+            about |= side.summary()
+        runfile.write_json(Path(out) / "run.json", about)

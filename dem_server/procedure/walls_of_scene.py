@@ -1,0 +1,65 @@
+"""Walls of a scene without a grid: made from `discs.wall`, changed by `stage.wall`, written as histories by their names."""
+
+import numpy as np
+
+from coupler_protocol.problems import unfit
+from coupler_protocol.scene.tables.discs import names_of_walls
+from dem_server.step import servo
+from dem_server.step.motion import SPEED_CAP
+from dem_server.step.walls import make_walls
+
+
+def walls_of(scene, model, state):
+    """Walls of the State, or None without any; they have servos if any wall gets one in any stage."""
+    tables = scene.discs.wall
+    if not tables:
+        return None
+    ends = np.array([(*table.ends[0], *table.ends[1]) for table in tables])
+    later = [table for stage in scene.stage for table in stage.wall]
+    steered = any(table.servo is not None for table in [*tables, *later])
+    walls = make_walls(ends, np.zeros((len(ends), 2)), model, servo.make_servo(ends, state.x) if steered else None)
+    for w, table in enumerate(tables):
+        set_going(walls, w, table)
+    return walls
+
+
+def set_going(walls, w, table):
+    """Give wall w the velocity or the servo of a table."""
+    walls.velocity[w] = table.velocity
+    if walls.servo is not None:
+        walls.servo.pressure[w] = 0.0
+        walls.servo.force[w] = -(walls.force[w] @ walls.servo.inward[w])
+    if table.servo is not None:
+        steer = walls.servo
+        steer.pressure[w], steer.fastest[w], steer.average[w] = table.servo.pressure, table.servo.fastest, table.servo.average
+
+
+def begin_stage(scene, stage, model, state):
+    """What the stage says about walls; no servo may be faster than a disc may in static mode, or it would pass through discs."""
+    names, walls = names_of_walls(scene.discs.wall), state.walls
+    for table in stage.wall:
+        set_going(walls, names.index(table.name), table)
+    if stage.time == "static" and walls is not None and walls.servo is not None:
+        speed, limit = np.where(walls.servo.pressure > 0.0, walls.servo.fastest, 0.0), SPEED_CAP * model.smallest_radius
+        worst = int(speed.argmax())
+        if speed[worst] > limit:
+            why = f"in stage {stage.name!r} wall {names[worst]!r} may move by {speed[worst]:.3g} m a step, and pass through discs"
+            raise unfit("discs.wall", why, f"at most {limit:.3g} m a step, a tenth of the smallest radius")
+
+
+def histories(scene, walls):
+    """Force on each wall and its middle by the names of histories."""
+    found = {}
+    for w, name in enumerate(names_of_walls(scene.discs.wall)):
+        middle = 0.5 * (walls.ends[w, :2] + walls.ends[w, 2:])
+        found |= {f"wall_force_x:{name}": walls.force[w, 0], f"wall_force_y:{name}": walls.force[w, 1]}
+        found |= {f"wall_x:{name}": middle[0], f"wall_y:{name}": middle[1]}
+    if walls.servo is not None:
+        pressures = servo.pressures(walls)
+        found |= {f"wall_pressure:{name}": p for name, p in zip(names_of_walls(scene.discs.wall), pressures, strict=True)}
+    return {name: float(value) for name, value in found.items()}
+
+
+def servo_error(walls):
+    """Largest relative error of the pressures that servos hold now; 0 without any."""
+    return 0.0 if walls is None or walls.servo is None else servo.error(walls)

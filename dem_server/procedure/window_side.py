@@ -1,0 +1,327 @@
+"""The discrete side's part of the procedure: join, fill the window, bring it to the slope's stress, couple."""
+
+import logging
+import time
+from pathlib import Path
+
+import numpy as np
+
+from coupler_protocol.criteria.stable_step import in_words
+from coupler_protocol.exits import PeerLost, PhysicsFailed
+from coupler_protocol.files.recorder import FrameInfo, Recorder
+from coupler_protocol.files.restart import END, filled, index_of, kept_stages, load, part_file
+from coupler_protocol.files.run_json import peak_memory
+from coupler_protocol.process.plugin import Moment
+from coupler_protocol.process.trace import stopwatch
+from coupler_protocol.scene.schedule import plan
+from coupler_protocol.wire import messages
+from coupler_protocol.wire.frames import StepFrame, content_of, pack_array, unpack_array
+from coupler_protocol.wire.handshake import join, resume_from
+from dem_server import run
+from dem_server.coupling.ring_guard import RingGuard
+from dem_server.coupling.window_strain import WindowStrain
+from dem_server.insitu.takeover import take_over
+from dem_server.observe import energy, record
+from dem_server.observe import stable_limit as frequency
+from dem_server.observe import unbalanced_ratio as balance
+from dem_server.observe.energy_ledger import Ledger
+from dem_server.packing.coupled_window import drawn_stones, packed_window
+from dem_server.procedure import restart
+from dem_server.step import clock
+from dem_server.stones import bodies as stones
+
+log = logging.getLogger(__name__)
+FIELD_COLUMNS = 7  # x, y, area, sxx, syy, sxy, density
+
+
+class DiscreteSide:
+    """One window, its discs and its conversation with the continuum."""
+
+    def __init__(self, scene, rank, conversation, out, progress, origin=None, plugin=None):
+        self.scene, self.rank, self.conversation, self.plugin = scene, rank, conversation, plugin
+        self.out, self.progress, self.origin = Path(out), progress, origin
+        self.watch = stopwatch(scene.record.trace)
+        self.answer = self.looked = messages.Answer(1.0, *[1.0] + [0.0] * 6)  # with the next FORCE, and after it
+        self.steps, self.time = 0, 0.0  # time [s]; static steps count as 1
+        self.step = 1.0  # [s] agreed with the continuum, 1 in static mode; None: not yet, in a stage in real time
+        self.substeps = 1  # of the discs in one of them
+        self.power = 0.0  # [W] of the ring in the last step that was looked at
+        self.stage = None
+        self.ledger = None  # a dem_server.observe.energy_ledger.Ledger, where the scene asks for it
+        self.recorder = None
+        self.report, self.openings, self.limits = {}, [], []
+        self.model = self.guard = self.state = self.rim = self.stones = None
+        there = origin is not None and filled(scene, index_of(scene, origin))
+        self.saved = load(scene, origin, restart.name(rank)) if there else None
+
+    # -- the procedure -----------------------------------------------------------------------------------------------
+
+    def run(self):
+        """Everything from HELLO to FAREWELL; returns the reason the continuum gave for the end."""
+        nodes = join(self.conversation, self.scene, self._resume())
+        self.stones = drawn_stones(self.scene, self.rank, nodes, self._note)
+        constants = record.stones(self.stones.outlines) if self.stones else None
+        about = {} if self.origin is None else {"kept_stages": kept_stages(self.scene, self.origin)}
+        path = part_file(self.scene, self.out, restart.name(self.rank), self.origin)
+        with Recorder(path, "discrete", self.scene.title, about, constants) as self.recorder:
+            if self.saved:
+                self.take_up(nodes)
+            else:
+                self.fill(nodes)
+                self.bring_to_stress()
+            self.set_out()
+            reason = run.lockstep(self)
+        if self.scene.record.trace is not None:
+            self.watch.write(self.out / f"{restart.name(self.rank)}.trace.csv")
+        self.conversation.say_control(messages.FAREWELL, self.summary())
+        return reason
+
+    def _resume(self):
+        """What HELLO says about where this side begins."""
+        if self.origin is None:
+            return None
+        return resume_from(self.origin.stage, self.saved.about["session"] if self.saved else 0)
+
+    def take_up(self, nodes):
+        """The window as it was saved at the end of a stage."""
+        self.watch.begin(self.origin.stage)
+        restart.take_up(self, self.saved, nodes)
+
+    def fill(self, nodes):
+        """Ring on the rim and a packing inside it; PACKED tells the continuum."""
+        self.watch.begin("fill")
+        begin = time.perf_counter()
+        self.model, self.state, self.rim, packed = packed_window(self.scene, self.rank, nodes, self.stones, self._note)
+        self.report = {
+            "discs": self.model.count - self.model.ring,
+            "control_discs": self.model.ring,
+            "packing_seconds": time.perf_counter() - begin,
+        } | packed.report()
+        if self.stones is not None:
+            self.report |= stones.report(self.model, self.state, self.stones, nodes)
+        log.info("packed %s", self.report)
+        self.watch.to("computing")
+        self._turn(messages.PACKED, self.report)
+
+    def bring_to_stress(self):
+        """FIELD: the stress of the zones that were here; the discs take it over, then they are bonded."""
+        _, frame = self.conversation.hear((messages.FIELD,))
+        self.conversation.sequence += 1
+        self.watch.to("waiting")
+        content = content_of(frame)
+        field = unpack_array(content["field"], FIELD_COLUMNS)
+        gravity = content["gravity"]
+        self.model, found = take_over(
+            self.model, self.state, field, gravity, self.stones, self.scene.stones and self.scene.stones.body,
+            self.scene.discs.density_matching, content["insitu"], self._note,
+        )  # fmt: skip
+        self.report |= {key: _plain(value) for key, value in found.items()}
+        self.rim.contacts_changed()
+        self.state.origin[:] = self.state.x
+        self.answer = self.looked = self._answer(gravity)
+
+    def set_out(self):
+        """READY, and wait for GO; a window that was just filled is saved, and recorded in any case."""
+        log.info("ready %s", self.report)
+        self.watch.to("computing")
+        inner = pack_array(self.rim.inner_mass(self.state))
+        self._turn(messages.READY, {"inner_mass": inner, "report": self.report})
+        _, frame = self.conversation.hear((messages.GO,))
+        self.conversation.sequence += 1
+        self.watch.to("waiting")
+        go = content_of(frame)
+        self.gravity, self.steps, self.time = go["gravity"], go["step"], float(go["time"])
+        self.guard = RingGuard(self.model, self.state)
+        self._prepare_frames(go.get("bin"))
+        name, factor = self._begin_with()
+        self.recorder.frame(FrameInfo(self.steps, self.time, name, factor), **record.frame(self.model, self.state))
+        if not self.saved:
+            if self.plugin is not None:
+                self.plugin.stage(self._moment(name))
+            self.recorder.sync()
+            self.save(name, END, factor)
+        self.watch.to("recording")
+        self._begin_stage(go["stage"])
+
+    def _begin_with(self):
+        """Stage and gravity factor of the State in which the steps begin."""
+        if self.saved:
+            return self.origin.stage, self.saved.about["gravity_factor"]
+        stages = zip(self.scene.stage, plan(self.scene), strict=True)
+        return next((stage.name, leg.end) for stage, leg in stages if stage.kind == "fill")
+
+    def _prepare_frames(self, bin_length):
+        talk, K = self.conversation, len(self.rim.nodes)
+        self.force_frame = StepFrame(messages.FORCE, talk.session, self.rank, len(messages.Answer._fields), 3 * K)
+        self.velocity_frame = StepFrame(messages.VELOCITY, talk.session, self.rank, len(messages.Order._fields), 2 * K)
+        self.velocity = np.zeros((K, 2))
+        if bin_length is not None and not bin_length > 0.0:
+            raise PeerLost(f"the continuum wants the strain in bins of {bin_length} m")
+        self.strain = None if bin_length is None else WindowStrain(bin_length, self.state, self.model.ring, talk, K)
+
+    def _turn(self, kind, content):
+        """Say something that the continuum will answer when it gets there."""
+        self.conversation.say_control(kind, content)
+
+    def _begin_stage(self, index):
+        self.stage = index
+        self.watch.begin(self._name_of(index))
+        self.model = clock.begin_coupled(self.model, self.state, self.scene.discs, self.scene.stage[index])
+        real = self.model.real_time is not None
+        self.step, self.substeps = (None, self.scene.coupling.substeps) if real else (1.0, 1)
+        longest = clock.longest_step(self.model, self.state, self.substeps)
+        self.answer, self.looked = (a._replace(dt_limit=longest) for a in (self.answer, self.looked))
+        self.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
+
+    def _name_of(self, index):
+        if not 0 <= index < len(self.scene.stage):
+            raise PeerLost(f"the continuum speaks of stage {index}, which the scene does not have")
+        return self.scene.stage[index].name
+
+    def _note(self, text, fraction=None):
+        """Progress of a long phase, and the place where it can be interrupted."""
+        self.conversation.stop.check()
+        self.progress("fill", text if fraction is None else f"{text} {100 * fraction:.0f} %")
+
+    # -- called by the loop ------------------------------------------------------------------------------------------
+
+    def take_step(self, order):
+        """How long steps of VELOCITY are (in real time the first one of a stage says it), and how many."""
+        dt, steps = order.dt, order.interval
+        most = 1 if self.model.real_time is not None else self.scene.coupling.exchange_every
+        if not 1 <= steps <= most or order.step != self.steps + steps:
+            raise PeerLost(f"the continuum takes {steps:g} steps to step {order.step:g}, after {self.steps} and at most {most}")
+        if self.step is None:
+            longest = clock.longest_step(self.model, self.state, self.substeps)
+            if not 0.0 < dt <= longest:
+                raise PeerLost(f"the continuum takes steps of {dt:g} s, the discs can take {longest:g} s")
+            self.step, self.model = dt, clock.divided(self.model, self.state, dt, self.substeps)
+            self.rim.contacts_changed()
+        elif dt != self.step:
+            raise PeerLost(f"the continuum takes a step of {dt:g} s, {self.step:g} s were agreed for the stage")
+
+    def gravity_in(self, order):
+        """Gravity [m/s2] in the last of the steps that VELOCITY is for; the order says that of the next one."""
+        return plan(self.scene)[int(order.stage)].gravity * order.gravity_factor if order.interval > 1.0 else order.gravity
+
+    def check_step(self):
+        """Raise PhysicsFailed where new contacts have made the agreed step too long for the discs."""
+        if self.state.next_dt < self.step / self.substeps:
+            raise PhysicsFailed(
+                f"the step of {self.step:.4g} s agreed for stage {self._name_of(self.stage)!r} is too long after step "
+                f"{self.steps}: the discs' contacts now ask for {self.substeps * self.state.next_dt:.4g} s; "
+                "give the stage a smaller step_factor"
+            )
+
+    def see_power(self, order):
+        """Keep the ring's power in a step that will be looked at, before its contact forces are gone."""
+        if int(order.step) % self.scene.record.history == 0:
+            self.power = self.rim.power(self.state)
+
+    def book(self, gravity, begins):
+        """The ledger's middle of a step, contacts have not followed the motion yet. begins: it is the first sub-step."""
+        self.ledger.book_motion(self.model, self.state, gravity, 0.5 * (self.ledger.dt + self.state.dt))
+        if begins and self.steps % self.scene.record.history == 0:
+            values = {f"energy_{name}": value for name, value in self.ledger.values(self.model, self.state).items()}
+            self.recorder.history(self.steps, interface_power=self.ledger.power, interface_work=self.ledger.work, **values)
+        self.ledger.keep_contacts(self.model, self.state)
+
+    def look(self, order):
+        """Count the step; every few steps see how the discs fare."""
+        self.steps = int(order.step)
+        self.time += order.dt
+        self.watch.stages[-1].steps += 1
+        if self.steps % self.scene.record.history == 0:
+            self.looked = self._answer(order.gravity)
+            name = self.scene.stage[self.stage].name
+            warning = self.guard.look(self.model, self.state)
+            if warning:
+                log.warning("step %d of stage %s: %s", self.steps, name, warning)
+            self.progress(name, "", self.steps, None, self.looked.ratio, order.gravity_factor)
+
+    def _answer(self, gravity):
+        ratio = balance.unbalanced_ratio(self.model, self.state, gravity)
+        if not np.isfinite(ratio):
+            raise PhysicsFailed(f"the discs' forces are not finite any more after step {self.steps}")
+        broken = self.state.broken_tension + self.state.broken_shear
+        return messages.Answer(
+            ratio=ratio,
+            dt_limit=self.looked.dt_limit,
+            kinetic=energy.kinetic(self.model, self.state),
+            stored=energy.stored(self.model, self.state),
+            power=self.power,
+            broken=float(broken),
+            warnings=float(self.state.capped),
+            height=energy.weight_height(self.model, self.state),
+        )
+
+    def record(self, order):
+        """Histories, frames and checkpoints as the continuum ordered them."""
+        if self.steps % self.scene.record.history == 0:
+            self.recorder.history(
+                self.steps,
+                unbalanced_ratio=self.looked.ratio,
+                bonds_broken=int(self.looked.broken),
+                kinetic_energy=self.looked.kinetic,
+                velocity_caps=int(self.looked.warnings),
+                **({} if self.model.real_time is None else {"time": self.time}),
+            )
+        flags = int(order.flags)
+        name = self._name_of(int(order.stage))
+        if flags & messages.RECORD:
+            info = FrameInfo(self.steps, self.time, name, order.gravity_factor)
+            self.recorder.frame(info, **record.frame(self.model, self.state))
+        if self.plugin is not None:
+            self.plugin.step(self._moment(name))
+            if flags & messages.END_OF_STAGE:
+                self.plugin.stage(self._moment(name))
+        if flags & messages.CHECKPOINT:
+            self.recorder.sync()  # a run that goes on from the checkpoint relies on all frames before it
+            self.save(name, END, order.gravity_factor)
+        if flags & messages.END_OF_STAGE:
+            self._note_limit(name)
+        if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
+            self.watch.to("recording")
+            self._note_opening()
+            self._begin_stage(int(order.stage) + 1)
+
+    def _note_limit(self, name):
+        """Keep the safe limit of the step at the end of a stage; sub-steps make none longer (clock.py)."""
+        found = frequency.safe_limit(self.model, self.state, self.rim)
+        if self.substeps > 1:
+            found |= {"share": found["share"] / self.substeps, "dt": self.step}
+        self.limits.append({"stage": name} | found)
+        log.info("stage %s: the discs are stable up to %s", name, in_words(found))
+
+    def _note_opening(self):
+        """Keep how far the ring opened in the stage that ends, if that deserves a warning."""
+        found = self.guard.report(self._name_of(self.stage))
+        self.openings += [found] if found else []
+        self.guard.begin()
+
+    def _moment(self, stage):
+        return Moment(self.rank, stage, self.steps, self.model, self.state)
+
+    # -- what is left behind -----------------------------------------------------------------------------------------
+
+    def save(self, stage, phase, factor=0.0):
+        """Write the State to its checkpoint file; returns the path."""
+        return restart.save(self, stage, phase, factor)
+
+    def summary(self):
+        """What the continuum needs for run.json."""
+        self._note_opening()
+        return {
+            "report": self.report,
+            "ring_opened": self.openings,
+            "limits": self.limits,
+            "stages": [stage.as_dict() for stage in self.watch.stages],
+            "bonds_broken_tension": self.state.broken_tension,
+            "bonds_broken_shear": self.state.broken_shear,
+            "velocities_capped": self.state.capped,
+            "peak_memory_MB": peak_memory(),
+        }
+
+
+def _plain(value):
+    return value.item() if isinstance(value, np.generic) else value

@@ -1,0 +1,128 @@
+"""The law of a block of contacts: every effect that acts in its place, absent ones compiled away.
+
+Geometry of a contact (2-D, unit thickness), unit vectors n from i to j, t = (-ny, nx):
+
+    g = |xj - xi| - ri - rj,   li = ri + g/2,   lj = rj + g/2                    (1)
+    slip = ((vj - vi).t' - wi li - wj lj) dt                                     (2)
+    force on j: Fn n + Fs t, on i the opposite;  moments -Fs li, -Fs lj          (3)
+
+t' is the tangent at mid-step, so that a rigid turn of both discs gives no slip up to third order in the
+turn of a step. With d the distance at the end of the step and vn, vt the components of (vj - vi) dt along n and
+t there, exactly (vj - vi).t' dt = vt d / d', d'^2 = (d - vn/2)^2 + (vt/2)^2, and to second order
+
+    d / d' = 1 + a + a^2 - b,   a = vn / 2d,   b = (vt / d)^2 / 8.               (4)
+
+A contact exists while g - gr < 0 or bonded; the limits Fn >= 0, |Fs| <= mu Fn leave no force to one that does not. The
+springs' forces are kept (rows FN, SHEAR); what dashpots and parallel bonds add goes to the discs as well. Two discs on one
+spot have no normal and push each other nowhere. Sources: Cundall & Strack (1979), Géotechnique 29, 47-65; for each law its
+file in `effects`.
+"""
+
+from math import sqrt
+
+from coupler_protocol.compiled.jit import jit
+from dem_server.effects import bond as bond_law
+from dem_server.effects import dashpot as dashpot_law
+from dem_server.effects import friction as friction_law
+from dem_server.effects import parallel_bond as parallel_law
+from dem_server.effects import rolling as rolling_law
+from dem_server.effects import spring as spring_law
+from dem_server.effects.bond import BONDED
+from dem_server.step import scratch_rows as rows
+
+normal_force = jit(spring_law.normal_force)
+shear_force = jit(spring_law.shear_force)
+slip_limit = jit(friction_law.slip_limit)
+clipped = jit(friction_law.clipped)
+bond_after = jit(bond_law.bond_after)
+effective_radius = jit(rolling_law.effective_radius)
+rolling_stiffness = jit(rolling_law.rolling_stiffness)
+rolling_moment = jit(rolling_law.rolling_moment)
+rolling_limit = jit(rolling_law.rolling_limit)
+viscous_force = jit(dashpot_law.viscous_force)
+bond_radius = jit(parallel_law.bond_radius)
+bending_stiffness = jit(parallel_law.bending_stiffness)
+parallel_bond_after = jit(parallel_law.parallel_bond_after)
+
+NOWHERE = 1e-150  # [m]: distance below which two centres have no direction
+
+
+@jit(forceinline=True, borrows=True)
+def law_of_block(m, dt, f, shear, reference_gap, friction, bond, rolling, dashpot, parallel_bond):
+    """Eqs (1) to (4) for the m contacts whose rows stand in the scratch memory f; returns how many bonds broke.
+
+    Of the effects only whether they are None matters; their numbers stand in rows.
+    """
+    broken = 0
+    for q in range(m):
+        dx, dy, du, dv = f[rows.DX + q], f[rows.DY + q], f[rows.DU + q], f[rows.DV + q]
+        ri, rj, wi, wj = f[rows.RI + q], f[rows.RJ + q], f[rows.WI + q], f[rows.WJ + q]
+        d = sqrt(dx * dx + dy * dy)
+        inv = 1.0 / max(d, NOWHERE)
+        nx, ny = dx * inv, dy * inv
+        gap = d - ri - rj
+        g = gap
+        if reference_gap is not None:
+            g = gap - f[rows.GAP + q]
+        spring = normal_force(f[rows.KN + q], g)
+        Fn, Fs, mi, mj = max(spring, 0.0), 0.0, 0.0, 0.0
+        if shear is not None:
+            li, lj = ri + 0.5 * gap, rj + 0.5 * gap
+            vn, vt = (du * nx + dv * ny) * dt, (dv * nx - du * ny) * dt
+            a, b = 0.5 * vn * inv, 0.125 * (vt * inv) * (vt * inv)
+            slip = vt * (1.0 + a + a * a - b) - wi * dt * li - wj * dt * lj
+            stuck, limit = shear_force(f[rows.KS + q], slip, f[rows.SHEAR + q]), 0.0
+            if friction is not None:
+                limit = slip_limit(f[rows.FRICTION + q], Fn)
+            Fs = clipped(stuck, limit)
+            if bond is not None:
+                before = f[rows.BONDED + q]
+                now = 1.0 * bond_after(spring, stuck, f[rows.TENSION + q], f[rows.STRENGTH + q])
+                now = now if before == BONDED else before
+                holds = now == BONDED
+                Fn, Fs = spring if holds else Fn, stuck if holds else Fs
+                f[rows.BONDED + q] = now
+                broken += 1 if now != before else 0
+            f[rows.SHEAR + q] = Fs
+        f[rows.FN + q] = Fn
+        if rolling is not None:
+            rb = effective_radius(ri, rj)
+            mr = rolling_moment(rolling_stiffness(f[rows.KS + q], rb), (wj - wi) * dt, f[rows.ROLLED + q])
+            mr = clipped(mr, rolling_limit(f[rows.ROLLING + q], rb, Fn))
+            f[rows.ROLLED + q] = mr  # moment on j; on i the opposite
+            mi += mr
+            mj -= mr
+        if dashpot is not None:
+            vn, vs = du * nx + dv * ny, dv * nx - du * ny - wi * li - wj * lj
+            Dn = Fn + viscous_force(f[rows.DASH_N + q], f[rows.ROOT + q], vn)
+            Ds = Fs + viscous_force(f[rows.DASH_S + q], f[rows.ROOT + q], vs)
+            free_n, free_s = max(Dn, 0.0) if f[rows.PULLS + q] == 0.0 else Dn, clipped(Ds, limit)
+            holds = False
+            if bond is not None:
+                holds = f[rows.BONDED + q] == BONDED
+            touches = g < 0.0
+            Fn = Dn if holds else (free_n if touches else Fn)
+            Fs = Ds if holds else (free_s if touches else Fs)
+        if parallel_bond is not None:
+            R = bond_radius(f[rows.GLUE_RADIUS + q], ri, rj)
+            Pn = normal_force(f[rows.GLUE_KN + q] * 2.0 * R, gap - f[rows.GLUE_GAP + q])
+            Ps = shear_force(f[rows.GLUE_KS + q] * 2.0 * R, slip, f[rows.GLUE_S + q])
+            Pm = rolling_moment(bending_stiffness(f[rows.GLUE_KN + q], R), (wj - wi) * dt, f[rows.GLUE_M + q])
+            before = f[rows.GLUED + q]
+            now = 1.0 * parallel_bond_after(Pn, Ps, Pm, R, f[rows.GLUE_TENSION + q], f[rows.GLUE_COHESION + q])
+            now = now if before == BONDED else before
+            holds = now == BONDED
+            Pn, Ps, Pm = Pn if holds else 0.0, Ps if holds else 0.0, Pm if holds else 0.0
+            f[rows.GLUED + q] = now
+            f[rows.GLUE_N + q], f[rows.GLUE_S + q], f[rows.GLUE_M + q] = Pn, Ps, Pm
+            broken += 1 if now != before else 0
+            Fn += Pn
+            Fs += Ps
+            mi += Pm
+            mj -= Pm
+        if shear is not None:
+            mi += Fs * li
+            mj += Fs * lj
+        f[rows.PX + q], f[rows.PY + q] = Fn * nx - Fs * ny, Fn * ny + Fs * nx
+        f[rows.MI + q], f[rows.MJ + q] = mi, mj
+    return broken

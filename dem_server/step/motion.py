@@ -1,0 +1,78 @@
+"""Motion of the free discs (leap-frog, velocities at half steps); in static mode dt = 1.
+
+    v <- v + F'/m dt',   x <- x + v dt,   w <- w + M'/I dt'                      (1)
+
+F', M': contact forces and weight with their damping; dt' = dt but where the step changes: there it is the mean of the last
+and the next. In static mode speeds are capped at a tenth of the smallest radius a
+step, so that no disc can pass through another one; every cap is counted. In real time nothing is capped, for that would
+change momentum: there the step shortens (cycle.py). Discs of a clump move with it.
+"""
+
+from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled.jit import jit
+from dem_server.effects import damping as damping_law
+from dem_server.model import CAPS
+from dem_server.step.clumps import move_clumps
+from dem_server.step.thread_shares import shares
+
+damped = jit(damping_law.damped)
+
+SPEED_CAP = 0.1  # of the smallest radius, a step
+
+
+def move_free(model, state, gravity):
+    """One step of the free discs under contact forces and `gravity` [m/s2], which acts along -y.
+
+    Returns how many bodies were too fast; in static mode they were slowed down and counted.
+    """
+    kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
+    taken = arguments(model, state, gravity)
+    fast = 0 if state.clumps is None else move_clumps(*taken, kick, dt)[0]
+    fast += sum(found[0] for found in team.each(lambda a, b: move(a, b, *taken, kick, dt), shares(model)))
+    if model.real_time is None:
+        state.counters[CAPS] += fast
+    state.dt = state.next_dt
+    return fast
+
+
+def arguments(model, state, gravity):
+    """What `move` and `move_clumps` take before the times of kick and drift."""
+    cap = model.real_time is None
+    fastest = SPEED_CAP * model.smallest_radius / state.next_dt
+    return state.disc, state.load, state.weight, state.angle, model.law.damping, state.clumps, gravity, fastest, cap
+
+
+@jit
+def move(first, last, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt):
+    """Eq (1) for the discs first..last-1 that are in no clump. kick: time [s] the forces act.
+
+    Returns how many were faster than `fastest` and, with `cap`, slowed down, and the largest speed squared.
+    """
+    fast, largest = 0, 0.0
+    for i in range(first, last):
+        if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if clumps.body[i] >= 0:
+                continue
+        fx, fy, m = load[i, 0], load[i, 1] - weight[i] * gravity, load[i, 2]
+        u, v, w = disc[i, 2], disc[i, 3], disc[i, 4]
+        if damping is not None:
+            alpha = damping.local
+            fx, fy, m = damped(fx, u, alpha), damped(fy, v, alpha), damped(m, w, alpha)
+        each = kick / disc[i, 6]
+        u += fx * each
+        v += fy * each
+        w += m / disc[i, 7] * kick
+        speed2 = u * u + v * v
+        if speed2 > fastest * fastest:
+            fast += 1
+            if cap:
+                scale = fastest / speed2**0.5
+                u *= scale
+                v *= scale
+                speed2 = fastest * fastest
+        largest = max(largest, speed2)
+        disc[i, 0] += u * dt
+        disc[i, 1] += v * dt
+        disc[i, 2], disc[i, 3], disc[i, 4] = u, v, w
+        angle[i] += w * dt
+    return fast, largest

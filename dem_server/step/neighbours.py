@@ -1,0 +1,155 @@
+"""Neighbour list: near pairs, found with cell grids, valid until a disc has moved by half the skin.
+
+A pair closer than `SKIN` smallest radii is listed; pairs within the ring or within one clump never are. Rebuilding carries
+forces, reference gaps and bonds over; bonded pairs stay listed at any distance.
+
+The list is sorted by first, then second disc. Discs beyond the ring are numbered in space, in runs of `RUN`: nearly all pairs
+of the discs of a run are with discs of the same run or the next one, so every other run can be summed at the same time and no
+disc gets forces from two threads. `parts` has that order: pairs of the ring, runs 0, 2, 4, .., runs 1, 3, 5, .., and last the
+pairs of discs whose numbers are farther apart, which stand at the end of the list. It does not depend on the number of threads.
+"""
+
+import numpy as np
+
+from coupler_protocol.compiled.jit import jit
+from dem_server.effects.bond import BONDED
+from dem_server.effects.parallel_bond import ParallelBonds
+from dem_server.model import BUILDS
+from dem_server.step.cells import levels_of, near_pairs, sorted_pairs
+from dem_server.step.masses import set_masses
+from dem_server.step.thread_shares import RUN
+
+SKIN = 0.3  # of the smallest radius
+HISTORY = ("bond_state", "reference_gap", "normal", "shear", "rolled")  # fields of State kept from list to list
+FAR = np.int64(1) << 62  # added to the key of a pair of distant numbers
+
+
+def skin(model):
+    """Largest gap of a listed pair [m]."""
+    return SKIN * model.smallest_radius
+
+
+def rebuild(model, state):
+    """Build the list anew, and recompute masses and the time step."""
+    if not np.isfinite(state.disc).all():
+        lost = int(np.flatnonzero(~np.isfinite(state.disc).all(axis=1))[0])
+        raise ArithmeticError(f"disc {lost}: position or velocity is no longer a number")
+    state.listed_at[:] = state.x
+    old, (first, second, key) = keys(model, state.first, state.second), found_near(model, state)
+    origin = places(old, key)
+    lost = still_bonded(model, state, origin)
+    if len(lost):
+        key = np.concatenate([key, old[lost]])
+        order = np.argsort(key)
+        key, origin = key[order], np.concatenate([origin, lost])[order]
+        first, second = np.concatenate([first, state.first[lost]])[order], np.concatenate([second, state.second[lost]])[order]
+    state.first, state.second = first, second
+    state.parts = parts_of(model, state.first, key)
+    carry_over(state, origin)
+    state.kind = kinds(model.material, model.materials, state.first, state.second)
+    set_masses(model, state)
+    state.counters[BUILDS] += 1
+
+
+def found_near(model, state):
+    """First and second disc and key (m,) of all pairs whose gap is smaller than the skin, sorted by the key."""
+    body = None if state.clumps is None else state.clumps.body
+    level, side, widest = levels_of(state.radius, skin(model))
+    room = 4 * model.count + 64
+    while True:
+        a, b = np.empty(room, dtype=np.uint32), np.empty(room, dtype=np.uint32)
+        found = near_pairs(state.disc, level, side, widest, body, model.ring, skin(model), a, b)
+        if found <= room:
+            break
+        room = found
+    first, second = sorted_pairs(model.count, found, a, b)
+    key = keys(model, first, second)
+    far = key >= FAR
+    if not far.any():
+        return first, second, key
+    return tuple(np.concatenate([array[~far], array[far]]) for array in (first, second, key))
+
+
+def keys(model, first, second):
+    """Keys (m,) by which the list is sorted: unique to a pair, those of distant numbers last."""
+    return _keys(first, second, np.int64(model.ring), np.int64(model.count))
+
+
+@jit
+def _keys(first, second, ring, count):
+    key = np.empty(len(first), dtype=np.int64)
+    for p in range(len(first)):
+        i, j = np.int64(first[p]), np.int64(second[p])
+        key[p] = i * count + j
+        if i >= ring and (j - ring) // RUN > (i - ring) // RUN + 1:
+            key[p] += FAR
+    return key
+
+
+@jit
+def places(old, new):
+    """Where each key of `new` stands in `old` (m,), -1: nowhere; both are sorted."""
+    origin, o = np.full(len(new), -1, dtype=np.int64), 0
+    for p in range(len(new)):
+        while o < len(old) and old[o] < new[p]:
+            o += 1
+        if o < len(old) and old[o] == new[p]:
+            origin[p] = o
+    return origin
+
+
+def still_bonded(model, state, origin):
+    """Places in the old list of bonded pairs that are not among the near ones; bonds within a clump are forgotten."""
+    bonded = np.zeros(len(state.first), dtype=bool)
+    for bonds in (state.bond_state, None if state.parallel is None else state.parallel.state):
+        if bonds is not None:
+            bonded |= bonds == BONDED
+    bonded[origin[origin >= 0]] = False
+    if state.clumps is not None:
+        body = state.clumps.body
+        a, b = body[state.first], body[state.second]
+        bonded &= (a < 0) | (a != b)
+    return np.flatnonzero(bonded)
+
+
+def parts_of(model, first, key):
+    """Runs of the list (P, 2), first and last pair + 1, in the order in which they are summed; see above."""
+    near = int(np.searchsorted(key, FAR))
+    runs = max(1, -(-(model.count - model.ring) // RUN))
+    cuts = np.searchsorted(first[:near], model.ring + RUN * np.arange(runs))
+    begin, end = np.concatenate([[0], cuts]), np.concatenate([cuts, [near]])
+    order = [0, *range(1, runs + 1, 2), *range(2, runs + 1, 2)]
+    return np.vstack([np.column_stack([begin, end])[order], [near, len(key)]]).astype(np.uint64)
+
+
+def kinds(material, materials, first, second):
+    """Number of the kind of pair (m,) of every listed pair; material (n,)."""
+    return _kinds(material, materials, first, second)
+
+
+@jit
+def _kinds(material, materials, first, second):
+    kind = np.empty(len(first), dtype=np.uint32)
+    for p in range(len(first)):
+        kind[p] = material[first[p]] * materials + material[second[p]]
+    return kind
+
+
+def carry_over(state, origin):
+    """Histories of the new list: what pair `origin` of the old one knew, zero where it is -1."""
+    there = origin >= 0
+    taken = origin[there]
+
+    def carried(array):
+        if array is None:
+            return None
+        new = np.zeros(len(origin), dtype=array.dtype)
+        new[there] = array[taken]
+        return new
+
+    for name in HISTORY:
+        setattr(state, name, carried(getattr(state, name)))
+    if state.parallel is not None:
+        state.parallel = ParallelBonds(*map(carried, state.parallel))
+    if state.root_mass is not None:
+        state.root_mass = np.zeros(len(origin))

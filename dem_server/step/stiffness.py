@@ -1,0 +1,158 @@
+"""What hangs on every body: sums of stiffness and of dashpots over its listed pairs.
+
+    kn = spring + bond,   ks = spring + bond,   kr = rolling spring + bending of the bond
+    disc:   sum kn nx^2 + ks ny^2,  sum kn ny^2 + ks nx^2,  sum ks r^2 + kr             (1)
+    clump:  largest eigenvalue of sum kn n n^T + ks t t^T,  sum kn an^2 + ks at^2 + kr  (2)
+    both:   sum max(cn, 2 cs)  and  sum 2 cs l^2                                        (3)
+
+an, at: levers of normal and tangent about the clump's centroid; l: radius of the disc or lever of the contact. A pair
+that does not touch counts as if it did; a parallel bond counts only where there is one.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from coupler_protocol.compiled.jit import jit
+from dem_server.effects import parallel_bond as parallel_law
+from dem_server.effects import rolling as rolling_law
+from dem_server.effects.bond import BONDED
+from dem_server.step.contact_law import NOWHERE
+from dem_server.step.walls import add_to_sums
+
+effective_radius = jit(rolling_law.effective_radius)
+rolling_stiffness = jit(rolling_law.rolling_stiffness)
+bond_radius = jit(parallel_law.bond_radius)
+bending_stiffness = jit(parallel_law.bending_stiffness)
+
+
+REACH = 0.6  # of the smallest radius: walls within it count; discs and walls both move before the next sum
+
+
+class Sums(NamedTuple):
+    """Eqs (1) to (3): `discs` (n, 3), `disc_dashpots` (n, 2); `clumps` (c, 2), `clump_dashpots` (c, 2); None: there are none."""
+
+    discs: np.ndarray
+    disc_dashpots: np.ndarray | None
+    clumps: np.ndarray | None
+    clump_dashpots: np.ndarray | None
+
+
+def sums(model, state, pair_masses=True):
+    """Sums over the listed pairs; `pair_masses` False leaves the root of the pair's mass out of cn and cs."""
+    law, clumps = model.law, state.clumps
+    count = 0 if clumps is None else len(clumps.motion)
+    discs, viscous = np.zeros((model.count, 3)), None if law.dashpot is None else np.zeros((model.count, 2))
+    matrix = None if clumps is None else np.zeros((count, 4))
+    clump_viscous = None if clumps is None or law.dashpot is None else np.zeros((count, 2))
+    add_up(
+        discs, viscous, matrix, clump_viscous, state.disc, state.first, state.second, state.kind, clumps,
+        law.spring, law.rolling, law.parallel_bond, state.parallel, law.dashpot, state.root_mass if pair_masses else None,
+    )  # fmt: skip
+    found = Sums(discs, viscous, None if clumps is None else eigenvalues(matrix), clump_viscous)
+    if state.walls is not None:
+        add_to_sums(model, state, found, REACH * model.smallest_radius, pair_masses)
+    return found
+
+
+def set_pair_masses(model, state):
+    """Root of mi mj / (mi + mj) of every listed pair, for dashpots; mass of a held disc: infinite."""
+    if state.root_mass is not None:
+        pair_masses(state.disc, state.first, state.second, state.clumps, model.ring, state.root_mass)
+
+
+def pair_stiffnesses(model, state, pairs):
+    """kn + 2 cn / dt, ks + 2 cs / dt [N/m] and kr [N m] of listed pairs (m,), dt the next step."""
+    law, kind, slot = model.law, pairs.kind, pairs.slot
+    kn, ks, kr = law.spring.normal[kind], law.spring.shear[kind] * law.has_shear, np.zeros(len(kind))
+    ri, rj = state.radius[pairs.disc_a], state.radius[pairs.disc_b]
+    if law.rolling is not None:
+        kr = rolling_law.rolling_stiffness(ks, rolling_law.effective_radius(ri, rj))
+    if law.parallel_bond is not None:
+        bonded = state.parallel.state[slot] == BONDED
+        R = bonded * law.parallel_bond.radius[kind] * np.minimum(ri, rj)
+        kn, ks = kn + 2.0 * R * law.parallel_bond.normal[kind], ks + 2.0 * R * law.parallel_bond.shear[kind]
+        kr = kr + parallel_law.bending_stiffness(law.parallel_bond.normal[kind], R)
+    if law.dashpot is not None:
+        root = 2.0 / state.next_dt * state.root_mass[slot]
+        kn, ks = kn + root * law.dashpot.normal[kind], ks + root * law.dashpot.shear[kind]
+    return kn, ks, kr
+
+
+@jit
+def add_up(
+    stiff, viscous, matrix, clump_viscous, disc, first, second, kind, clumps,
+    spring, rolling, parallel_bond, parallel, dashpot, root_mass,
+):  # fmt: skip
+    """Kernel of `sums`; matrix (c, 4): xx, yy, xy of Eq (2) and the sum of the rotation."""
+    for p in range(len(first)):
+        i, j, k = first[p], second[p], kind[p]
+        dx, dy = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
+        d = max((dx * dx + dy * dy) ** 0.5, NOWHERE)
+        nx, ny = dx / d, dy / d
+        nx2 = nx * nx
+        kn, ks, kr = spring.normal[k], spring.shear[k], 0.0
+        if rolling is not None:
+            kr += rolling_stiffness(ks, effective_radius(disc[i, 5], disc[j, 5]))
+        if parallel_bond is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if parallel.state[p] == BONDED:
+                R = bond_radius(parallel_bond.radius[k], disc[i, 5], disc[j, 5])
+                kn += 2.0 * R * parallel_bond.normal[k]
+                ks += 2.0 * R * parallel_bond.shear[k]
+                kr += bending_stiffness(parallel_bond.normal[k], R)
+        cn = cs = 0.0
+        if dashpot is not None:
+            root = 1.0
+            if root_mass is not None:
+                root = root_mass[p]
+            cn, cs = root * dashpot.normal[k], root * 2.0 * dashpot.shear[k]
+        for a in (i, j):
+            stiff[a, 0] += kn * nx2 + ks * (1.0 - nx2)
+            stiff[a, 1] += kn * (1.0 - nx2) + ks * nx2
+            stiff[a, 2] += ks * disc[a, 5] ** 2 + kr
+            if viscous is not None:
+                viscous[a, 0] += max(cn, cs)
+                viscous[a, 1] += cs * disc[a, 5] ** 2
+        if clumps is None:
+            continue
+        arm = 0.5 * (d + disc[i, 5] - disc[j, 5])
+        x, y = disc[i, 0] + arm * nx, disc[i, 1] + arm * ny
+        for a in (i, j):
+            c = clumps.body[a]
+            if c < 0:
+                continue
+            lx, ly = x - clumps.motion[c, 0], y - clumps.motion[c, 1]
+            matrix[c, 0] += kn * nx * nx + ks * ny * ny
+            matrix[c, 1] += kn * ny * ny + ks * nx * nx
+            matrix[c, 2] += (kn - ks) * nx * ny
+            matrix[c, 3] += kn * (lx * ny - ly * nx) ** 2 + ks * (lx * nx + ly * ny) ** 2 + kr
+            if clump_viscous is not None:
+                clump_viscous[c, 0] += max(cn, cs)
+                clump_viscous[c, 1] += max(cn, cs) * (lx * lx + ly * ly)
+
+
+@jit
+def eigenvalues(matrix):
+    """Eq (2) (c, 2) from the sums xx, yy, xy and of the rotation (c, 4)."""
+    found = np.empty((len(matrix), 2))
+    for c in range(len(matrix)):
+        xx, yy, xy = matrix[c, 0], matrix[c, 1], matrix[c, 2]
+        found[c, 0] = 0.5 * (xx + yy) + (0.25 * (xx - yy) ** 2 + xy * xy) ** 0.5
+        found[c, 1] = matrix[c, 3]
+    return found
+
+
+@jit
+def pair_masses(disc, first, second, clumps, ring, root_mass):
+    """Kernel of `set_pair_masses`."""
+    for p in range(len(first)):
+        inverse = 0.0
+        for a in (first[p], second[p]):
+            if a < ring:
+                continue
+            mass = disc[a, 6]
+            if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                if clumps.body[a] >= 0:
+                    mass = clumps.motion[clumps.body[a], 6]
+            inverse += 1.0 / mass
+        root_mass[p] = inverse**-0.5

@@ -1,0 +1,206 @@
+"""Walls: segments that hold discs back, at rest, moving with a prescribed velocity, or held to a pressure by a servo (servo.py).
+
+With c the point of the segment nearest to the disc's centre x, d = |c - x|, n from the disc to the wall, t = (-ny, nx):
+
+    g = d - r,   l = r + g/2,   slip = ((V - v).t - w l) dt                      (1)
+    force on the wall Fn n + Fs t, on the disc the opposite and the moment -Fs l (2)
+
+V: velocity of the wall. Springs, friction, rolling resistance (Rb = r) and dashpots (m = mass of the disc) act as between
+discs; a wall has the material "ring", takes after the disc where the scene has no `ring` table, and is never bonded. Where
+two walls meet at an angle of less than 180 degrees on the discs' side a disc may touch both.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from coupler_protocol.compiled.jit import jit
+from dem_server.effects import RING
+from dem_server.effects import dashpot as dashpot_law
+from dem_server.effects import friction as friction_law
+from dem_server.effects import rolling as rolling_law
+from dem_server.effects import spring as spring_law
+from dem_server.step.servo import Servo, steer
+
+normal_force = jit(spring_law.normal_force)
+shear_force = jit(spring_law.shear_force)
+slip_limit = jit(friction_law.slip_limit)
+clipped = jit(friction_law.clipped)
+rolling_stiffness = jit(rolling_law.rolling_stiffness)
+rolling_moment = jit(rolling_law.rolling_moment)
+rolling_limit = jit(rolling_law.rolling_limit)
+viscous_force = jit(dashpot_law.viscous_force)
+
+
+class Walls(NamedTuple):
+    """W walls of the State: `ends` (W, 4) x0, y0, x1, y1 [m], `velocity` (W, 2), `force` (W, 2) of the discs on each [N].
+
+    Histories (n, W): `normal`, `shear` [N], `rolled` [N m] (None without rolling resistance). summed_at (W, 4): `ends` when the
+    masses were last set; servo: None where no wall has one.
+    """
+
+    ends: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    normal: np.ndarray
+    shear: np.ndarray
+    rolled: np.ndarray | None
+    summed_at: np.ndarray
+    servo: Servo | None = None
+
+
+def make_walls(ends, velocity, model, servo=None):
+    """Walls from `ends` (W, 4) [m] that move with `velocity` (W, 2); nothing touches them yet."""
+    count, number, ends = len(ends), model.count, np.array(ends, dtype=float)
+    rolled = np.zeros((number, count)) if model.law.rolling is not None else None
+    history = np.zeros((number, count)), np.zeros((number, count))
+    return Walls(ends, np.array(velocity, dtype=float), np.zeros((count, 2)), *history, rolled, ends.copy(), servo)
+
+
+def wall_kinds(model):
+    """Kind of pair of each material with a wall (materials,)."""
+    return np.arange(model.materials, dtype=np.uint32) * model.materials + RING
+
+
+def arguments(model, state):
+    """What `wall_pass` takes beside discs and loads."""
+    law, walls = model.law, state.walls
+    servo = None if walls is None else walls.servo
+    return walls, servo, model.material, model.materials, state.clumps, law.spring, law.friction, law.rolling, law.dashpot
+
+
+@jit
+def move_walls(walls, servo, listed_at, leeway, dt):
+    """One step of the walls; whether one is more than `leeway` [m] from where masses were set: then the list is out of date."""
+    if servo is not None:
+        steer(walls, servo, dt)
+    strayed = False
+    for w in range(len(walls.ends)):
+        for end in range(4):
+            walls.ends[w, end] += walls.velocity[w, end % 2] * dt
+            strayed |= abs(walls.ends[w, end] - walls.summed_at[w, end]) > leeway
+    if strayed:
+        listed_at[0, 0] = np.inf
+    return strayed
+
+
+@jit
+def nearest(ends, w, x, y):
+    """Vector from (x, y) to the nearest point of wall `w`."""
+    x0, y0 = ends[w, 0], ends[w, 1]
+    ex, ey = ends[w, 2] - x0, ends[w, 3] - y0
+    share = min(max(((x - x0) * ex + (y - y0) * ey) / (ex * ex + ey * ey), 0.0), 1.0)
+    return x0 + share * ex - x, y0 + share * ey - y
+
+
+@jit
+def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring, friction, rolling, dashpot):
+    """Eqs (1) and (2) for every disc at every wall, added to the loads."""
+    ends, velocity, force, before_n, before_s = walls.ends, walls.velocity, walls.force, walls.normal, walls.shear
+    rolled = walls.rolled
+    for w in range(len(ends)):
+        force[w, 0] = force[w, 1] = 0.0
+        if servo is not None:
+            servo.stiffness[w] = servo.dashpot[w] = 0.0
+        for i in range(disc.shape[0]):
+            dx, dy = nearest(ends, w, disc[i, 0], disc[i, 1])
+            r, d2 = disc[i, 5], dx * dx + dy * dy
+            if d2 >= r * r:
+                before_n[i, w] = before_s[i, w] = 0.0
+                if rolling is not None:
+                    rolled[i, w] = 0.0
+                continue
+            k = material[i] * materials + RING
+            d = d2**0.5
+            nx, ny = dx / d, dy / d
+            arm = r + 0.5 * (d - r)
+            du, dv = velocity[w, 0] - disc[i, 2], velocity[w, 1] - disc[i, 3]
+            rate = dv * nx - du * ny - disc[i, 4] * arm
+            Fn = normal_force(spring.normal[k], d - r)
+            if servo is not None:
+                servo.stiffness[w] += spring.normal[k]
+            Fs, limit = shear_force(spring.shear[k], rate * dt, before_s[i, w]), 0.0
+            if friction is not None:
+                limit = slip_limit(friction.coefficient[k], Fn)
+            Fs = clipped(Fs, limit)
+            before_n[i, w], before_s[i, w] = Fn, Fs
+            if rolling is not None:
+                mr = rolling_moment(rolling_stiffness(spring.shear[k], r), -disc[i, 4] * dt, rolled[i, w])
+                mr = clipped(mr, rolling_limit(rolling.coefficient[k], r, Fn))
+                rolled[i, w] = mr
+                load[i, 2] -= mr
+            if dashpot is not None:
+                root = disc[i, 6] ** 0.5
+                if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                    if clumps.body[i] >= 0:
+                        root = clumps.motion[clumps.body[i], 6] ** 0.5
+                if servo is not None:
+                    servo.dashpot[w] += dashpot.normal[k] * root
+                Fn += viscous_force(dashpot.normal[k], root, du * nx + dv * ny)
+                if not dashpot.tension[k]:
+                    Fn = max(Fn, 0.0)
+                Fs = clipped(Fs + viscous_force(dashpot.shear[k], root, rate), limit)
+            px, py = Fn * nx - Fs * ny, Fn * ny + Fs * nx
+            load[i, 0] -= px
+            load[i, 1] -= py
+            load[i, 2] -= Fs * arm
+            force[w, 0] += px
+            force[w, 1] += py
+
+
+def near(state, reach):
+    """Pairs of disc and wall closer than `reach` [m]: disc (m,), wall (m,), unit normal (m, 2), distance (m,)."""
+    ends = state.walls.ends
+    along = ends[:, 2:] - ends[:, :2]
+    away = state.x[:, None, :] - ends[None, :, :2]
+    share = np.clip((away * along).sum(axis=2) / (along**2).sum(axis=1), 0.0, 1.0)
+    vector = share[:, :, None] * along - away
+    distance = np.hypot(vector[..., 0], vector[..., 1])
+    disc, wall = np.nonzero(distance - state.radius[:, None] < reach)
+    distance = distance[disc, wall]
+    return disc, wall, vector[disc, wall] / distance[:, None], distance
+
+
+def add_to_sums(model, state, found, reach, with_masses):
+    """Add the walls closer than `reach` [m] to the Sums `found` of dem_server.step.stiffness."""
+    state.walls.summed_at[:] = state.walls.ends
+    law, (disc, _, normal, distance) = model.law, near(state, reach)
+    kind = wall_kinds(model)[model.material[disc]]
+    kn, ks, r = law.spring.normal[kind], law.spring.shear[kind], state.radius[disc]
+    kr = 0.0 if law.rolling is None else ks * r * r
+    nx2, ny2 = normal[:, 0] ** 2, normal[:, 1] ** 2
+    np.add.at(found.discs, disc, np.column_stack([kn * nx2 + ks * ny2, kn * ny2 + ks * nx2, ks * r * r + kr]))
+    if law.dashpot is not None:
+        root = np.sqrt(_mass(state, disc)) if with_masses else 1.0
+        cn, cs = root * law.dashpot.normal[kind], root * 2.0 * law.dashpot.shear[kind]
+        np.add.at(found.disc_dashpots, disc, np.column_stack([np.maximum(cn, cs), cs * r * r]))
+    if state.clumps is None:
+        return
+    body = state.clumps.body[disc]
+    own = body >= 0
+    at = state.x[disc] + normal * distance[:, None] - state.clumps.motion[body, :2]
+    lever = (at**2).sum(axis=1)
+    larger = np.maximum(kn, ks)
+    np.add.at(found.clumps, body[own], np.column_stack([larger, larger * lever + kr])[own])
+    if law.dashpot is not None:
+        np.add.at(found.clump_dashpots, body[own], (np.maximum(cn, cs)[:, None] * np.column_stack([lever**0, lever]))[own])
+
+
+def _mass(state, disc):
+    if state.clumps is None:
+        return state.mass[disc]
+    body = state.clumps.body[disc]
+    return np.where(body >= 0, state.clumps.motion[body, 6], state.mass[disc])
+
+
+def stored(model, state):
+    """Elastic energy of the contacts with walls [J]."""
+    walls, law = state.walls, model.law
+    kind = wall_kinds(model)[model.material]
+    kn, ks = law.spring.normal[kind][:, None], law.spring.shear[kind][:, None]
+    total = (walls.normal**2 / kn).sum()
+    if ks.all():
+        total += (walls.shear**2 / ks).sum()
+        if walls.rolled is not None:
+            total += (walls.rolled**2 / (ks * state.radius[:, None] ** 2)).sum()
+    return 0.5 * float(total)

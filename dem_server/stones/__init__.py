@@ -1,0 +1,1 @@
+"""Irregular stones: polygons, where they lie, and the bodies of discs they become."""

@@ -1,0 +1,48 @@
+"""Stones of a window as a file maps them, or drawn at random as the scene asks."""
+
+import numpy as np
+import shapely
+
+from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.problems import unfit
+from dem_server.stones import mesostructure
+from dem_server.stones.mesostructure import Mesostructure
+from dem_server.stones.polygons import moments
+from dem_server.stones.traced_stones import LISTED, outlines_of
+
+SLIVER = 1e-9  # of the window's area: what is smaller is round-off of cutting
+
+
+def stones_of(domain, stones, rng, report=None):
+    """Mesostructure of a window (P, 2), whichever the [stones] table describes; arguments as of `mesostructure.draw`."""
+    return mesostructure.draw(domain, stones, rng, report) if stones.file is None else mapped(domain, stones)
+
+
+def mapped(domain, stones):
+    """The traced stones inside the window (P, 2), the largest first; those that reach beyond it are treated as `outside` says."""
+    window, outlines = shapely.Polygon(domain), outlines_of(stones)
+    shapely.prepare(window)
+    touching = [(o.name, shape) for o in outlines if window.intersects(shape := shapely.Polygon(o.corners))]
+    crossing = [name for name, shape in touching if not window.covers(shape)]
+    if crossing and stones.outside == "refuse":
+        names = ", ".join(crossing[:LISTED]) + (" .." if len(crossing) > LISTED else "")
+        what = f"{stones.file}: {len(crossing)} stones reach beyond the window: {names}"
+        raise unfit("stones.outside", what, 'outside = "clip" or "leave out", or another window')
+    if stones.outside == "leave out":
+        touching = [(name, shape) for name, shape in touching if name not in crossing]
+    pieces = [piece for _, shape in touching for piece in shapely.get_parts(shape.intersection(window))]
+    found = [corners_of(piece) for piece in pieces if piece.area > SLIVER * window.area]
+    if not found:
+        x0, y0, x1, y1 = window.bounds
+        what = f"{stones.file}: no stone of {len(outlines)} lies in the window, x {x0:g} to {x1:g}, y {y0:g} to {y1:g} m"
+        raise unfit("stones.file", what, "are scale, origin and flip_y right?")
+    found.sort(key=polygon_area, reverse=True)
+    shapes = [moments(corners) for corners in found]
+    size = np.sqrt(4.0 / np.pi * np.array([shape.area for shape in shapes]))
+    azimuth = np.array([shape.azimuth for shape in shapes]) % np.pi
+    return Mesostructure(found, size, np.array([shape.flatness for shape in shapes]), azimuth, 0)
+
+
+def corners_of(polygon):
+    """Corners (V, 2) of a polygon's exterior, counter-clockwise."""
+    return np.array(shapely.geometry.polygon.orient(polygon).exterior.coords)[:-1]

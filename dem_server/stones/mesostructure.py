@@ -1,0 +1,161 @@
+"""Mesostructure: which stones lie where in a window, until they fill a share C of its area exactly.
+
+    C = sum A_k / A,    A_k = pi s_k^2 / 4,    ln s ~ N(mu, sigma),   mu = ln(mean) - sigma^2 / 2   (1)
+
+The size s of a stone is the diameter of the circle of its area. Sizes outside [min, max] are drawn again; when
+enough are drawn they are all scaled by one factor near 1 so that Eq (1) holds exactly. Centroids are uniform in
+the window. Azimuths are uniform on [0, pi), or a stone's is drawn once from the distribution of the scene,
+
+    theta = mean + spread N(0, 1) mod pi,   |<exp(2 i theta)>| = exp(-2 spread^2)   (2)
+
+(wrapped normal on twice the angle; Mardia & Jupp 2000, Directional Statistics, section 3.5.7) or uniformly from a range,
+and kept, or exchanged for another stone's: one that turned freely would turn to where there is room.
+
+1. Largest first: each stone is tried at random places, a number of times, then again somewhat smaller.
+2. Where some had to shrink, Monte Carlo with growth: in each sweep every stone makes a random move and, if it
+   is not yet what it should be, grows as far as it has room, until all have their size. This fills far more
+   than random placing can (.42 to .5); it ends where the fluid of hard polygons jams (jostle.py).
+
+Stones that keep a gap g from each other and from the edge are stones with g/2 more all round in a domain with g/2
+less, so the share that counts is
+
+    Phi = sum A(stone + g/2) / A(domain - g/2)                                   (3)
+
+Above 1 nothing fits. Growth jams between REACHED and JAMMED, whatever the gap: beyond that a scene is refused at once.
+
+Source: Study on Failure Mechanism of Soil-Rock Slope with FDM-DEM Method (2022), equations 18 to 21, mended:
+the exponent of (18) is -(ln s - mu)^2 / 2 sigma^2, sigma being a standard deviation.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.optimize
+import shapely
+
+from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.problems import unfit
+from dem_server.stones.placing import SWEEPS, grow, largest_first
+from dem_server.stones.polygons import moments, normalised, placed, random_outline
+from dem_server.stones.traced_stones import outlines_of
+
+REACHED, JAMMED = 0.80, 0.85  # of Phi, Eq (3): growth comes that far with nearly every seed, and with none
+
+
+class Mesostructure(NamedTuple):
+    """Stones of a window, the largest first.
+
+    outlines: polygon (V_k, 2) of each [m], counter-clockwise; size, flatness, azimuth (S,) [m, -, rad];
+    sweeps: of Monte Carlo, 0 where placing the largest first sufficed.
+    """
+
+    outlines: list
+    size: np.ndarray
+    flatness: np.ndarray
+    azimuth: np.ndarray
+    sweeps: int
+
+    @property
+    def area(self):
+        """Area of all stones [m2]."""
+        return float(sum(polygon_area(outline) for outline in self.outlines))
+
+
+def draw(domain, stones, rng, report=None):
+    """Mesostructure of a window.
+
+    domain (P, 2): simple polygon, counter-clockwise [m]; stones: the scene's table; rng: numpy Generator;
+    report(text, fraction): progress, if wanted.
+    """
+    size = draw_sizes(stones.content * polygon_area(domain), stones.size, rng)
+    outlines, flatness = draw_outlines(len(size), stones, rng)
+    azimuth = None if stones.azimuth is None else draw_azimuths(len(size), stones.azimuth, rng)
+    corners = np.array([len(outline) for outline in outlines], dtype=np.int64)
+    reach = np.array([np.hypot(*placed(o, 0.0, 0.0, 1.0).T).max() for o in outlines])
+    unit = np.zeros((len(size), corners.max(), 2))
+    for k, outline in enumerate(outlines):
+        unit[k, : corners[k]] = placed(outline, 0.0, 0.0, 1.0)
+    domain = np.ascontiguousarray(domain, dtype=float)
+    refuse_jams([s * unit[k, : corners[k]] for k, s in enumerate(size)], domain, stones)
+    pieces = unit, corners, reach, domain, float(stones.gap), azimuth
+    place, sweeps = largest_first(size, *pieces, rng), 0
+    if place is not None and (place[:, 3] < size).any():
+        sweeps = grow(place, size, *pieces, rng, report)
+    if place is None or sweeps > SWEEPS:
+        covered = 0.0 if place is None else float(place[:, 3] @ place[:, 3] / (size @ size)) * stones.content
+        reason = no_room(stones) + (f": they jam at {covered:.3f}" if covered else "")
+        raise unfit("stones.content", reason, "choose a smaller content or gap, larger stones, or another seed")
+    world = [placed(o, p[:2], p[2], s) for o, p, s in zip(outlines, place, size, strict=True)]
+    return Mesostructure(world, size, flatness, place[:, 2] % np.pi, sweeps)
+
+
+def draw_outlines(number, stones, rng):
+    """Outlines of area 1 with the long axis along x, and their flatness (number,): random, or copies of traced ones."""
+    if stones.shapes is None:
+        flatness = rng.uniform(*stones.flatness, number)
+        corners = rng.integers(stones.vertices[0], stones.vertices[1] + 1, number)
+        return [random_outline(n, f, rng) for n, f in zip(corners.tolist(), flatness, strict=True)], flatness
+    library = [normalised(traced.corners) for traced in outlines_of(stones, "shapes")]
+    chosen, half_turn = rng.integers(len(library), size=number), rng.choice([-1.0, 1.0], number)
+    outlines = [sign * library[k] for k, sign in zip(chosen.tolist(), half_turn, strict=True)]
+    return outlines, np.array([moments(outline).flatness for outline in outlines])
+
+
+def draw_azimuths(number, azimuth, rng):
+    """Azimuths (number,) [rad], Eq (2) or uniform in a range."""
+    if azimuth.range is not None:
+        return np.radians(rng.uniform(*azimuth.range, number))
+    return np.radians(rng.normal(azimuth.mean, azimuth.spread, number))
+
+
+def filled(outlines, domain, gap):
+    """Phi, Eq (3): share of the room that stones with half a gap round them would take up; infinite without room."""
+    room = shapely.area(shapely.buffer(shapely.Polygon(domain), -0.5 * gap))
+    grown = shapely.area(shapely.buffer([shapely.Polygon(outline) for outline in outlines], 0.5 * gap)).sum()
+    return float(grown / room) if room > 0.0 else np.inf
+
+
+def refuse_jams(outlines, domain, stones):
+    """Refuse stones (polygons in their sizes, wherever they are) that growth could not bring into the domain."""
+    share = filled(outlines, domain, stones.gap)
+    if share <= JAMMED:
+        return
+    remedy = f"choose a content up to {REACHED / share * stones.content:.2f}"
+    if filled(outlines, domain, 0.0) < REACHED:
+        gap = scipy.optimize.brentq(lambda g: filled(outlines, domain, g) - REACHED, 0.0, stones.gap, xtol=1e-4)
+        remedy += f", a gap up to {gap:.3f} m"
+    reason = no_room(stones) + (
+        f": with half the gap round them they would fill {100.0 * share:.0f} % of the room; "
+        f"randomly placed ones jam before {100.0 * JAMMED:.0f} %"
+    )
+    raise unfit("stones.content", reason, f"{remedy}, or larger stones")
+
+
+def no_room(stones):
+    return f"no room for a content of {stones.content:g} with a gap of {stones.gap:g} m between stones of these sizes"
+
+
+def draw_sizes(area, size, rng):
+    """Sizes (S,) [m], largest first, of stones that cover `area` [m2] exactly; size: mean, sigma, min, max."""
+    mu = np.log(size.mean) - 0.5 * size.sigma**2
+    drawn, covered = [], 0.0
+    while covered < area:
+        s = np.exp(rng.normal(mu, size.sigma))
+        if size.min <= s <= size.max:
+            drawn.append(s)
+            covered += 0.25 * np.pi * s * s
+    drawn = np.array(drawn)
+    if len(drawn) > 1 and covered - area > 0.125 * np.pi * drawn[-1] ** 2:
+        drawn = drawn[:-1]  # without the last one the sum is nearer
+
+    def excess(factor):
+        return 0.25 * np.pi * (np.clip(factor * drawn, size.min, size.max) ** 2).sum() - area
+
+    low, high = size.min / drawn.max(), size.max / drawn.min()
+    if excess(low) > 0.0:
+        reason = f"a single stone of {size.min:g} m covers more than the {area:.3g} m2 asked for"
+        raise unfit("stones.size.min", reason, "choose smaller stones")
+    while excess(high) < 0.0:  # all at their largest: one more is needed
+        drawn = np.append(drawn, size.max)
+    factor = scipy.optimize.brentq(excess, low, high, xtol=1e-15, rtol=1e-14)
+    return np.sort(np.clip(factor * drawn, size.min, size.max))[::-1]

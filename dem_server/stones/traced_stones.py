@@ -1,0 +1,40 @@
+"""What files of traced stones must be before anything is computed; found through `colluvium.rules` and `colluvium.doubts`."""
+
+import numpy as np
+
+from coupler_protocol.interface.ring import polygon_area
+from dem_server.stones.outlines import OutlineError, overlapping, read_outlines
+
+LISTED = 8  # names of stones a message lists
+
+
+def outlines_can_be_read(scene):
+    """Files of stones are there, hold simple polygons, and those of a map do not overlap."""
+    for key in ("shapes", "file") if scene.stones is not None else ():
+        if getattr(scene.stones, key) is None:
+            continue
+        try:
+            outlines = outlines_of(scene.stones, key)
+        except OutlineError as error:
+            for why, remedy in error.problems:
+                yield ("stones", key), why, remedy
+            continue
+        for a, b, shared in overlapping(outlines) if key == "file" else ():
+            yield ("stones", key), f"{a} and {b} overlap by {shared:.3g} m2", "draw stones side by side, or as one"
+
+
+def outlines_of(stones, key="file"):
+    """The Outlines of the file that the key of the [stones] table names."""
+    return read_outlines(getattr(stones, key), stones.scale, stones.origin, stones.flip_y)
+
+
+def stones_too_small_for_discs(scene):
+    """Mapped stones smaller than a disc."""
+    if scene.stones is None or scene.stones.file is None:
+        return
+    smallest = np.pi * scene.discs.radius**2
+    small = [outline.name for outline in outlines_of(scene.stones) if polygon_area(outline.corners) < smallest]
+    if small:
+        names = ", ".join(small[:LISTED]) + (" .." if len(small) > LISTED else "")
+        what = f"{len(small)} stones are smaller than a disc, so that they have one disc or none: {names}"
+        yield ("stones", "file"), what, "smaller discs, or a map without these stones"

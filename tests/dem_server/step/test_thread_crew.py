@@ -1,0 +1,59 @@
+"""Threads in one compiled loop: they meet, they add what they found, and nobody waits for one that is gone."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from coupler_protocol.compiled.jit import jit
+from dem_server.step.thread_crew import meet, of_all, part_of, work_together
+
+
+@jit(package="dem_server")
+def behind(turns, written, crew):
+    """How often another thread's number was not that of this turn, after they had met."""
+    wrong = 0
+    for turn in range(turns):
+        written[crew.rank] = turn
+        meet(crew)
+        for other in range(crew.size):
+            wrong += written[other] != turn
+        meet(crew)
+    return wrong
+
+
+@pytest.mark.parametrize("size", [1, 2, 3])
+def test_after_a_meeting_all_see_what_each_wrote(size):
+    written = np.zeros(size)
+    work = work_together(lambda _, counts, crew: behind(2000, written, crew), [(k,) for k in range(size)], np.zeros(1, int))
+    assert work == [0] * size
+
+
+def test_counts_are_added_and_findings_are_those_of_all():
+    def work(fast, speed, counts, crew):
+        counts[0] += fast
+        return *of_all(crew, fast, speed, crew.rank == 0), threading.get_ident()
+
+    counters = np.array([10])
+    (*one, here), (*two, there) = work_together(work, [(2, 0.5), (3, 4.0)], counters)
+    assert one == two == [5, 4.0, True]
+    assert counters == 15
+    assert here == threading.get_ident() != there
+
+
+def test_parts_of_all_cover_the_range_once():
+    def work(_, counts, crew):
+        return part_of(crew, 3, 10)
+
+    assert work_together(work, [(0,)] * 3, np.zeros(1, int)) == [(3, 5), (5, 7), (7, 10)]
+
+
+def test_nobody_waits_for_a_thread_that_failed():
+    def work(part, counts, crew):
+        if part == 1:
+            raise ArithmeticError("part 1")
+        meet(crew)
+        meet(crew)
+
+    with pytest.raises(ArithmeticError, match="part 1"):
+        work_together(work, [(0,), (1,)], np.zeros(1, int))
