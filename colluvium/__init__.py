@@ -5,7 +5,7 @@ __all__ = ["Scene", "open_run", "read_scene", "resume", "run"]
 
 def __getattr__(name):
     if name == "open_run":
-        from colluvium.results import open_run
+        from colluvium.results.run import open_run
 
         return open_run
     if name == "read_scene":

@@ -28,8 +28,9 @@ def run(scene, out, in_process=True, force=False, report="none", *, on_stage=Non
     coupler_protocol.process.plugin.Moment of the side; what it changes the run goes on with. In one process only.
     Raises a coupler_protocol.exits.RunEnded that says what went wrong and whose fault it is.
     """
-    from colluvium import inprocess, launch
-    from colluvium.results import open_run
+    from colluvium.results.run import open_run
+    from colluvium.running import processes as launch
+    from colluvium.running import threads as inprocess
 
     plugin = from_functions(on_stage, on_step)
     if plugin is not None and not in_process:
@@ -47,8 +48,9 @@ def resume(run_dir, in_process=True, report="none"):
 
     Raises a coupler_protocol.exits.RunEnded that says what went wrong, EnvironmentFailed where nothing is left to compute.
     """
-    from colluvium import inprocess, launch
-    from colluvium.results import open_run
+    from colluvium.results.run import open_run
+    from colluvium.running import processes as launch
+    from colluvium.running import threads as inprocess
 
     out = Path(run_dir)
     scene, origin = to_go_on(out)

@@ -45,7 +45,7 @@ def parser():
     check.add_argument("--json", nargs="?", const="-", metavar="FILE", help="the answer as JSON to FILE or standard output")
     check.set_defaults(work=check_command)
 
-    from colluvium import fos
+    from colluvium.forecast import factor_of_safety as fos
 
     fos.add_command(commands)
 
@@ -99,7 +99,7 @@ def _write_json(content, target):
 
 def run_command(options):
     """Compute a scene, from its start or from the end of a stage of an earlier run."""
-    from colluvium import launch
+    from colluvium.running import processes as launch
     from coupler_protocol.files import restart
     from coupler_protocol.scene.reader import read_scene
 
@@ -128,8 +128,8 @@ def resume_command(options):
 
 def _compute(options, scene, path, out, passed):
     """Compute in one process or several; `passed` goes to the servers beside the options of all commands."""
-    from colluvium import launch
-    from colluvium.picture import picture
+    from colluvium.running import processes as launch
+    from colluvium.running.progress_picture import picture
 
     show = picture(options.quiet)
     with show or _nothing():
@@ -150,8 +150,9 @@ def _compute(options, scene, path, out, passed):
 
 def _add_band(scene, out):
     """Where the grid alone has its band, and whether the slope failed under overload: into run.json."""
-    from colluvium import band, locate
-    from colluvium.results import open_run
+    from colluvium.forecast import locate
+    from colluvium.results import failure as band
+    from colluvium.results.run import open_run
     from coupler_protocol.files.run_json import write_json
 
     with open_run(out) as run:
@@ -164,7 +165,7 @@ def _add_band(scene, out):
 
 def _add_exact_limits(scene, out):
     """The exact limits of the step at the ends of coupled stages: into run.json."""
-    from colluvium import limits
+    from colluvium.forecast import step_limits as limits
     from coupler_protocol.files.run_json import write_json
 
     path, exact = out / "run.json", limits.exact_of_run(scene, out)
@@ -176,7 +177,7 @@ def _add_exact_limits(scene, out):
 
 
 def _in_process(scene, out, show, options):
-    from colluvium import inprocess
+    from colluvium.running import threads as inprocess
     from coupler_protocol.process.interrupt import StopRequest, stop_on_signals
 
     stop = StopRequest()
@@ -211,8 +212,9 @@ def _conclude(out, target):
 
 def check_command(options):
     """Say what a scene will compute, where its band runs if it asks, how long a coupled step may be; problems: exit code 3."""
-    from colluvium import check, limits, locate
-    from colluvium.picture import picture
+    from colluvium.forecast import check, locate
+    from colluvium.forecast import step_limits as limits
+    from colluvium.running.progress_picture import picture
     from coupler_protocol.scene.reader import read_scene
 
     scene = read_scene(options.scene, options.set)
@@ -247,8 +249,8 @@ def report_command(options):
 
 def export_command(options):
     """Write the discs of a frame."""
-    from colluvium import export
-    from colluvium.rank_file import NotRecordedError
+    from colluvium.results import export
+    from colluvium.results.rank_file import NotRecordedError
 
     try:
         count = export.write(options.run_dir, options.frame, options.stage, options.rank, options.out)
@@ -263,7 +265,7 @@ def status_command(options):
     if path.exists():
         _conclude(Path(options.run_dir), options.json)
         return 0
-    from colluvium.results import open_run
+    from colluvium.results.run import open_run
 
     frames = open_run(options.run_dir).frames
     last = frames[-1] if frames else None

@@ -82,11 +82,11 @@ def sentences(info):
     yield from step_limits(info)
     yield from _exchanges(info)
     if info.get("locate"):
-        from colluvium.locate import in_words as located
+        from colluvium.forecast.locate import in_words as located
 
         yield "; ".join(located(info["locate"]))
     if info.get("band"):
-        from colluvium.band import in_words
+        from colluvium.results.failure import in_words
 
         yield in_words(info["band"])
     memory = [info.get("peak_memory_MB"), *(window.get("peak_memory_MB") for window in info.get("windows", []))]

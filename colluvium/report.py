@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from colluvium.html import player
-from colluvium.results import Run, open_run
+from colluvium.results.run import Run, open_run
 
 FIGURES = (  # file name, module of colluvium.figures, function
     ("mesostructure", "mesostructure", "draw"),

@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from bench.rows import repeated, row, triad, write
 
-from colluvium import launch
+from colluvium.running import processes as launch
 from coupler_protocol.files import checkpoint
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.process.interrupt import StopRequest

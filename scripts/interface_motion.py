@@ -4,8 +4,8 @@
 
 A row for the end of every stage with discs, and for the first frames with given gravity factors: root mean square and largest of
 the changes of gaps (opening) and of the ways along the rim (slip) between control discs and the first free discs that touched
-them when the window took over, in smallest radii of free discs (colluvium/ring_motion.py); how many of these pairs have no
-contact any more; the rms difference between P/l and the stress of the adjoining zones over the rms of that (run.json,
+them when the window took over, in smallest radii of free discs (colluvium/results/ring_motion.py); how many of these pairs have
+no contact any more; the rms difference between P/l and the stress of the adjoining zones over the rms of that (run.json,
 traction_difference; ends of stages only).
 """
 

@@ -21,8 +21,10 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import colluvium
-from colluvium import band, states, window_fields
-from colluvium.fabric import KINDS
+from colluvium.results import band_states as states
+from colluvium.results import failure as band
+from colluvium.results import window_fields
+from colluvium.results.fabric import KINDS
 
 CONFIGS = Path(__file__).resolve().parent.parent / "configs"
 FAST = ('stage.overload={name="overload", large_strain=true, gravity_factor={to=14.0, over=2000}, until={steps=2000}}',)

@@ -6,8 +6,8 @@ import numpy as np
 
 from colluvium.figures import domain, mesostructure, style
 from colluvium.figures.mesh import DISC, RING
-from colluvium.results import Run
-from colluvium.window_fields import outline_of, starting_places
+from colluvium.results.run import Run
+from colluvium.results.window_fields import outline_of, starting_places
 
 BODIES = ("#b9a98f", "#8f7a5b", "#d3b98a", "#a0826a", "#c6a78c", "#7d6f5e")  # stones side by side, to tell them apart
 

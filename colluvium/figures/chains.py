@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from colluvium import stones
 from colluvium.figures import domain, frames, moments, style
-from colluvium.results import Run
+from colluvium.results import stones
+from colluvium.results.run import Run
 
 WIDEST = 3.0  # points, where the force is as large as in the strongest contact but 0.5 % of them
 PART = 0.995

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from colluvium import stones
 from colluvium.figures import domain, frames, style
-from colluvium.results import Run
-from colluvium.window_fields import outline_of
+from colluvium.results import stones
+from colluvium.results.run import Run
+from colluvium.results.window_fields import outline_of
 
 
 def missing(run: Run) -> str:

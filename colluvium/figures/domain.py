@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from colluvium.figures.style import INK, PALE
-from colluvium.results import Run
+from colluvium.results.run import Run
 
 
 def gridpoints_now(run: Run, frame: int) -> np.ndarray:

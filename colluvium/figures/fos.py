@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from colluvium.figures import domain, plastic, style
-from colluvium.results import Run, open_run
+from colluvium.results.run import Run, open_run
 
 COLOURS = {"rests": "#2f6f9f", "fails": "#b03a2e", "undecided": "#8a8a8a"}
 ARROWS = 22  # across the longer side

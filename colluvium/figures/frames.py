@@ -6,7 +6,7 @@ pictures show the frames before it.
 
 import numpy as np
 
-from colluvium.results import Run
+from colluvium.results.run import Run
 
 REACH = 0.05  # a run-out: something has moved by more than this part of the model's larger side
 

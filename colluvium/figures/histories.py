@@ -3,7 +3,7 @@
 from typing import Any
 
 from colluvium.figures import style
-from colluvium.results import Run
+from colluvium.results.run import Run
 
 ROWS = (  # histories drawn in a row of their own, where any rank has them; logarithmic or not
     ("unbalanced_ratio", "unbalanced force ratio", True),

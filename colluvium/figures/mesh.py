@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from colluvium.figures import domain, style
-from colluvium.results import Run
-from colluvium.window_fields import outline_of, starting_places
+from colluvium.results.run import Run
+from colluvium.results.window_fields import outline_of, starting_places
 
 GROUND, RING, DISC, LINES = "#ece6da", "#d0472f", "#9fb4c7", "#6f7780"
 TINTS = (GROUND, "#d8d2e2", "#cfe0d2", "#f0d9c9")  # of the materials, again from the first if there are more

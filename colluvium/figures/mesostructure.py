@@ -7,8 +7,8 @@ import numpy as np
 from scipy.stats import kstest, norm
 
 from colluvium.figures import domain, style
-from colluvium.results import Run
-from colluvium.window_fields import outline_of
+from colluvium.results.run import Run
+from colluvium.results.window_fields import outline_of
 from coupler_protocol.interface.ring import polygon_area
 from dem_server.stones.polygons import moments
 

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
 
-from colluvium import states
 from colluvium.figures import frames, style
-from colluvium.results import Run
+from colluvium.results import band_states as states
+from colluvium.results.run import Run
 
 PANELS = 4
 

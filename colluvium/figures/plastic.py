@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from colluvium.figures import domain, frames, style
-from colluvium.results import Run
-from colluvium.window_fields import starting_places
+from colluvium.results.run import Run
+from colluvium.results.window_fields import starting_places
 
 STATES = (  # the strongest statement about a zone that is true: bits of plastic_state, words, colour
     (2, "tension now", "#d55e00"),

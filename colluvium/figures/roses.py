@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from colluvium import fabric
-from colluvium.fabric import Fabric, fit_fabric
 from colluvium.figures import moments, style
-from colluvium.results import Run
+from colluvium.results import fabric
+from colluvium.results.fabric import Fabric, fit_fabric
+from colluvium.results.run import Run
 
 BINS = 18  # over half a turn: a contact points both ways
 FEWEST = 3 * BINS

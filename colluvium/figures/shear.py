@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from colluvium.figures import domain, frames, moments, style
-from colluvium.results import Run
-from colluvium.window_fields import bins, shear_strain
+from colluvium.results.run import Run
+from colluvium.results.window_fields import bins, shear_strain
 
 DECADES = 3.0
 

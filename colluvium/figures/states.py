@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from colluvium import states
 from colluvium.figures import domain, moments, style
-from colluvium.results import Run
-from colluvium.window_fields import bins, shear_strain
+from colluvium.results import band_states as states
+from colluvium.results.run import Run
+from colluvium.results.window_fields import bins, shear_strain
 
 DECADE = 10.0  # either side of the strain from which on a state counts
 

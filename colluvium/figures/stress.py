@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from colluvium.figures import domain, style
-from colluvium.results import Run
-from colluvium.window_fields import bins, mean_stress
+from colluvium.results.run import Run
+from colluvium.results.window_fields import bins, mean_stress
 
 COMPONENTS = (("syy", "vertical stress", 1), ("sxx", "horizontal stress", 0))
 

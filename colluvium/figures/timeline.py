@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from colluvium.figures import style
-from colluvium.results import Run
-from colluvium.timeline import ACTIVITIES, Intervals, intervals
+from colluvium.results.run import Run
+from colluvium.results.timeline import ACTIVITIES, Intervals, intervals
 
 SHOWN = 12  # steps
 COLOURS = dict(zip(ACTIVITIES, ("#123a5e", "#d9d9d9", "#d0472f"), strict=True))

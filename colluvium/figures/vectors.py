@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from colluvium.figures import domain, frames, moments, style
-from colluvium.results import Run
-from colluvium.window_fields import outline_of
+from colluvium.results.run import Run
+from colluvium.results.window_fields import outline_of
 
 CELLS = 18  # cells along the longer side of a window, which an arrow each stands for
 MARGIN = 3  # cells round the window in which gridpoints are shown

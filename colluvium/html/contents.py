@@ -1,6 +1,6 @@
 """What the page shows of every frame: places, displacements, fields of both domains, contacts, and colour scales.
 
-Fields of zones come as recorded; those of a window as means over bins as large as a zone (colluvium.window_fields), so
+Fields of zones come as recorded; those of a window as means over bins as large as a zone (colluvium.results.window_fields), so
 that discs can be coloured in the scale of the zones. Displacements belong to gridpoints and discs.
 """
 
@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from colluvium import stones, window_fields
 from colluvium.figures import chains, frames, plastic, style
 from colluvium.html.packing import Packing
-from colluvium.results import Run
+from colluvium.results import stones, window_fields
+from colluvium.results.run import Run
 
 DECADES = 3  # of a logarithmic scale
 POSITIVE = ("from zero", "logarithmic")

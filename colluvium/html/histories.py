@@ -6,7 +6,7 @@ from math import ceil, floor, log10
 import numpy as np
 
 from colluvium.figures.histories import COLOURS, ROWS
-from colluvium.results import Run
+from colluvium.results.run import Run
 
 WIDTH, HEIGHT = 460, 170
 LEFT, RIGHT, TOP, BOTTOM = 58, 8, 26, 22  # room round the axes

@@ -12,7 +12,7 @@ from colluvium import closing
 from colluvium.html import histories
 from colluvium.html.contents import Contents
 from colluvium.html.packing import Packing
-from colluvium.results import Run
+from colluvium.results.run import Run
 
 SCRIPTS = ("data.js", "draw.js", "player.js")
 

@@ -9,7 +9,7 @@ import pytest
 
 from colluvium import report
 from colluvium.figures import frames, stress, style
-from colluvium.results import open_run
+from colluvium.results.run import open_run
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("cmcrameri")

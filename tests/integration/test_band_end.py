@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import colluvium
-from colluvium import band, states
+from colluvium.results import band_states as states
+from colluvium.results import failure as band
 from coupler_protocol.criteria import shear_band_states as band_states
 from tests.conftest import command
 from tests.integration.test_two_processes import FILES, differing

@@ -8,9 +8,12 @@ import pytest
 from verification.discrete import collision, incline
 from verification.discrete.scenes import SOIL, disc_file
 
-from colluvium import check, closing, export, launch
-from colluvium.inprocess import run
-from colluvium.results import open_run
+from colluvium import closing
+from colluvium.forecast import check
+from colluvium.results import export
+from colluvium.results.run import open_run
+from colluvium.running import processes as launch
+from colluvium.running.threads import run
 from coupler_protocol.exits import PHYSICS, PhysicsFailed
 from coupler_protocol.files import disc_csv as disc_files
 from coupler_protocol.files.checkpoint import load

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import colluvium
-from colluvium.rank_file import NotRecordedError
+from colluvium.results.rank_file import NotRecordedError
 from tests.integration.test_two_processes import differing
 
 GRID = ("kinetic", "strain", "plastic", "damping", "external", "gravity", "masses", "error")

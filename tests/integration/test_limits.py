@@ -4,8 +4,9 @@ import json
 
 import pytest
 
-from colluvium import cli, closing, limits
+from colluvium import cli, closing
 from colluvium.api import Scene
+from colluvium.forecast import step_limits as limits
 
 COUPLED = ["couple", "overload"]
 

@@ -5,7 +5,7 @@ import pytest
 
 import colluvium
 from colluvium.figures import timeline
-from colluvium.timeline import ACTIVITIES, intervals
+from colluvium.results.timeline import ACTIVITIES, intervals
 from tests.window_scenes import BOX, L_SHAPE, uniform
 
 TRACED = 60

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import colluvium
-from colluvium import export
+from colluvium.results import export
 from coupler_protocol.problems import SceneError
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import colluvium
-from colluvium import inprocess
+from colluvium.running import threads as inprocess
 from coupler_protocol.exits import PHYSICS, PhysicsFailed
 from coupler_protocol.files.restart import Origin
 from coupler_protocol.process.plugin import from_functions

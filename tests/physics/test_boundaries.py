@@ -7,7 +7,8 @@ import pytest
 from run_cases import ROLLERS, SOIL, column, compute, scene, stage
 from zone_cases import PAPER, ring, settle, slope, soil
 
-from colluvium import inprocess, open_run, run
+from colluvium import open_run, run
+from colluvium.running import threads as inprocess
 from coupler_protocol.files import checkpoint
 from coupler_protocol.files.restart import Origin
 from coupler_protocol.scene.tables.boundary import Boundary

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from verification.hard.coupled_system import BULK, MODULUS, SHEAR, at_share, excite, growth, system, with_few_discs
 
-from colluvium import coupled
+from colluvium.forecast import linearised_step as coupled
 from coupler_protocol.criteria.stable_step import highest, spring_sums
 from dem_server.observe.stable_limit import safe_limit, springs_of
 from dem_server.step.contact_pass import contact_forces

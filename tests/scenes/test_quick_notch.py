@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from colluvium import open_run
-from colluvium.window_fields import bins, mean_stress, outline_of
+from colluvium.results.window_fields import bins, mean_stress, outline_of
 from coupler_protocol.interface.ring import polygon_area
 from tests.conftest import command
 from tests.scenes.continuity import discs_that_move_with_gridpoints

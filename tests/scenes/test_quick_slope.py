@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from colluvium import band, open_run
+from colluvium import open_run
+from colluvium.results import failure as band
 from tests.scenes.continuity import discs_that_move_with_gridpoints
 
 

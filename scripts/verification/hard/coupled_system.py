@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from colluvium import coupled, limits
+from colluvium.forecast import linearised_step as coupled
+from colluvium.forecast import step_limits as limits
 from coupler_protocol.criteria.stable_step import highest
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.scene.reader import build_scene

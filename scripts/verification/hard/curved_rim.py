@@ -8,7 +8,7 @@ outwards on feels no force in sum but for what its discs' unbalanced forces leav
 
 import numpy as np
 
-from colluvium import limits
+from colluvium.forecast import step_limits as limits
 from dem_server.observe import unbalanced_ratio as balance
 from dem_server.step.contact_pass import contact_forces
 from fdm_server.step.gridpoint_pass import unbalanced_ratio

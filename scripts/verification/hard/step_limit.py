@@ -10,7 +10,7 @@ a contact over K + 4G/3 of the zones; "R/zone": mean radius over zone size. The 
 
 import numpy as np
 
-from colluvium import coupled
+from colluvium.forecast import linearised_step as coupled
 from coupler_protocol.criteria.stable_step import highest
 from dem_server.observe.stable_limit import safe_limit
 from fdm_server.observe.stable_limit import safe_limits

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse.linalg
 
-from colluvium import coupled
+from colluvium.forecast import linearised_step as coupled
 from dem_server.observe import unbalanced_ratio as balance
 from fdm_server.step.gridpoint_pass import unbalanced_ratio
 from verification.hard.coupled_system import MODULUS, with_few_discs

@@ -201,7 +201,8 @@ def test_a_copied_state_goes_on_with_the_same_bits(made):
 
 def test_recorded_bodies_give_the_same_stress(tmp_path, made):
     """The bins' mean of a recorded frame, area by area, is the mean stress of the window."""
-    from colluvium import open_run, window_fields
+    from colluvium import open_run
+    from colluvium.results import window_fields
     from coupler_protocol.files.recorder import FrameInfo, Recorder
     from dem_server.observe import record
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-TESTS = Path(__file__).parent.parent
+TESTS = Path(__file__).parents[2]
 
 SCRIPT = """
 import json
@@ -16,7 +16,13 @@ import numpy as np
 from kernel_counts import counts_in_loops, kernels
 from disc_cases import loose_discs
 from window_case import stone_grain
-from dem_server import balance, contacts, cycle, energy, guards, neighbours, stones
+from dem_server.observe import unbalanced_ratio as balance
+from dem_server.step import contact_pass as contacts
+from dem_server.step import cycle
+from dem_server.observe import energy
+from dem_server.step import guards
+from dem_server.step import neighbours
+from dem_server.stones import bodies as stones
 from dem_server.step.bonds_made import add_parallel_bonds
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.parallel_bond import ParallelBond

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-TESTS = Path(__file__).parent.parent
+TESTS = Path(__file__).parents[2]
 
 SCRIPT = """
 import numpy as np
 from disc_cases import loose_discs
 from window_case import stone_grain
-from dem_server import contact_blocks
+from dem_server.step import contact_blocks
 from dem_server.step.contact_pass import contact_forces
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.parallel_bond import ParallelBond

@@ -20,7 +20,9 @@ from dem_server.step.motion import move_free
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.insitu.virtual_strain import add_bonds
 from dem_server.packing.packing import Packing
-from dem_server import energy, mesostructure, stones
+from dem_server.observe import energy
+from dem_server.stones import mesostructure
+from dem_server.stones import bodies as stones
 
 ring = build_ring(rim(SQUARE), 0.1)
 side = np.linspace(0.2, 0.8, 5)
@@ -45,7 +47,9 @@ ALL_LAWS = """
 import sys
 import numpy as np
 from disc_cases import loose_discs
-from dem_server import balance, cycle, energy
+from dem_server.observe import unbalanced_ratio as balance
+from dem_server.step import cycle
+from dem_server.observe import energy
 from dem_server.step.bonds_made import add_parallel_bonds
 from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.parallel_bond import ParallelBond
@@ -76,13 +80,14 @@ np.save(sys.argv[3], [*fast, *walls, energy.kinetic(model, state), energy.stored
 TWO_THREADS = """
 import sys
 import numpy as np
-from coupler_protocol import team
-from dem_server import neighbours, sharing
+from coupler_protocol.compiled import threads as team
+from dem_server.step import neighbours
+from dem_server.step import thread_shares as sharing
 
 sharing.RUN = neighbours.RUN = 4  # discs
 sharing.FEWEST = 1
 from disc_cases import loose_discs
-from dem_server import cycle
+from dem_server.step import cycle
 from dem_server.step.walls import make_walls
 
 team.set_size(int(sys.argv[2]))
@@ -100,7 +105,7 @@ np.save(sys.argv[3], state.walls.force)
 
 def run(tmp_path, disable, content, script=SCRIPT):
     out, bodies = tmp_path / f"state{disable}.npz", tmp_path / f"bodies{disable}.npy"
-    here = Path(__file__).parent
+    here = Path(__file__).parents[1]
     folders = (here, here.parent / "physics", here.parents[1] / "scripts")
     environment = {"NUMBA_DISABLE_JIT": disable, "PYTHONPATH": os.pathsep.join(map(str, folders))}
     command = [sys.executable, "-c", script, out, content, bodies]

@@ -12,7 +12,7 @@ SCRIPT = """
 import sys
 import numpy as np
 from grid_cases import MohrCoulomb, material, slope, window
-from fdm_server import clock
+from fdm_server.step import clock
 from fdm_server.step.zone_pass import advance
 from fdm_server.effects.damping import Damping
 from fdm_server.effects.rayleigh import RayleighTable
@@ -61,7 +61,7 @@ np.savez(sys.argv[1], **arrays, **values)
 
 def run(tmp_path, disable, case):
     out = tmp_path / f"state{disable}.npz"
-    environment = {"NUMBA_DISABLE_JIT": disable, "PYTHONPATH": str(Path(__file__).parent)}
+    environment = {"NUMBA_DISABLE_JIT": disable, "PYTHONPATH": str(Path(__file__).parents[1])}
     command = [sys.executable, "-W", "ignore", "-c", SCRIPT, out, case]
     done = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True)
     ratio, yielded = done.stdout.split()

@@ -1,0 +1,141 @@
+"""`colluvium check`: what a scene will compute and what it will not, without computing it but for a stage of kind locate."""
+
+import numpy as np
+
+from coupler_protocol.files import disc_csv as disc_file
+from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.scene.rules.between_tables import doubts
+from coupler_protocol.scene.scene import declared_effects
+from coupler_protocol.scene.schedule import beginning, large_strain, plan
+from coupler_protocol.scene.tables.grading import grading_of
+
+
+def effects(scene):
+    """Every installed effect: {"effect", "summary", "acts", "where"}; `where` names the tables that switch it on."""
+    rows = []
+    for place, cls in declared_effects().items():
+        where = list(_tables(scene, place))
+        summary = (cls.__doc__ or "").strip().splitlines()[0]
+        rows.append({"effect": place, "summary": summary, "acts": bool(where), "where": where})
+    return rows
+
+
+def _tables(scene, place):
+    """Names of the scene's tables that hold the effect declared for `place`."""
+    parent, _, key = place.rpartition(".")
+    if not parent:
+        holders = [("scene", scene)]
+    elif parent == "material":
+        holders = [(f"material {m.name!r}", m) for m in scene.material]
+    elif parent == "grain":
+        discs = scene.discs
+        holders = [("discs.soil", discs and discs.soil), ("discs.stone", discs and discs.stone), ("ring", scene.ring)]
+        holders += [(f"discs.pair {' and '.join(p.between)}", p) for p in (discs.pair if discs else [])]
+    else:
+        holders = [(parent, getattr(scene, parent, None))]
+    return [name for name, holder in holders if holder is not None and getattr(holder, key, None) is not None]
+
+
+def sizes(scene):
+    """Counts that follow from the scene alone."""
+    if scene.grid is None:
+        return {"windows": [], "stones": scene.stones.model_dump(mode="json") if scene.stones else None}
+    from fdm_server.mesh.grid import build_grid
+    from fdm_server.mesh.window_zones import rim_of, window_zones
+
+    grid = build_grid(scene)
+    windows = []
+    for window in scene.window:
+        rim = grid.xy[rim_of(grid, window_zones(grid, window))]
+        (width, height), area = np.ptp(rim, axis=0).tolist(), polygon_area(rim)
+        discs = (1 - scene.discs.porosity) * area / (0.7853981633974483 * grading_of(scene.discs).moment(2))
+        sizes = {"width": width, "height": height, "area": area, "segments": len(rim), "discs": round(discs)}
+        windows.append({"name": window.name, **sizes})
+    stones = scene.stones.model_dump(mode="json") if scene.stones else None
+    counts = {"columns": int(grid.column.max()) + 1, "rows": int(grid.row.max()) + 1}
+    counts |= {"zones": len(grid.zones), "gridpoints": len(grid.xy)}
+    return {**counts, "windows": windows, "stones": stones}
+
+
+def _stones_in_words(stones):
+    if stones["file"]:
+        return f"stones: as mapped in {stones['file']}, each a {stones['body']}; beyond a window: {stones['outside']}"
+    words = f"stones: {100 * stones['content']:g} % of each window, each a {stones['body']}"
+    words += f", mean size {stones['size']['mean']:g} m"
+    return words + (f", shaped as in {stones['shapes']}" if stones["shapes"] else "")
+
+
+def stages(scene):
+    """The procedure as it will run."""
+    return [
+        {"name": s.name, "kind": s.kind, "gravity": leg.gravity, "factor": [leg.start, leg.end], "over": leg.over}
+        | {"until": s.until.model_dump(exclude_none=True) if s.until else {}, "discard": s.discard}
+        | {"time": s.time, "large_strain": large_strain(scene, s), "sides": [b.summary for b in beginning(scene, i)]}
+        for i, (s, leg) in enumerate(zip(scene.stage, plan(scene), strict=True))
+    ]
+
+
+def file_of_discs(scene):
+    """How many discs the scene's file holds, {} without one; raises SceneError where it cannot be read."""
+    if scene.discs is None or scene.discs.file is None:
+        return {}
+    found = disc_file.read(scene.discs.file)
+    stones = 0 if found.stone is None else len(np.unique(found.stone[found.stone >= 0]))
+    return {"file": {"path": scene.discs.file, "discs": len(found.radius), "stones": stones}}
+
+
+def answer(scene):
+    """All of the above in one dictionary."""
+    found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
+    found |= {"effects": effects(scene), "stages": stages(scene)}
+    return found | {"doubts": [{"what": what, "remedy": remedy} for _, what, remedy in doubts(scene)]}
+
+
+def print_answer(found, console):
+    """Print the answer for a person; `found["locate"]`, `found["limits"]`: of those modules, where asked for."""
+    from colluvium.forecast import step_limits as limits
+    from colluvium.forecast.locate import in_words
+
+    console.print(f"{found['title'] or 'scene'}: no problems found")
+    if "zones" in found:
+        console.print(
+            f"grid of {found['zones']} zones in {found['columns']} columns and {found['rows']} rows, "
+            f"{found['gridpoints']} gridpoints"
+        )
+    else:
+        console.print("no grid: discs alone")
+    for w in found["windows"]:
+        console.print(
+            f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['area']:.4g} m2, {w['segments']} segments, "
+            f"about {w['discs']} discs"
+        )
+    if "file" in found:
+        file = found["file"]
+        of_stones = f" in {file['path']}, {file['stones']} stones" if file["stones"] else f" in {file['path']}"
+        console.print(f"{file['discs']} discs{of_stones}", markup=False)
+    if found["stones"]:
+        console.print(_stones_in_words(found["stones"]), markup=False)
+    console.print("effects that act:")
+    for row in found["effects"]:
+        if row["acts"]:
+            console.print(f"  {row['effect']:<24} {row['summary']} ({', '.join(row['where'])})", markup=False)
+    console.print("effects that do not act (no table in the scene, no code in the kernels):")
+    for row in found["effects"]:
+        if not row["acts"]:
+            console.print(f"  {row['effect']:<24} {row['summary']}", markup=False)
+    console.print("stages:")
+    for s in found["stages"]:
+        until = ", ".join(f"{k} {v}" if isinstance(v, str) else f"{k} {v:g}" for k, v in s["until"].items())
+        ramp = f"{s['factor'][0]:g} to {s['factor'][1]:g} g over {s['over']} steps" if s["over"] else f"{s['factor'][1]:g} g"
+        more = (", real time" if s["time"] == "real" else "") + (", large strain" if s["large_strain"] else "")
+        more += f", until {until}" if until else ""
+        ramp = ramp if s["gravity"] else "no gravity"
+        console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}{more}", markup=False)
+        if s["sides"]:
+            console.print(f"    sides from here on: {', '.join(s['sides'])}", markup=False)
+    for sentence in in_words(found["locate"]) if found.get("locate") else ():
+        console.print(sentence, markup=False)
+    for sentence in limits.sentences(found["limits"]) if "limits" in found else ():
+        console.print(sentence, markup=False)
+    for doubt in found["doubts"]:
+        console.print(f"worth a second look: {doubt['what']}\n    {doubt['remedy']}", markup=False)

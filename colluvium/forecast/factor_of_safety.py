@@ -1,0 +1,112 @@
+"""`colluvium fos`: the factor of safety of a scene's grid by strength reduction, or its gravity factor at collapse."""
+
+import json
+import signal
+import sys
+from math import pi
+from pathlib import Path
+
+from coupler_protocol import exits
+from coupler_protocol.problems import Problem, SceneError
+from coupler_protocol.process import command_line as program
+
+OWN = ("fos.json", "fos.log", "scene.toml", "mechanism.png", "plastic_zones.png", "trials.png", "meshes.png")
+
+
+def add_command(commands):
+    """The command's options."""
+    p = commands.add_parser("fos", help="factor of safety by strength reduction, or the gravity factor at collapse")
+    p.add_argument("scene", metavar="SCENE", help="scene file (TOML); its table [fos] says how, its stages what acts")
+    p.add_argument("--by", choices=("strength", "gravity"), help="what the factor acts upon (fos.by of the scene)")
+    p.add_argument("--meshes", metavar="N", type=program.positive, help="meshes: the grid's zone size over 1, 2, .. N")
+    p.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME.fos)")
+    p.add_argument("--json", nargs="?", const="-", metavar="FILE", help="fos.json to FILE or standard output, no table")
+    p.add_argument("--no-pictures", action="store_true", help="leave the pictures out")
+    p.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
+    p.add_argument("--quiet", action="store_true", help="no progress")
+    p.add_argument("--threads", metavar="N", type=program.positive, default=1, help="threads (default 1)")
+    p.add_argument("--force", action="store_true", help="write into OUT even if results are there")
+    p.set_defaults(work=command)
+
+
+def command(options):
+    """Search, show what was found, draw."""
+    from colluvium.running import processes as launch
+    from colluvium.running.progress_picture import picture
+    from coupler_protocol.scene.reader import read_scene
+
+    scene = read_scene(options.scene, options.set)
+    if scene.grid is None:
+        raise SceneError([Problem(options.scene, None, "grid", "discs alone have no factor of safety", "add a [grid] table")])
+    changes = list(options.set)
+    if options.by:
+        changes.append(f'fos.by="{options.by}"')
+    if options.meshes:
+        changes.append(f"fos.zone_sizes={[_zone_size(scene.grid) / n for n in range(1, options.meshes + 1)]}")
+    read_scene(options.scene, changes)  # all problems before any process
+    out = program.prepare_folder(options.out or Path("runs") / f"{Path(options.scene).stem}.fos", OWN, options.force)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill stops the search as Ctrl-C does
+    arguments = ["fdm_server.fos", options.scene, "--out", out, "--force", f"--threads={options.threads}"]
+    show = picture(options.quiet)
+    if show is None:
+        code = launch.run_alone("fdm_server.fos", [*arguments, *(f"--set={c}" for c in changes)])
+    else:
+        with show:
+            code = launch.run_alone("fdm_server.fos", [*arguments, *(f"--set={c}" for c in changes)], show)
+    if code != exits.DONE:
+        return code
+    found = json.loads((out / "fos.json").read_text(encoding="utf-8"))
+    if not options.no_pictures:
+        _draw(out)
+    if options.json:
+        text = json.dumps(found, indent=1)
+        print(text) if options.json == "-" else Path(options.json).write_text(text + "\n", encoding="utf-8")
+    else:
+        print("\n".join(as_lines(found)))
+        print(f"results in {out}")
+    return code
+
+
+def _zone_size(grid):
+    """Size in x of the zones of the table [grid], in a ring along the wall of the hole (fdm_server/fos/ground.py)."""
+    if grid.kind != "ring":
+        return grid.zone_size[0]
+    return {"full": 2.0, "half": 1.0, "quarter": 0.5}[grid.part] * pi * grid.inner / grid.around
+
+
+def _draw(out):
+    """The pictures, where the libraries for them are there."""
+    try:
+        from colluvium.figures import fos as figures
+
+        figures.write(out)
+    except ModuleNotFoundError as error:
+        print(f"no pictures: {error.name} is missing: pip install 'colluvium[report]'", file=sys.stderr)
+
+
+def as_lines(found):
+    """What was found, for a person."""
+    lines = [f"{found['title'] or 'scene'}: {found['quantity']}"]
+    lines += [f"ignored: {what}" for what in found["ignored"]]
+    lines += [f"rule for {name}: {rule}" for name, rule in found["rules"].items()]
+    ratio, budget = found["criterion"]["ratio"], max(m["budget"] for m in found["meshes"])
+    lines.append(f"trials rest at ratio {ratio:g} without motion, fail in steady flow, within {budget:,} steps (docs/theory.md)")
+    lines.append(f"{'zone [m]':>9} {'zones':>7} {'trials':>6} {'rests at':>9} {'fails at':>9} {'factor':>8} {'seconds':>8}")
+    for m in found["meshes"]:
+        lines.append(
+            f"{m['zone_size']:9.4g} {m['zones']:7d} {len(m['trials']):6d} {m['low']:9.4f} {m['high']:9.4f} "
+            f"{m['value']:8.4f} {m['seconds']:8.1f}"
+        )
+        for name, what in (("undecided", "no verdict at"), ("contradictions", "rests above the lowest failure:")):
+            if m[name]:
+                lines.append(f"          {what} {', '.join(f'{f:.4f}' for f in m[name])}")
+    extra = found.get("extrapolation")
+    if extra:
+        order = "assumed" if extra["observed_order"] is None or extra["order"] != extra["observed_order"] else "observed"
+        lines.append(
+            f"extrapolated to no zone size: {extra['value']:.4f} (order {extra['order']:.2f} {order}; brackets leave "
+            f"-+ {extra['from_brackets']:.4f}; GCI of the finest mesh {100 * extra['gci']:.2f} %)"
+        )
+    finest = found["meshes"][-1]
+    lines.append(f"{found['quantity']} {finest['value']:.3f} (rests at {finest['low']:.4f}, fails at {finest['high']:.4f})")
+    return lines

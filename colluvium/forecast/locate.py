@@ -1,0 +1,205 @@
+"""Where would the band run? What a stage of kind `locate`, the grid alone under other gravity, says about the scene's windows.
+
+The band's level is the highest shear strain that connects toe and crest (coupler_protocol.criteria.shear_band);
+colluvium.results.band_line says where
+it runs. It crosses a window where the level drops once the zones that become the hole may not be used: the band needs them. The
+line says where it enters and leaves, and how far the window's ends, its two short sides, are from it.
+"""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from colluvium.results import band_line
+from colluvium.results import failure as recorded
+from colluvium.results.run import Run, open_run
+from coupler_protocol.criteria import shear_band as band
+from coupler_protocol.exits import RunEnded
+from coupler_protocol.scene.rules.between_tables import broken_rules
+from coupler_protocol.scene.rules.stages import is_level
+
+
+class Band(NamedTuple):
+    """The band of a grid alone."""
+
+    cells: band.Cells
+    surface: band.Surface
+    level: float
+    line: np.ndarray  # (p, 2) [m], from the toe to the crest
+
+    def level_without(self, box: shapely.Polygon) -> float:
+        """The level of the connection round the zones in a box."""
+        xy = self.cells.xy
+        return band.toe_to_crest(self.cells, self.surface, shapely.contains_xy(box, xy[:, 0], xy[:, 1]))
+
+
+def stage_of(scene):
+    """Number of the last stage of kind locate, or None; level ground has no band to locate."""
+    found = [i for i, stage in enumerate(scene.stage) if stage.kind == "locate"]
+    return found[-1] if found and not is_level(scene) else None
+
+
+def cut(scene):
+    """The scene up to its last stage of kind locate, as the grid alone computes it: without windows and what fills them."""
+    kept = [stage for stage in scene.stage[: stage_of(scene) + 1] if stage.kind != "fill"]
+    return scene.model_copy(update={"window": [], "discs": None, "stones": None, "ring": None, "stage": kept})
+
+
+def compute(scene, picture=None):
+    """`answer` from a run of the cut scene in a process of its own, reported to `picture`; raises RunEnded where that fails."""
+    from colluvium.running import processes as launch
+
+    with TemporaryDirectory(prefix="colluvium-") as folder:
+        path = Path(folder) / "scene.toml"
+        path.write_text(launch.as_toml(cut(scene).model_dump(mode="json", exclude_none=True)), encoding="utf-8")
+        code = launch.run_files(path, folder, 0, picture=picture)
+        if code:
+            error = RunEnded("the grid alone could not be computed; --no-locate leaves it out")
+            error.code = code
+            raise error
+        with open_run(folder) as run:
+            return answer(run, scene)
+
+
+def answer(run: Run, scene) -> dict | None:
+    """Where the band runs at the end of the last stage of kind locate, and what that means for each window of `scene`.
+
+    None where the run has recorded no such stage. Without a band `line` and `windows` are empty.
+    """
+    number = stage_of(scene)
+    if number is None or scene.stage[number].name not in run.stages:
+        return None
+    name = scene.stage[number].name
+    frame = run.last_frame(name)
+    cells, surface = recorded.cells(run, frame), recorded.ground(run)
+    level = band.toe_to_crest(cells, surface)
+    found = {"stage": name, "gravity_factor": run.frames[frame].gravity_factor, "level": level, "counted": band.COUNTED}
+    if level < band.COUNTED:
+        return found | {"line": [], "windows": []}
+    there = Band(cells, surface, level, band_line.along(cells, surface, level))
+    windows = [_beside(there, scene, _grid(scene), i) for i in range(len(scene.window))]
+    return found | {"line": there.line.tolist(), "windows": windows}
+
+
+def _grid(scene):
+    from fdm_server.mesh.grid import build_grid
+
+    return build_grid(scene)
+
+
+def _beside(there: Band, scene, grid, number: int) -> dict:
+    """What the band is to one window."""
+    window = scene.window[number]
+    box = outline(grid, window)
+    around, way = there.level_without(box), band_line.inside(there.line, box)
+    found = {"name": window.name, "crosses": around < there.level, "level_around": around}
+    found |= {"enters": way and list(way[0]), "leaves": way and list(way[1]), "ends": _ends(there.line, box)}
+    found["distance"] = float(shapely.distance(shapely.LineString(there.line), box))
+    return found if found["crosses"] else found | {"better": _better(there, scene, grid, number)}
+
+
+def outline(grid, window) -> shapely.Polygon:
+    """The rim of a window in a fdm_server.mesh.grid.Grid [m]."""
+    from fdm_server.mesh.window_zones import rim_of, window_zones
+
+    return shapely.Polygon(grid.xy[rim_of(grid, window_zones(grid, window))])
+
+
+def _cell(scene) -> np.ndarray:
+    """Width and height of a zone [m], in whole numbers over the grid."""
+    extent = np.array([scene.grid.length, scene.grid.height])
+    return extent / np.rint(extent / scene.grid.zone_size)
+
+
+def _ends(line: np.ndarray, box: shapely.Polygon) -> dict[str, float]:
+    """Distances [m] of a window's ends from the band: of its corners on the two short sides of the box around it."""
+    x0, y0, x1, y1 = box.bounds
+    corners, axis = np.array(box.exterior.coords), int(x1 - x0 <= y1 - y0)
+    found, near = {}, 1e-9 * max(x1 - x0, y1 - y0)
+    for name, value in zip((("left", "right"), ("lower", "upper"))[axis], (box.bounds[axis], box.bounds[axis + 2]), strict=True):
+        side = corners[np.abs(corners[:, axis] - value) < near]
+        found[name] = float(shapely.distance(shapely.LineString(line), shapely.LineString([side.min(axis=0), side.max(axis=0)])))
+    return found
+
+
+def _better(there: Band, scene, grid, number: int) -> dict | None:
+    """Columns and rows of a window of the same size that the band crosses, through the middle if it can; None where none fits.
+
+    Of the windows that keep all rules of a scene it is the one whose middle is nearest to the band (`off` [m]; within half a
+    zone counts as on it), and of those the one nearest to the window as it is. Of a polygon: how far to move it (`by` [m]).
+    """
+    window, size = scene.window[number], _cell(scene)
+    box = outline(grid, window)
+    for off, *corner in _places(there, box, size):
+        moved, place = _moved(window, np.array(corner), size, np.array(box.bounds[:2]))
+        others = [moved if i == number else other for i, other in enumerate(scene.window)]
+        if broken_rules(scene.model_copy(update={"window": others})):
+            continue
+        if there.level_without(outline(grid, moved)) < there.level:
+            return place | {"off": off}
+    return None
+
+
+def _moved(window, corner: np.ndarray, size: np.ndarray, now: np.ndarray):
+    """The window with the lower left corner of its box in a column and row `corner`, not at `now` [m]; and how to say that."""
+    if window.polygon is not None:
+        by = corner * size - now
+        polygon = [(x, y) for x, y in (np.array(window.polygon) + by).tolist()]
+        return window.model_copy(update={"polygon": polygon}), {"by": by.tolist()}
+    (c0, c1), (r0, r1) = window.columns, window.rows
+    column, row = corner.tolist()
+    place = {"columns": [column, column + c1 - c0], "rows": [row, row + r1 - r0]}
+    return window.model_copy(update={key: tuple(span) for key, span in place.items()}), place
+
+
+def _places(there: Band, box: shapely.Polygon, size: np.ndarray) -> list[tuple[float, int, int]]:
+    """Where a box could stand across the band, best first: distance of its middle from the band [m], first column and row."""
+    x0, y0, x1, y1 = box.bounds
+    line, half = shapely.LineString(there.line), 0.5 * np.array([x1 - x0, y1 - y0])
+    corners = np.stack(np.meshgrid(*(np.arange(1, n) for n in np.ptp(there.cells.xy, axis=0) // size)), axis=-1).reshape(-1, 2)
+    middles = corners * size + half
+    off = shapely.distance(line, shapely.points(middles))
+    near = np.flatnonzero(off < np.hypot(*half))
+    moved = np.hypot(*(middles - (x0, y0) - half).T)
+    order = near[np.lexsort((moved[near], np.maximum(off[near] - 0.5 * size.max(), 0.0)))]
+    return [(float(off[i]), *map(int, corners[i])) for i in order]
+
+
+# -- in words ------------------------------------------------------------------------------------------------------------
+
+
+def in_words(found: dict) -> list[str]:
+    """One sentence on the band and one on each window; what is wrong begins with "warning"."""
+    begin = f"{found['stage']}: at {found['gravity_factor']:.2f} g, the grid alone:"
+    if not found["line"]:
+        much = f"no band of {100 * found['counted']:g} % shear strain connects toe and crest (level {100 * found['level']:.2g} %)"
+        return [f"warning: {begin} {much}: give the stage more gravity or more steps"]
+    points = " ".join(f"({x:.1f}, {y:.1f})" for x, y in band_line.some(np.array(found["line"]), 6))
+    said = [f"{begin} a band of {100 * found['level']:.2g} % shear strain connects toe and crest, through {points} m"]
+    return said + [_window_in_words(window) for window in found["windows"]]
+
+
+def _window_in_words(window: dict) -> str:
+    ends = ", ".join(f"{name} side {distance:.1f} m" for name, distance in window["ends"].items())
+    round_it = f"level round it {100 * window['level_around']:.2g} %"
+    way = ""
+    if window["enters"]:
+        way = " at ({:.2f}, {:.2f}) and leaves it at ({:.2f}, {:.2f}) m".format(*window["enters"], *window["leaves"])
+    if window["crosses"]:
+        return f"the band crosses window {window['name']}: it enters{way}; {round_it}; from the band: {ends}"
+    does = f"misses window {window['name']}: it passes {window['distance']:.1f} m from it"
+    if way:
+        does = f"does not need window {window['name']}: it enters{way}, but connects toe and crest round it as well ({round_it})"
+    remedy = "no window of this size that it would cross fits into the grid"
+    better = window["better"]
+    if better:
+        where = "moved by ({:.4g}, {:.4g}) m it".format(*better["by"]) if "by" in better else _spans(better)
+        remedy = f"{where} would have it cross {better['off']:.1f} m from the middle"
+    return f"warning: the band {does}; {remedy}"
+
+
+def _spans(better: dict) -> str:
+    return f"columns = {better['columns']}, rows = {better['rows']}"

@@ -1,0 +1,113 @@
+"""How long a coupled step may be, of a scene before it is computed and of the ends of a run's stages.
+
+Before: the grid is that of the scene with its windows open, at rest; the windows are packed as a run packs them, bonded, their
+stones stiff and whole, at the pressure of the packing. A run brings them to the slope's stress first, which closes and opens
+some contacts; at the end of each coupled stage it says its own safe limits. The exact limit needs both sides in one process:
+after the run it comes from the States they saved.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from coupler_protocol.criteria.stable_step import in_words
+
+
+def concerned(scene):
+    """Whether the scene couples a grid with discs."""
+    return scene.grid is not None and any(stage.kind == "couple" for stage in scene.stage)
+
+
+def answer(scene, exact=False, note=None):
+    """Limits (criteria.stable_step.limit) by "grid", "interface", "discs"; exact: the limit of all together, too."""
+    from colluvium.forecast import linearised_step as coupled
+    from dem_server.observe.stable_limit import safe_limit
+    from fdm_server.observe.stable_limit import safe_limits
+
+    model, state, windows = open_model(scene, note)
+    nodes = np.concatenate([window.nodes for window in windows])
+    found = safe_limits(model, state, nodes, state.added_mass[nodes])
+    each = [safe_limit(window.model, window.state, window.rim) for window in windows]
+    found["discs"] = min(each, key=lambda limit: limit["share"])
+    if exact:
+        found["exact"] = coupled.exact_limit(model, state, windows)
+    return found
+
+
+def open_model(scene, note=None):
+    """Model and State of the grid with its windows open, and its windows (colluvium.forecast.linearised_step.Window) filled."""
+    from colluvium.forecast.linearised_step import Window
+    from dem_server.insitu.takeover import take_over
+    from dem_server.packing.coupled_window import drawn_stones, packed_window
+    from fdm_server.ground.removed_zones import cut_window
+    from fdm_server.mesh.grid import build_grid
+    from fdm_server.mesh.window_zones import rim_of, window_zones
+    from fdm_server.model import build_model, new_state
+
+    grid = build_grid(scene)
+    model = build_model(scene, grid)
+    state, windows = new_state(model), []
+    for rank, window in enumerate(scene.window, start=1):
+        mask = window_zones(grid, window)
+        nodes = rim_of(grid, mask)
+        stones = drawn_stones(scene, rank, grid.xy[nodes], note)
+        discs, packed, rim, _ = packed_window(scene, rank, grid.xy[nodes], stones, note)
+        body = scene.stones and scene.stones.body
+        discs, _ = take_over(discs, packed, None, 0.0, stones, body, matching=False, stressed=False)
+        model, state, _ = cut_window(model, state, mask)
+        windows.append(Window(nodes, discs, packed, rim))
+    for window in windows:
+        state.added_mass[window.nodes] = window.rim.stiffness_sums(window.model, window.state)
+    return model, state, windows
+
+
+def exact_of_run(scene, folder):
+    """Exact limits at the ends of the coupled stages of the run in `folder`, by the stage's name, where States were saved.
+
+    They are those of one leap-frog, which sub-steps of the discs (dem_server/step/clock.py) are not.
+    """
+    from colluvium.forecast import linearised_step as coupled
+    from coupler_protocol.files import restart
+
+    found = {}
+    for index, stage in enumerate(scene.stage):
+        if stage.time == "real" and scene.coupling.substeps > 1:
+            continue
+        paths = [Path(folder) / f"{name}.{stage.name}.h5" for name in restart.processes(scene, index)]
+        if restart.coupled(scene, index) and all(path.is_file() for path in paths):
+            found[stage.name] = coupled.exact_limit(*saved_model(scene, index, paths))
+    return found
+
+
+def saved_model(scene, index, paths):
+    """What `open_model` returns, as the checkpoints `paths` (grid, then windows) of the stage with number `index` have it."""
+    from colluvium.forecast.linearised_step import Window
+    from coupler_protocol.files import checkpoint
+    from coupler_protocol.interface.ring import build_ring
+    from dem_server.coupling.rim import Rim
+    from dem_server.procedure.restart import WindowState
+    from fdm_server.effects import with_damping
+    from fdm_server.mesh.grid import build_grid
+    from fdm_server.mesh.window_zones import rim_of, window_zones
+    from fdm_server.procedure.restart import GridState, model_at
+
+    grid, stage, windows = build_grid(scene), scene.stage[index], []
+    saved, *discs = (checkpoint.load(path)[0] for path in paths)
+    saved = checkpoint.rebuild(GridState, saved)
+    model = model_at(scene, grid, saved.zone, index)
+    damping = scene.damping if stage.damping is None else stage.damping
+    model = replace(model, law=with_damping(model.law, damping))
+    for window, fields in zip(scene.window, discs, strict=True):
+        nodes, found = rim_of(grid, window_zones(grid, window)), checkpoint.rebuild(WindowState, fields)
+        rim = Rim(build_ring(grid.xy[nodes], scene.discs.radius), scene.coupling.mapping, found.rim)
+        windows.append(Window(nodes, found.model, found.discs, rim))
+    return model, saved.grid, windows
+
+
+def sentences(found):
+    """The limits in words."""
+    named = ", ".join(f"{name} {in_words(found[name])}" for name in ("grid", "interface", "discs"))
+    yield f"a coupled step is surely stable up to: {named}"
+    if "exact" in found:
+        yield f"it is stable exactly up to {in_words(found['exact'])}"

@@ -1,0 +1,1 @@
+"""Finished runs opened again: fields, fabric, band, averages, export."""

@@ -1,0 +1,144 @@
+"""Four states of the shear band beside a window of discs, by a rule anyone can check, and the fabric of the contacts in each.
+
+    a   the band has not reached the window
+    b   it enters: it connects the toe with cells of the window
+    c   it is through: on to zones beyond the window
+    d   it is complete: on to the crest
+
+A state holds in a frame where the highest shear strain that still makes its connection (`Reach`) is 1 % or more.
+coupler_protocol.criteria.shear_band_states has the rule; stages can end by it, too.
+
+A state is *reached* in the first frame from which on it holds to the end of the run: connections through a window that shears
+everywhere come and go. Where it was seen earlier and lost again, that is said.
+"""
+
+from math import sqrt
+from types import SimpleNamespace
+from typing import NamedTuple
+
+import numpy as np
+
+from colluvium.results import failure as band
+from colluvium.results.fabric import Fabric, contact_fabric
+from colluvium.results.run import Run
+from coupler_protocol.criteria import shear_band_states as band_states
+from coupler_protocol.criteria.shear_band import COUNTED, Surface
+
+MEANING = {
+    "a": "not yet at the window",
+    "b": "enters the window",
+    "c": "through the window",
+    "d": "complete, toe to crest",
+}
+GROUPS = 40  # of the jackknife
+FEWEST = 40  # contacts; the fabric of fewer says nothing
+
+
+class Reach(NamedTuple):
+    """The highest shear strains that connect the toe with the window, with the zones beyond it, and through it with the crest."""
+
+    frame: int
+    gravity_factor: float
+    step: int
+    enters: float
+    through: float
+    complete: float
+
+    def state(self, counted: float = COUNTED) -> str:
+        """The letter of the state."""
+        return "abcd"[sum(value >= counted for value in (self.enters, self.through, self.complete))]
+
+
+class State(NamedTuple):
+    """When a state was reached and first seen, None where it was not. `alike`: states reached in the same frame."""
+
+    letter: str
+    reach: Reach | None
+    seen: Reach | None
+    alike: str
+
+    def in_words(self) -> str:
+        """One line."""
+        words = "not reached" if self.reach is None else f"{self.reach.gravity_factor:.2f} g, step {self.reach.step}"
+        if self.alike:
+            words += f", in the same frame as {' and '.join(self.alike)}"
+        if self.seen and self.seen is not self.reach:
+            words += f" (seen at {self.seen.gravity_factor:.2f} g, lost again)"
+        return f"{self.letter} ({MEANING[self.letter]}): {words}"
+
+
+class Intervals(NamedTuple):
+    """Half widths of the 95 % intervals of a fabric, contacts taken as independent; of its directions [deg], at most 90."""
+
+    a: float
+    theta_a: float
+    a_n: float
+    theta_n: float
+
+
+def reaches(run: Run) -> list[Reach]:
+    """The last frame of `couple`, which is the state the overload starts from, and all frames of overloads."""
+    kinds = {stage["name"]: stage["kind"] for stage in run.scene["stage"]}
+    start = [run.last_frame(name) for name in run.stages if kinds[name] == "couple"]
+    later = [i for i, frame in enumerate(run.frames) if kinds[frame.stage] == "overload"]
+    surface = band.ground(run)
+    return [reach(run, i, surface) for i in start + later if all(run.has(i, rank) for rank in (0, *run.windows))]
+
+
+def reach(run: Run, frame: int, surface: Surface) -> Reach:
+    """How far the band has come in one frame."""
+    info = run.frames[frame]
+    return Reach(frame, info.gravity_factor, info.step, *band_states.levels(band.cells(run, frame), surface))
+
+
+def states(found: list[Reach], counted: float = COUNTED) -> list[State]:
+    """When each of the four states was reached, a with the first of the frames."""
+    held = {letter: [one.state(counted) >= letter for one in found] for letter in MEANING}
+    seen = {letter: found[holds.index(True)] if any(holds) else None for letter, holds in held.items()}
+    reached = {letter: _for_good(found, holds) for letter, holds in held.items()}
+    return [
+        State(letter, one, seen[letter], "".join(k for k, other in reached.items() if k != letter and one and other is one))
+        for letter, one in reached.items()
+    ]
+
+
+def last_before(found: list[Reach], counted: float = COUNTED) -> Reach | None:
+    """The last frame before the band has entered the window; None where it is there from the first."""
+    entered = states(found, counted)[1].reach
+    number = found.index(entered) if entered else len(found)
+    return found[number - 1] if number else None
+
+
+def fabric(run: Run, frame: int, rank: int = 1, kind: str | None = None) -> tuple[Fabric, Intervals] | None:
+    """The fabric of all contacts or of one kind (colluvium.results.fabric.KINDS) and its intervals; None for too few contacts.
+
+    Intervals: delete-a-group jackknife (M.H. Quenouille, Biometrika 43 (1956) 353-360)
+    of a e^{2i theta_a} and a_n e^{2i theta_n}, across and along the vector. Contacts that touch the same disc are not
+    independent: scatter over seeds comes on top.
+    """
+    discs, contacts = run.discs(frame, rank), run.contacts(frame, rank)
+    ends, force = contacts.ends, contacts.normal_force
+    try:
+        whole = contact_fabric(discs, contacts, kind)
+        if whole.contacts < FEWEST:
+            return None
+        group = np.arange(len(ends)) % GROUPS
+        parts = [
+            contact_fabric(discs, SimpleNamespace(ends=ends[group != k], normal_force=force[group != k]), kind)
+            for k in range(GROUPS)
+        ]
+    except ValueError:
+        return None
+    widths = []
+    for size, direction in (("a", "theta_a"), ("a_n", "theta_n")):
+        axis = getattr(whole, direction)
+        turned = np.array([getattr(p, size) * np.exp(2j * np.radians(getattr(p, direction) - axis)) for p in parts])
+        along, across = (1.96 * sqrt((GROUPS - 1) * float(np.var(part))) for part in (turned.real, turned.imag))
+        widths += [along, float(np.degrees(np.arcsin(min(across / getattr(whole, size), 1.0))) / 2.0)]
+    return whole, Intervals(*widths)
+
+
+def _for_good(found: list[Reach], holds: list[bool]) -> Reach | None:
+    """The first frame from which on all hold."""
+    since = next((i + 1 for i in range(len(holds) - 1, -1, -1) if not holds[i]), 0)
+    return found[since] if since < len(found) else None

@@ -1,0 +1,39 @@
+"""`colluvium export`: the discs of a frame as a CSV file (coupler_protocol/files/disc_csv.py), to begin another scene with.
+
+Control discs are left out. Velocities go along from stages in real time only: those of static stages are metres a step.
+"""
+
+import contextlib
+import sys
+
+import numpy as np
+
+from colluvium.results.run import open_run
+from coupler_protocol.files import disc_csv as disc_file
+
+RING = 0  # number of the material of control discs
+
+
+def write(run_dir, frame=None, stage=None, rank=1, out=None):
+    """Write the discs of frame `frame` (or of the last one of `stage`, or the last of all) to `out`; returns how many.
+
+    out: path of a file, None: standard output. Raises NotRecordedError or IndexError for frames that are not there.
+    """
+    with open_run(run_dir) as run:
+        number = run.last_frame(stage) if stage is not None else _last(run, rank) if frame is None else frame
+        discs, info = run.discs(number, rank), run.frames[number]
+        free = discs.material != RING
+        stone = discs.stone[free] if "stone" in discs else None
+        motion = np.column_stack([discs.velocity, discs.spin])[free] if _in_real_time(run, info.stage) else None
+        with contextlib.nullcontext(sys.stdout) if out is None else open(out, "w", encoding="utf-8", newline="") as file:
+            disc_file.write(file, discs.xy[free], discs.radius[free], stone, motion)
+        return int(free.sum())
+
+
+def _last(run, rank):
+    """The last frame in which this rank recorded anything."""
+    return max((i for i in range(len(run.frames)) if run.has(i, rank)), default=-1)
+
+
+def _in_real_time(run, stage):
+    return any(table["name"] == stage and table.get("time") == "real" for table in run.scene.get("stage", ()))

@@ -1,0 +1,106 @@
+"""Has the slope failed, and does the band cross the window? A rule anyone can check on the recorded frames.
+
+The *level* of a frame is the highest shear strain L such that cells strained by at least L connect the toe (ground surface in the
+lowest quarter of the slope's height) with the crest (level ground on top); coupler_protocol.criteria.shear_band has the rule. The
+slope counts
+as failed from the first frame whose level reaches FAILED. The band crosses the windows where the level drops once their bins may
+not be used, else it goes round them.
+
+Strains count from the end of the stage `equilibrium`.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from colluvium.results import window_fields
+from colluvium.results.run import Run
+from coupler_protocol.criteria import shear_band as band
+from coupler_protocol.criteria.shear_band import Cells, Surface
+
+FAILED = band.COUNTED
+
+
+class Level(NamedTuple):
+    """Highest shear strain that connects toe and crest in one frame, and the same round the windows."""
+
+    frame: int
+    gravity_factor: float
+    step: int
+    through: float
+    around: float
+
+    @property
+    def crosses(self) -> bool:
+        """Whether the band needs the window."""
+        return self.through > self.around
+
+
+def levels(run: Run, stages: tuple[str, ...] = ("overload",)) -> list[Level]:
+    """The level of every frame of the stages whose kind is one of `stages`."""
+    kinds = {stage["name"]: stage["kind"] for stage in run.scene["stage"]}
+    surface = ground(run)
+    return [level(run, i, surface) for i, frame in enumerate(run.frames) if kinds[frame.stage] in stages and run.has(i, 0)]
+
+
+def failure(found: list[Level], threshold: float = FAILED) -> Level | None:
+    """The first level that counts as failed, or None."""
+    return next((one for one in found if one.through >= threshold), None)
+
+
+def summary(run: Run, threshold: float = FAILED) -> dict | None:
+    """The rule's answer for run.json and the closing table; None where no frame of an overload was recorded."""
+    found = levels(run)
+    if not found:
+        return None
+    failed = failure(found, threshold)
+    shown = failed or found[-1]
+    before = found[found.index(failed) - 1] if failed and failed is not found[0] else None
+    return {
+        "threshold": threshold,
+        "failed_at": failed.gravity_factor if failed else None,
+        "not_failed_at": before.gravity_factor if failed and before else None if failed else shown.gravity_factor,
+        "step": shown.step,
+        "level_through": shown.through,
+        "level_around": shown.around,
+        "crosses_window": shown.crosses,
+    }
+
+
+def in_words(found: dict) -> str:
+    """One sentence or two on the answer of `summary`."""
+    level = f"level {100 * found['level_through']:.2g} %, round the window {100 * found['level_around']:.2g} %"
+    if found["failed_at"] is None:
+        band = f"no band of {100 * found['threshold']:g} % shear strain"
+        return f"not failed up to {found['not_failed_at']:.2f} g: {band} ({level})"
+    since = f" (not yet at {found['not_failed_at']:.2f} g)" if found["not_failed_at"] is not None else ""
+    way = "through the window" if found["crosses_window"] else "round the window"
+    return (
+        f"failed at {found['failed_at']:.2f} g{since}: from there on a band of {100 * found['threshold']:g} % shear strain "
+        f"connects toe and crest, {way} ({level})"
+    )
+
+
+def ground(run: Run) -> Surface:
+    """Toe and crest from the first frame, whose grid has no hole yet."""
+    return band.ground(run.gridpoints(0).xy, run.zones(0).corners)
+
+
+def level(run: Run, frame: int, surface: Surface) -> Level:
+    """The level of one frame."""
+    found, info = cells(run, frame), run.frames[frame]
+    through, around = (band.toe_to_crest(found, surface, without) for without in (None, found.rank > 0))
+    return Level(frame, info.gravity_factor, info.step, through, around)
+
+
+def cells(run: Run, frame: int) -> Cells:
+    """Zones and bins of one frame."""
+    windows = []
+    for rank in run.windows:
+        if run.has(frame, rank):
+            bins = window_fields.bins(run, frame, rank)
+            inside = window_fields.shear_strain(run, frame, bins, rank)
+            use = bins.used & np.isfinite(inside)
+            windows.append((rank, bins.middles[use], inside[use]))
+    zones = run.zones(frame)
+    return band.cells(run.gridpoints(frame).xy, zones.corners, zones.shear_strain, windows)

@@ -1,0 +1,76 @@
+"""The files of one rank of a run that was resumed, read as one: `fdm.rank0.vtkhdf`, `fdm.rank0.part1.vtkhdf`, ...
+
+Each part names the stages whose outcome it went on from. Frames and histories of later stages in the files before it were
+computed again and do not count. The part begins with the State it took up; that frame stands for the same one of the file before.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from colluvium.results.rank_file import Fields, RankFile
+
+
+class RankParts:
+    """Looks like a RankFile; the parts are in the order in which they were written."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self.parts = [RankFile(path) for path in paths]
+        self.path, self.kind = self.parts[0].path, self.parts[0].kind
+        self._limits: list[float] = []  # last step of each part that counts
+        self._places: dict[tuple[str, int], tuple[int, int]] = {}  # (stage, step) -> part, frame in it
+        for number, part in enumerate(self.parts):
+            self._go_on_with(number, part)
+        self.frames = [self.parts[part].frames[frame] for part, frame in self._places.values()]
+        self._order = list(self._places.values())
+
+    def points(self, frame: int) -> Fields:
+        """Gridpoints or discs of a frame, as in RankFile."""
+        part, row = self._order[frame]
+        return self.parts[part].points(row)
+
+    def zones(self, frame: int) -> Fields:
+        """Zones of a frame, as in RankFile."""
+        part, row = self._order[frame]
+        return self.parts[part].zones(row)
+
+    def contacts(self, frame: int) -> Fields:
+        """Contacts of a frame, as in RankFile."""
+        part, row = self._order[frame]
+        return self.parts[part].contacts(row)
+
+    def constant(self, name: str) -> np.ndarray | None:
+        """An array that holds for all frames, or None."""
+        return self.parts[-1].constant(name)
+
+    def units(self) -> dict[str, str]:
+        """Unit of every field and history."""
+        return {name: unit for part in self.parts for name, unit in part.units().items()}
+
+    def history_names(self) -> list[str]:
+        """Names of the histories."""
+        return list(dict.fromkeys(name for part in self.parts for name in part.history_names()))
+
+    def history(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Steps and values of a history."""
+        pieces = []
+        for part, limit in zip(self.parts, self._limits, strict=True):
+            if name in part.history_names():
+                steps, values = part.history(name)
+                pieces.append((steps[steps <= limit], values[steps <= limit]))
+        return tuple(np.concatenate(column) for column in zip(*pieces, strict=True))
+
+    def close(self) -> None:
+        """Close the files; arrays already read stay."""
+        for part in self.parts:
+            part.close()
+
+    def _go_on_with(self, number: int, part: RankFile) -> None:
+        """Forget what the part computed again, then add its frames."""
+        if part.kept_stages is not None:
+            self._places = {key: place for key, place in self._places.items() if key[0] in part.kept_stages}
+            last = max((step for _, step in self._places), default=-1)
+            self._limits = [min(limit, last) for limit in self._limits]
+        self._limits.append(np.inf)
+        self._places.update({(info.stage, info.step): (number, row) for row, info in enumerate(part.frames)})

@@ -1,0 +1,199 @@
+"""What a run left behind, by rank, frame and name: `run = open_run("runs/slope"); run.zones(-1).stress`.
+
+A run directory holds one VTKHDF file a rank (and one more each time it was resumed), `run.json` and the resolved scene
+`scene.json`; any of them may be missing. Frames are counted over all ranks: frame i is one moment (a step of a stage), at which
+one side may have recorded nothing.
+"""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from colluvium.results import averages
+from colluvium.results.fabric import Fabric, contact_fabric
+from colluvium.results.rank_file import Fields, NotRecordedError, RankFile
+from colluvium.results.rank_parts import RankParts
+from colluvium.results.ring_motion import RingMotion, ring_motion
+from coupler_protocol.files.vtkhdf import FrameInfo
+
+_RANK_FILE = re.compile(r".+\.rank(\d+)(?:\.part(\d+))?\.vtkhdf")
+_ROOM = {"continuum": "zones, gridpoints", "discrete": "discs, contacts"}
+
+
+def open_run(path: str | Path, other_path: str | Path | None = None) -> "Run":
+    """Open a run directory, or the two directories of a run whose servers wrote to different ones."""
+    return Run([Path(folder) for folder in (path, other_path) if folder is not None])
+
+
+class Run:
+    """The results of one run. Negative frames count from the end; rank 0 is the continuum."""
+
+    def __init__(self, folders: list[Path]) -> None:
+        self.folders = folders
+        paths = sorted(_rank_paths(folders).items())
+        self.files = {rank: RankFile(found[0]) if len(found) == 1 else RankParts(found) for rank, found in paths}
+        if not self.files:
+            raise FileNotFoundError(f"no file NAME.rankN.vtkhdf in {' or '.join(map(str, folders))}")
+        self.info = _first_json(folders, "run.json")
+        self.scene = _first_json(folders, "scene.json")
+        self.stages = self._order_stages()
+        self.frames, self._rows = self._join_frames()
+
+    def gridpoints(self, frame: int, rank: int = 0) -> Fields:
+        """displacement, velocity (N, 2) and `xy`, the coordinates before any displacement [m]."""
+        return self._file(rank, "continuum").points(self._row(frame, rank))
+
+    def zones(self, frame: int, rank: int = 0) -> Fields:
+        """stress (Z, 4) as xx, yy, zz, xy, ...; `corners` (Z, 4) gridpoints, `xy` middles [m]."""
+        return self._file(rank, "continuum").zones(self._row(frame, rank))
+
+    def discs(self, frame: int, rank: int = 1) -> Fields:
+        """radius, displacement, ... and `xy`, where the centres are in this frame [m]."""
+        return self._file(rank, "discrete").points(self._row(frame, rank))
+
+    def contacts(self, frame: int, rank: int = 1) -> Fields:
+        """normal_force, shear_force, ... and `ends` (C, 2): rows of the two discs in `discs(frame)`."""
+        return self._file(rank, "discrete").contacts(self._row(frame, rank))
+
+    def bodies(self, frame: int) -> list[Fields]:
+        """Gridpoints and discs of all ranks that recorded a frame: what has a place and a displacement."""
+        return [self.files[rank].points(row) for rank, row in sorted(self._rows[frame].items())]
+
+    def fabric(self, frame: int, rank: int = 1, kind: str | None = None) -> Fabric:
+        """Statistics of contact normals and forces, of all contacts or of one kind (colluvium.results.fabric.KINDS).
+
+        Contacts of the ring's control discs and inside one stone are left out.
+        """
+        return contact_fabric(self.discs(frame, rank), self.contacts(frame, rank), kind)
+
+    def average_stress(self, frame: int, region: Any, rank: int = 1) -> np.ndarray:
+        """Mean stress xx, yy, xy (3,) [Pa] of the discs in a circle (x, y, radius) or polygon (P, 2) [m], tension positive.
+
+        Walls count where they touch discs inside; colluvium.results.averages has the equation.
+        """
+        return averages.average_stress(self.discs(frame, rank), self.contacts(frame, rank), region)
+
+    def porosity(self, frame: int, region: Any, rank: int = 1) -> float:
+        """Void share [-] of a circle (x, y, radius) or polygon (P, 2) [m]."""
+        return averages.porosity(self.discs(frame, rank), region)
+
+    def ring_motion(self, frame: int, rank: int = 1) -> RingMotion:
+        """How far first free discs have moved away from a window's ring and along it since its first frame."""
+        first = next(i for i in range(len(self.frames)) if self.has(i, rank))
+        return ring_motion(*((self.discs(i, rank), self.contacts(i, rank)) for i in (first, frame)))
+
+    def stones(self, rank: int = 1) -> list[np.ndarray]:
+        """Polygons (V, 2) of the stones as they were placed [m]; colluvium.results.stones moves them with their discs."""
+        file = self._file(rank, "discrete")
+        corners, start = file.constant("stone_corners"), file.constant("stone_start")
+        return [] if corners is None else np.split(corners, start[1:-1])
+
+    def history(self, name: str, rank: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Steps and values of a history of one rank; none given: the continuum, or the discs where they are alone."""
+        rank = self._first() if rank is None else rank
+        file = self._file(rank)
+        if name not in file.history_names():
+            elsewhere = [str(r) for r, other in self.files.items() if name in other.history_names()]
+            hint = f" (rank {', '.join(elsewhere)} has it)" if elsewhere else ""
+            raise NotRecordedError(f"rank {rank} has no history {name!r}{hint}; it has {', '.join(file.history_names())}")
+        return file.history(name)
+
+    def has_history(self, name: str, rank: int | None = None) -> bool:
+        """Whether a rank has recorded a history; none given: as in `history`."""
+        rank = self._first() if rank is None else rank
+        return rank in self.files and name in self.files[rank].history_names()
+
+    def units(self, name: str) -> str:
+        """Unit of a field or history."""
+        known = {key: unit for file in self.files.values() for key, unit in file.units().items()}
+        if name not in known:
+            raise NotRecordedError(f"nothing named {name!r} was recorded; there are {', '.join(sorted(known))}")
+        return known[name]
+
+    def last_frame(self, stage: str) -> int:
+        """Number of the last frame of a stage."""
+        found = [i for i, frame in enumerate(self.frames) if frame.stage == stage]
+        if not found:
+            raise NotRecordedError(f"no frame of a stage {stage!r}; stages with frames: {', '.join(self.stages)}")
+        return found[-1]
+
+    def has(self, frame: int, rank: int) -> bool:
+        """Whether a rank recorded anything at a frame."""
+        return rank in self._rows[frame]
+
+    @property
+    def windows(self) -> list[int]:
+        """Ranks of the discrete side that recorded a frame."""
+        return [rank for rank, file in self.files.items() if file.kind == "discrete" and file.frames]
+
+    def recorded(self, rank: int) -> bool:
+        """Whether a rank recorded any frame."""
+        return rank in self.files and bool(self.files[rank].frames)
+
+    def close(self) -> None:
+        """Close the files; arrays already read stay."""
+        for file in self.files.values():
+            file.close()
+
+    def __enter__(self) -> "Run":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _order_stages(self) -> list[str]:
+        """Stages with frames, in the order of the scene, or else of their first steps."""
+        planned = [stage["name"] for stage in self.scene.get("stage", ())]
+        first: dict[str, tuple[int, int]] = {}
+        for rank, file in self.files.items():
+            for info in file.frames:
+                first[info.stage] = min(first.get(info.stage, (info.step, rank)), (info.step, rank))
+        return sorted(first, key=lambda s: (planned.index(s) if s in planned else len(planned), first[s]))
+
+    def _join_frames(self) -> tuple[list[FrameInfo], list[dict[int, int]]]:
+        """All moments in order, and for each the row in the file of every rank that recorded it."""
+        rows: dict[tuple[int, int], dict[int, int]] = {}
+        for rank, file in self.files.items():
+            for row, frame in enumerate(file.frames):
+                rows.setdefault((frame.step, self.stages.index(frame.stage)), {})[rank] = row
+        moments = [rows[key] for key in sorted(rows)]
+        return [self.files[min(moment)].frames[moment[min(moment)]] for moment in moments], moments
+
+    def _first(self) -> int:
+        return min(self.files)
+
+    def _file(self, rank: int, kind: str | None = None) -> RankFile | RankParts:
+        if rank not in self.files or (kind and self.files[rank].kind != kind):
+            there = "; ".join(f"rank {r} has {_ROOM[file.kind]}" for r, file in self.files.items())
+            raise NotRecordedError(f"rank {rank} has no {_ROOM[kind] if kind else 'file'} here: {there}")
+        return self.files[rank]
+
+    def _row(self, frame: int, rank: int) -> int:
+        if not -len(self.frames) <= frame < len(self.frames):
+            raise IndexError(f"frame {frame} of {len(self.frames)}")
+        if not self.has(frame, rank):
+            info = self.frames[frame]
+            own = [i for i in range(len(self.frames)) if self.has(i, rank)]
+            span = f"its frames lie between {own[0]} and {own[-1]}" if own else "it has no frame"
+            raise NotRecordedError(f"rank {rank} recorded nothing at frame {frame} (step {info.step}, {info.stage}); {span}")
+        return self._rows[frame][rank]
+
+
+def _rank_paths(folders: list[Path]) -> dict[int, list[Path]]:
+    """The files of every rank, parts in order; where both folders hold a rank, the first folder counts."""
+    ranks: dict[int, dict[int, Path]] = {}
+    for folder in reversed(folders):
+        here: dict[int, dict[int, Path]] = {}
+        for path in folder.glob("*.vtkhdf"):
+            if match := _RANK_FILE.fullmatch(path.name):
+                here.setdefault(int(match[1]), {})[int(match[2] or 0)] = path
+        ranks |= here
+    return {rank: [parts[number] for number in sorted(parts)] for rank, parts in ranks.items()}
+
+
+def _first_json(folders: list[Path], name: str) -> dict[str, Any]:
+    found = [folder / name for folder in folders if (folder / name).is_file()]
+    return json.loads(found[0].read_text(encoding="utf-8")) if found else {}
