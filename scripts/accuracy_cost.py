@@ -21,8 +21,9 @@ Made by `scripts/accuracy_cost.py`; each section by its workload. Times are medi
 
 
 def workloads():
-    """Names of the workloads that exist."""
-    return sorted(path.stem.upper() for path in (SCRIPTS / "accuracy").glob("w[0-9]*.py"))
+    """Modules of the workloads that exist, by name: {"W1": "w1_holes", ...}."""
+    files = sorted((SCRIPTS / "accuracy").glob("w[0-9]*_*.py"))
+    return {path.stem.partition("_")[0].upper(): path.stem for path in files}
 
 
 def parser():
@@ -38,7 +39,7 @@ def parser():
 def main(argv=None):
     """Compute one workload, print its table, draw it, write its section."""
     options = parser().parse_args(argv)
-    workload = importlib.import_module(f"accuracy.{options.workload.lower()}")
+    workload = importlib.import_module(f"accuracy.{workloads()[options.workload]}")
     rows = workload.run(options.fast)
     print(pages.plain(rows, workload.COLUMNS))
     if options.json:

@@ -22,7 +22,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from bench.rows import repeated, row, triad, write
+from bench.timing_rows import repeated, row, triad, write
 
 from colluvium.running import processes as launch
 from coupler_protocol.files import checkpoint

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from bench.dem import SIZES
 from bench.peers import ENGINES
 from bench.peers.compare import box_rows
-from bench.rows import show, triad, write
+from bench.timing_rows import show, triad, write
 
 from coupler_protocol.files.run_json import processor
 

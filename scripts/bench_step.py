@@ -13,7 +13,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from bench import dem, fdm
-from bench.rows import show, write
+from bench.timing_rows import show, write
 
 
 def main():

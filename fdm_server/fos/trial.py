@@ -52,7 +52,7 @@ def run_trial(scene, ground, factor, stop=lambda: None, say=lambda steps, ratio:
     """The Trial of a factor. Raises Unstable.
 
     stop() may end the work, say(steps, ratio) reports progress; accelerate(model, state, gravity) is the light half of a step
-    (scripts/equilibrium_study.py puts others in its place).
+    (scripts/studies/equilibrium_study.py puts others in its place).
     """
     begin = time.perf_counter()
     model, state = begin_trial(scene, ground, factor)

@@ -14,8 +14,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from bench.dense_box import BOND, FRICTION, dense_box
-from bench.rows import repeated, row, triad
 from bench.scalar_disc import step_of_discs
+from bench.timing_rows import repeated, row, triad
 from coupler_protocol.compiled import threads as team
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.interface.ring import build_ring

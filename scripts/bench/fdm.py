@@ -11,8 +11,8 @@ import numpy as np
 
 from bench import laws
 from bench.operations import operations
-from bench.rows import repeated, row, triad
 from bench.scalar_zone import step_of_zones
+from bench.timing_rows import repeated, row, triad
 from fdm_server.step.blocks import from_blocks
 from fdm_server.step.forces import corner_forces
 from fdm_server.step.strain import strain_increments

@@ -9,7 +9,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from bench.rows import repeated, row
+from bench.timing_rows import repeated, row
 from coupler_protocol.compiled import threads as team
 from coupler_protocol.scene.reader import build_scene
 from fdm_server.mesh.grid import build_grid

@@ -7,7 +7,7 @@ import traceback
 
 import pages
 
-from verification.rows import KEYS, failure
+from verification.verdict_rows import KEYS, failure
 
 
 def section(name):

@@ -1,4 +1,4 @@
-"""scripts/equilibrium_study.py: the assembled stiffness is the kernels', and the study's masses are stable."""
+"""scripts/studies/equilibrium_study.py: the assembled stiffness is the kernels', and the study's masses are stable."""
 
 import equilibrium_study as study
 import numpy as np

@@ -1,4 +1,4 @@
-"""scripts/interface_figure.py: reflection and restitution at the interface, as predicted."""
+"""scripts/studies/interface_figure.py: reflection and restitution at the interface, as predicted."""
 
 import json
 

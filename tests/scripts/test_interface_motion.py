@@ -1,4 +1,4 @@
-"""scripts/interface_motion.py: a row for every stage of a run with discs."""
+"""scripts/studies/interface_motion.py: a row for every stage of a run with discs."""
 
 import json
 

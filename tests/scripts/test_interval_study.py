@@ -1,4 +1,4 @@
-"""scripts/interval_study.py: fewer messages, the same rest, and what a line's latency costs at least."""
+"""scripts/studies/interval_study.py: fewer messages, the same rest, and what a line's latency costs at least."""
 
 import json
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "paper_study.py"
+SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "studies" / "paper_study.py"
 
 
 @pytest.fixture(scope="module")

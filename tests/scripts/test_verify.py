@@ -7,7 +7,7 @@ import pages
 import pytest
 import verify
 from verification import SECTIONS, runner
-from verification.rows import KEYS, row
+from verification.verdict_rows import KEYS, row
 
 
 def case(name, *rows_of):

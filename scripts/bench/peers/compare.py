@@ -11,7 +11,7 @@ import numpy as np
 from bench.dem import rows_of
 from bench.peers.box import TRIAL_STEPS, box_of, case_of, stored_energy, trial_of
 from bench.peers.engine import PeerError
-from bench.rows import row
+from bench.timing_rows import row
 
 SAME_MOTION, SAME_ENERGY = 0.02, 0.01  # largest differences that count as the same work
 TRIES = 2  # runs of a setting, of which the faster counts

@@ -11,8 +11,8 @@ Beam theory itself is good to some tenths of a per cent here (the held end canno
 import numpy as np
 from accuracy.common import order
 
-from verification import product
-from verification.rows import row
+from verification import as_a_run as product
+from verification.verdict_rows import row
 
 NAME = "cantilever"
 SOURCE = "Timoshenko & Goodier (1970), Theory of Elasticity, section 21"

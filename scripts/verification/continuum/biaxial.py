@@ -9,8 +9,8 @@ down, under combined damping (local damping takes more from swings against a ste
 
 from math import radians, sin, sqrt
 
-from verification import product
-from verification.rows import row
+from verification import as_a_run as product
+from verification.verdict_rows import row
 
 NAME = "biaxial"
 SOURCE = "closed form (Mohr-Coulomb)"

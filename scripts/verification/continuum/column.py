@@ -12,8 +12,8 @@ that of run.json; the lateral stress at the base is extrapolated from the zones 
 import numpy as np
 
 from fdm_server.observe import fields
-from verification import product
-from verification.rows import row
+from verification import as_a_run as product
+from verification.verdict_rows import row
 
 NAME = "K0 column"
 SOURCE = "closed form (uniaxial strain)"

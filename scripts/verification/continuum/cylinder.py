@@ -13,9 +13,9 @@ from math import log
 import numpy as np
 from accuracy.common import order
 
-from verification import product
+from verification import as_a_run as product
 from verification.continuum.holes import AXES, norm, polar, ring_grid, seen
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "thick cylinder"
 LAME, HILL = "Lame (1852)", "Hill (1950), The Mathematical Theory of Plasticity, chapter 5"

@@ -12,9 +12,9 @@ taken here from the reaction's own history, and all of it but what is stored goe
 
 import numpy as np
 
-from verification import product
+from verification import as_a_run as product
 from verification.continuum import footing
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "energy"
 SOURCE = "conservation of energy"

@@ -22,9 +22,9 @@ from fdm_server.mesh.grid_sides import side_of
 from fdm_server.model import build_model, new_state
 from fdm_server.step.gridpoint_pass import update_velocities
 from fdm_server.step.zone_pass import advance
-from verification import product
+from verification import as_a_run as product
 from verification.continuum.meshes import without_mixing
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "strip footing"
 SOURCE = "Prandtl (1920)"

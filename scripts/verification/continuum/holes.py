@@ -19,7 +19,7 @@ from fdm_server.observe import fields
 from fdm_server.step.blocks import triangle_double_areas
 from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
 from fdm_server.step.zone_pass import advance
-from verification import product
+from verification import as_a_run as product
 from verification.continuum.meshes import set_stress, without_mixing
 
 OUTER = 8.0  # [m]

@@ -16,9 +16,9 @@ import numpy as np
 from accuracy.common import order
 
 from fdm_server.mesh.grid import centroids
-from verification import product
+from verification import as_a_run as product
 from verification.continuum.holes import AXES, edge_forces, hole, norm, polar, ring_grid, seen, settle
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "Kirsch hole"
 SOURCE = "Kirsch (1898); Jaeger, Cook & Zimmerman (2007), section 8.5"

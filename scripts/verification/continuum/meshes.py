@@ -9,7 +9,7 @@ from fdm_server.mesh.grid import Grid
 from fdm_server.model import build_model, model_of, new_state
 from fdm_server.step.blocks import TRIANGLES
 from fdm_server.step.stress import SD, SM, XY, ZZ
-from verification import product
+from verification import as_a_run as product
 
 
 def model_of_zones(xy, zones, material, fixed=None):

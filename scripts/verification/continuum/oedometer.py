@@ -14,9 +14,9 @@ import numpy as np
 
 from fdm_server.observe import fields
 from fdm_server.step.zone_pass import advance
-from verification import product
+from verification import as_a_run as product
 from verification.continuum.meshes import model_of_zones
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "oedometer"
 SOURCE = "closed form (edge of the Mohr-Coulomb surface)"

@@ -10,9 +10,9 @@ import numpy as np
 from fdm_server.observe import fields
 from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
 from fdm_server.step.zone_pass import advance
-from verification import product
+from verification import as_a_run as product
 from verification.continuum.meshes import model_of_zones
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "patch"
 SOURCE = "Irons & Razzaque (1972), patch test"

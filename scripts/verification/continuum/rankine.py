@@ -12,8 +12,8 @@ any mesh is exact.
 
 from math import radians, sin, sqrt
 
-from verification import product
-from verification.rows import row
+from verification import as_a_run as product
+from verification.verdict_rows import row
 
 NAME = "earth pressure"
 SOURCE = "Rankine (1857)"

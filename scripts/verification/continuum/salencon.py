@@ -20,9 +20,9 @@ from accuracy.common import order
 
 from fdm_server.mesh.grid import areas
 from fdm_server.observe import fields
-from verification import product
+from verification import as_a_run as product
 from verification.continuum.holes import AXES, OUTER, edge_forces, hole, norm, outward, polar, ring_grid, seen, settle
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "Salencon hole"
 SOURCE = "Salencon (1969), Ann. Inst. Tech. Bat. Trav. Publ. 21; FLAC verification problem"

@@ -16,8 +16,8 @@ from pathlib import Path
 from colluvium import Scene
 from coupler_protocol.process.progress import Progress
 from fdm_server.fos.study import Study
-from verification import product
-from verification.rows import row
+from verification import as_a_run as product
+from verification.verdict_rows import row
 
 NAME = "slopes"
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"

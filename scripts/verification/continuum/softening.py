@@ -12,8 +12,8 @@ The strength of a step is that at its beginning, so the error is of first order 
 import numpy as np
 from accuracy.common import order
 
-from verification import product
-from verification.rows import row
+from verification import as_a_run as product
+from verification.verdict_rows import row
 
 NAME = "softening"
 SOURCE = "closed form (simple shear)"

@@ -14,9 +14,9 @@ import numpy as np
 from fdm_server.observe import fields
 from fdm_server.step.present_shape import begin_large_strain
 from fdm_server.step.zone_pass import advance
-from verification import product
+from verification import as_a_run as product
 from verification.continuum.meshes import model_of_zones, set_stress
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "spin"
 K, G = 0.5e9, 0.15e9

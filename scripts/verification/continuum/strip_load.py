@@ -16,8 +16,8 @@ from accuracy.common import order
 
 from fdm_server.mesh.grid import centroids
 from fdm_server.observe import fields
-from verification import product
-from verification.rows import row
+from verification import as_a_run as product
+from verification.verdict_rows import row
 
 NAME = "strip load"
 SOURCE = "closed form (Fourier series of Airy's function)"

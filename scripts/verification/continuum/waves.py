@@ -15,8 +15,8 @@ from math import asin, cos, pi, sin, sqrt
 
 import numpy as np
 
-from verification import product
-from verification.rows import row
+from verification import as_a_run as product
+from verification.verdict_rows import row
 
 NAME = "waves"
 SOURCE = "closed form (leap-frog dispersion)"

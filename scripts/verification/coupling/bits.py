@@ -32,7 +32,7 @@ from fdm_server.procedure.grid_side import ContinuumSide
 from fdm_server.step import clock as grid_clock
 from fdm_server.step.gridpoint_pass import update_velocities
 from fdm_server.step.zone_pass import advance
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "same bits"
 SOURCE = "identity (one leap-frog)"

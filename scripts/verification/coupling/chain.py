@@ -13,7 +13,7 @@ masses, stresses and contact forces give it. The step is .9 of the stable one.
 import numpy as np
 
 from verification.coupling.bar import DENSITY, M, bar
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "chain"
 SOURCE = "closed form (leap-frog)"

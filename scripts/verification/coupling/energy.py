@@ -10,7 +10,7 @@ control discs off their segments (2 R outside) as well.
 import numpy as np
 
 from verification.coupling.block import R, block
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "energy"
 SOURCE = "conservation (leap-frog)"

@@ -8,7 +8,7 @@ body's weight; kn = 1e6 N/m, for round-off of places times stiffness is a force.
 import numpy as np
 
 from verification.coupling.block import block
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "free fall"
 SOURCE = "closed form (leap-frog from rest)"

@@ -10,7 +10,7 @@ import numpy as np
 
 from verification.coupling.block import R
 from verification.coupling.energy import shaken
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "flutter"
 SOURCE = "theory: none for a mapping that keeps power"

@@ -23,7 +23,7 @@ from fdm_server.observe.energy import strain_energy
 from fdm_server.step import clock as grid_clock
 from fdm_server.step.gridpoint_pass import update_velocities
 from fdm_server.step.zone_pass import advance
-from verification import product
+from verification import as_a_run as product
 
 
 class Joined:

@@ -13,7 +13,7 @@ drops M) and, off the segments, no power: its row says how much is lost.
 import numpy as np
 
 from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "mapping"
 SOURCE = "identity (the transpose)"

@@ -12,7 +12,7 @@ import numpy as np
 from fdm_server.observe import fields
 from verification.coupling.block import KN, SIDE, R, block
 from verification.coupling.joined import rotation
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "uniform stress"
 SOURCE = "closed form (square lattice; Irons & Razzaque 1972, patch test)"

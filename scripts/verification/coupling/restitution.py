@@ -11,7 +11,7 @@ dx high; the control disc weighs nothing (the closed form has no mass at the end
 import numpy as np
 
 from verification.coupling.bar import DENSITY, SPEED, bar
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "disc on a bar"
 SOURCE = "closed form (dashpot of the bar's impedance)"

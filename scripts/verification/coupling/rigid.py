@@ -18,7 +18,7 @@ from dem_server.model import build_model
 from dem_server.step.contact_pass import contact_forces
 from verification.coupling.joined import rotation
 from verification.discrete.discs import KN, soil_discs
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "rigid motion"
 SOURCE = "identity (objectivity)"

@@ -13,7 +13,7 @@ import numpy as np
 
 from fdm_server.step.zone_pass import advance
 from verification.coupling.bar import DENSITY, SPEED, M, bar
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "waves"
 DX, COLUMNS, SHORT = 0.25, 400, 6.0

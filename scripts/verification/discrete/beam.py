@@ -17,7 +17,7 @@ from dem_server.step.contact_pass import contact_forces
 from dem_server.step.cycle import advance
 from verification.discrete.bonds import KN, KS, R, cement, everywhere
 from verification.discrete.discs import with_held
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "beam"
 FORCE = 0.01  # at the end of the beam [N]

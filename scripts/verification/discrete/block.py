@@ -21,7 +21,7 @@ from dem_server.step.cycle import advance, in_real_time
 from dem_server.step.walls import make_walls
 from dem_server.stones import bodies as stones
 from verification.discrete.discs import KN, KS, loose_discs
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "block"
 R, G, DENSITY = 0.03, 9.81, 2000.0

@@ -11,7 +11,7 @@ import numpy as np
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.step.bonds_made import add_parallel_bonds
 from verification.discrete.discs import displace, loose_discs
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "bonds"
 R, STEP = 0.03, 1.0e-7

@@ -17,7 +17,7 @@ import numpy as np
 import shapely
 
 from verification.discrete import scenes
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "box"
 WIDTH, HEIGHT, INSIDE = 1.0, 0.8, 0.04  # of the window, and of the walls inside it [m]

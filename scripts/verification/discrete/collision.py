@@ -15,7 +15,7 @@ from dem_server.effects.dashpot import Dashpot
 from dem_server.step.cycle import advance, in_real_time
 from verification.discrete import scenes
 from verification.discrete.discs import KN, loose_discs
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "collision"
 SOURCE = "Schwager & Poeschel (2007), Granular Matter 9, 465-469"

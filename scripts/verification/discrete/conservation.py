@@ -22,7 +22,7 @@ from dem_server.observe import energy
 from dem_server.step.cycle import advance, in_real_time
 from dem_server.stones import bodies as stones
 from verification.discrete.discs import loose_discs
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "conservation"
 R = 0.03

@@ -16,7 +16,7 @@ from dem_server.step.neighbours import rebuild
 from dem_server.step.walls import make_walls
 from verification.discrete import conservation
 from verification.discrete.discs import loose_discs, with_held
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "gas"
 R, SIDE = 0.03, 6

@@ -13,7 +13,7 @@ import numpy as np
 from dem_server.effects.bond import BONDED, Bond
 from dem_server.step.cycle import advance
 from verification.discrete.discs import KN, with_held
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "hang"
 R, FREE, STRENGTH = 0.03, 8, 1500.0

@@ -14,7 +14,7 @@ from dem_server.effects.bond import Bond
 from dem_server.insitu.contact_stress import contact_moments
 from dem_server.pairs import contacts
 from verification.discrete.discs import KN, KS, displace, loose_discs
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "hexagon"
 R = 0.03

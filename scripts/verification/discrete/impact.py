@@ -14,7 +14,7 @@ the point of contact (Maw, Barber & Fawcett 1976 do this with Hertz's springs; f
 import numpy as np
 
 from verification.discrete import scenes
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "impact"
 R, KN, DENSITY, TURNED = 0.03, 2.5e7, 2000.0, np.radians(25.0)

@@ -15,7 +15,7 @@ from dem_server.effects.rolling import Rolling
 from dem_server.step.cycle import advance, in_real_time
 from verification.discrete import scenes
 from verification.discrete.discs import KN, with_held
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "incline"
 G, R, PLANE = 9.81, 0.03, 1.0e4  # the plane is a disc so large that it is flat over the way of the small one

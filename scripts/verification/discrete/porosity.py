@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from verification.discrete import scenes
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "porosity"
 WINDOW = [[0.0, 0.0], [2.4, 0.0], [2.4, 1.2], [1.2, 1.2], [1.2, 2.4], [0.0, 2.4]]

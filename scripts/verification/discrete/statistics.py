@@ -17,7 +17,7 @@ import shapely
 from coupler_protocol.scene.tables.stones import Stones
 from dem_server.stones.mesostructure import draw
 from dem_server.stones.polygons import moments
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "statistics"
 WINDOW = np.array([[0.0, 0.0], [4.0, 0.0], [3.6, 4.0], [0.0, 4.0]])

@@ -11,7 +11,7 @@ import numpy as np
 from dem_server.effects.rolling import Rolling
 from dem_server.observe.energy import stored
 from verification.discrete.discs import KN, KS, MU, displace, loose_discs
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "stick-slip"
 R, OVERLAP, CYCLES, STEPS = 0.03, 1.0e-5, 150, 500

@@ -24,7 +24,7 @@ from dem_server.step.cycle import advance, in_real_time
 from dem_server.stones import bodies as stones
 from verification.discrete import scenes
 from verification.discrete.discs import KN, loose_discs
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "stone"
 R, G = 0.03, 9.81

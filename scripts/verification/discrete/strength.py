@@ -19,7 +19,7 @@ largest ratio comes when every contact between rows slips; further on the packin
 import numpy as np
 
 from verification.discrete import scenes
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "strength"
 R, ROWS, LONG = 0.03, 7, 8

@@ -10,7 +10,7 @@ import numpy as np
 
 from dem_server.effects.bond import BONDED, BROKEN_TENSION
 from verification.hard.watched import computed, scene_of
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "bonds gone"
 

@@ -19,7 +19,7 @@ import numpy as np
 from dem_server.effects.bond import BONDED, BROKEN_TENSION
 from dem_server.step.contact_pass import contact_forces
 from verification.hard.free_body import body
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "bonds gone, coupled"
 STRAIN = np.array([[1e-4, 0.5e-4], [0.5e-4, -1e-4]])

@@ -15,7 +15,7 @@ from fdm_server.step.gridpoint_pass import unbalanced_ratio
 from verification.coupling.energy import followed
 from verification.hard.coupled_system import System, scene
 from verification.hard.free_body import SIZE, SMALL, Carried, body
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "curved rim"
 

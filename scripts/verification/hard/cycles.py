@@ -5,7 +5,7 @@ work against the closed form.
 """
 
 from verification.discrete import stickslip
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "cycles"
 

@@ -10,7 +10,7 @@ from dem_server.step.contact_pass import contact_forces
 from verification.coupling.joined import Joined, keep_gaps
 from verification.coupling.mapping import lost
 from verification.hard.coupled_system import MODULUS, system
-from verification.rows import row
+from verification.verdict_rows import row
 
 RING = {"kind": "ring", "part": "quarter", "inner": 1.0, "outer": 4.0, "around": 6, "growth": 1.1}
 SIZE = 0.07  # mean radius of the discs [m]

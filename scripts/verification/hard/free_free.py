@@ -11,7 +11,7 @@ import numpy as np
 
 from verification.coupling.energy import followed
 from verification.hard.free_body import SIZE, body
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "free body"
 SOURCE = "conservation (leap-frog)"

@@ -12,7 +12,7 @@ import shapely
 from coupler_protocol.exits import PhysicsFailed
 from verification.discrete import scenes
 from verification.discrete.discs import KN
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "impacts"
 R = 0.03

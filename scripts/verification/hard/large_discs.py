@@ -11,7 +11,7 @@ from coupler_protocol.scene.rules.between_tables import doubts
 from verification.coupling.energy import followed
 from verification.hard.coupled_system import scene
 from verification.hard.free_body import Carried, body, sector
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "large discs"
 R = 0.25

@@ -10,7 +10,7 @@ import numpy as np
 from verification.coupling.energy import followed
 from verification.coupling.flutter import growth_of
 from verification.hard.free_body import SIZE, Carried, body
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "off the line"
 EVERY = 10

@@ -13,7 +13,7 @@ from coupler_protocol.process.plugin import from_functions
 from verification.discrete import scenes
 from verification.discrete.discs import KN
 from verification.hard.watched import Watch, look
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "overlap"
 R = 0.03

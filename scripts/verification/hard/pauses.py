@@ -19,7 +19,7 @@ import colluvium
 from coupler_protocol.exits import PhysicsFailed
 from fdm_server.coupling import exchange_pauses as pace
 from verification.hard import coupled_system
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "pauses"
 SOURCE = "as asked for"

@@ -14,7 +14,7 @@ from verification.coupling.joined import rotation
 from verification.coupling.rigid import forces
 from verification.hard.coupled_system import MODULUS
 from verification.hard.free_body import SIZE, body
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "quarter turn"
 SOURCE = "identity (objectivity)"

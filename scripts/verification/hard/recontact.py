@@ -15,7 +15,7 @@ from dem_server.observe import energy
 from dem_server.pairs import contacts
 from dem_server.step.cycle import advance, in_real_time
 from verification.discrete.discs import KN, displace, with_held
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "recontact"
 R = 0.03

@@ -12,7 +12,7 @@ from dem_server.effects.bond import BONDED
 from verification.coupling.joined import Joined
 from verification.hard.coupled_system import with_few_discs
 from verification.hard.free_body import SIZE, SMALL, discs_that_break
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "rim contacts"
 SPEED, STRENGTH = 5.0, 1e3  # [m/s]; of the bond [N]; the energy it takes with it is 1e-5 of a disc's

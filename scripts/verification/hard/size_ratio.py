@@ -9,7 +9,7 @@ import numpy as np
 from coupler_protocol.process.plugin import from_functions
 from verification.discrete import scenes
 from verification.hard.watched import Watch, look
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "size ratio"
 LARGE, SMALL, COLUMNS, LAYERS = 0.2, 0.01, 24, 10

@@ -15,7 +15,7 @@ from coupler_protocol.criteria.stable_step import highest
 from dem_server.observe.stable_limit import safe_limit
 from fdm_server.observe.stable_limit import safe_limits
 from verification.hard.coupled_system import at_share, excite, growth, system
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "step limit"
 STEPS = {True: 2_000, False: 100_000}  # by `fast`

@@ -19,7 +19,7 @@ from colluvium.forecast import linearised_step as coupled
 from dem_server.observe import unbalanced_ratio as balance
 from fdm_server.step.gridpoint_pass import unbalanced_ratio
 from verification.hard.coupled_system import MODULUS, with_few_discs
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "stiff and soft"
 SIZES = (1 / 4, 1 / 8, 1 / 32)

@@ -12,7 +12,7 @@ from verification.coupling.energy import followed
 from verification.hard.coupled_system import MODULUS, system
 from verification.hard.free_body import SIZE, body, bond_all
 from verification.hard.stiff_and_soft import come_to_rest, load, static
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "stiff and soft, plane"
 RADII = (1 / 10, 1 / 20)  # [m], in zones of .4 to .9 m

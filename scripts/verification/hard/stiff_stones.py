@@ -16,7 +16,7 @@ from dem_server.step.contact_pass import contact_forces
 from dem_server.stones import bodies as stones
 from dem_server.stones import mesostructure
 from verification.hard.watched import computed, scene_of
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "stiff stones"
 

@@ -20,7 +20,7 @@ from dem_server.step.neighbours import rebuild
 from dem_server.step.walls import make_walls
 from verification.discrete.discs import loose_discs
 from verification.discrete.gas import mean_energy
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "stiffness jump"
 R, RATIO = 0.03, 1e4

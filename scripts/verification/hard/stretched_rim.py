@@ -20,7 +20,7 @@ from fdm_server.step.zone_pass import advance
 from verification.hard.coupled_system import system
 from verification.hard.free_body import SIZE, SMALL, Carried, discs_that_break
 from verification.hard.watched import SCENES
-from verification.rows import row
+from verification.verdict_rows import row
 
 NAME = "stretched rim"
 STRETCH, WIDTH, ACROSS = 5.0, 1.0, 0.9  # of the strip: how far, how wide [m], its direction [rad]

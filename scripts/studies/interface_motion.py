@@ -1,6 +1,6 @@
 """How well grid and discs keep together along the rims of a run: slip and opening of the ring, P/l against the zones' stress.
 
-    python scripts/interface_motion.py RUN_DIR [--gravity G [G ...]] [--json FILE]
+    python scripts/studies/interface_motion.py RUN_DIR [--gravity G [G ...]] [--json FILE]
 
 A row for the end of every stage with discs, and for the first frames with given gravity factors: root mean square and largest of
 the changes of gaps (opening) and of the ways along the rim (slip) between control discs and the first free discs that touched
@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # what the scripts share
 
 import pages
 

@@ -1,6 +1,6 @@
 """Fewer steps to equilibrium: masses and dampings beside the default, the steps they take and the factors of safety they give.
 
-    python scripts/equilibrium_study.py [--fast] [--json FILE]
+    python scripts/studies/equilibrium_study.py [--fast] [--json FILE]
 
 Masses: classical (fdm_server/step/masses.py); row sums of the elastic stiffness (Gershgorin's bound) with the same reserve; and
 lighter ones, to show what they do. Dampings: local .8 (default) and .5; kinetic (velocities to zero at peaks of the kinetic
@@ -29,7 +29,7 @@ from fdm_server.step.gridpoint_pass import kinetic_energy, unbalanced_ratio, upd
 from fdm_server.step.safety import Unstable
 from fdm_server.step.zone_pass import advance
 
-CONFIGS = Path(__file__).resolve().parent.parent / "configs"
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 RATIO, MOST = 1e-5, 80_000
 BLOCK = [[12.0, 3.0], [16.0, 3.0], [16.0, 7.0], [12.0, 7.0]]  # a thousand times stiffer
 

@@ -1,6 +1,6 @@
 """The paper's study over seeds: the four states of the band, and the fabric of the contacts in each beside the paper's.
 
-    python scripts/paper_study.py [SCENE] [--seeds N] [--fast] [--json FILE] [--pictures DIR] [--out DIR]
+    python scripts/studies/paper_study.py [SCENE] [--seeds N] [--fast] [--json FILE] [--pictures DIR] [--out DIR]
 
 Each seed draws stones and discs of its own and is computed twice, with ("stressed") and without bringing the window to the
 slope's stress; the first seed also with the paper's mapping and with the light discs of its Table 2. Prints tables in Markdown:
@@ -18,15 +18,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-
 import colluvium
 from colluvium.results import band_states as states
 from colluvium.results import failure as band
 from colluvium.results import window_fields
 from colluvium.results.fabric import KINDS
 
-CONFIGS = Path(__file__).resolve().parent.parent / "configs"
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 FAST = ('stage.overload={name="overload", large_strain=true, gravity_factor={to=14.0, over=2000}, until={steps=2000}}',)
 
 

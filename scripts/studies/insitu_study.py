@@ -1,6 +1,6 @@
 """How near virtual strain brings a window to a given stress: fields of the window of configs/paper_slope.toml, soil and stones.
 
-    python scripts/insitu_study.py [--fast] [--json FILE]
+    python scripts/studies/insitu_study.py [--fast] [--json FILE]
 
 Fields of ground of 2700 kg/m3, all but the last two inside the cone of friction of Table 2: level ground with K0 = .571; ground
 whose principal axes are turned by 30 degrees everywhere; ground with linearly varying shear; level ground with K = .36, which
@@ -36,7 +36,7 @@ from dem_server.step.contact_pass import contact_forces
 from dem_server.stones import bodies as stones
 from dem_server.stones import mesostructure
 
-SCENE = Path(__file__).resolve().parent.parent / "configs" / "paper_slope.toml"
+SCENE = Path(__file__).resolve().parents[2] / "configs" / "paper_slope.toml"
 GRAVITY, DENSITY, TOP = 9.81, 2700.0, 12.0
 UNIT = DENSITY * GRAVITY
 SEEDS, STEPS = 3, 300

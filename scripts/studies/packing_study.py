@@ -1,6 +1,6 @@
 """Packings of a 2.0 x 5.8 m window at 100 kPa: both ways of packing, three sizes of discs, as a table in Markdown.
 
-    python scripts/packing_study.py [--radius R ...] [--seeds N] [--json FILE]
+    python scripts/studies/packing_study.py [--radius R ...] [--seeds N] [--json FILE]
 
 Discs of the paper's soil, radii uniform in R (1 -+ .25), inside a ring on nodes 1/3 m apart. Packed, then 1,000 steps with
 friction. Coordination and the share of discs with fewer than three contacts count discs more than 4 R away from the ring; the

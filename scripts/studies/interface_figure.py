@@ -1,6 +1,6 @@
 """What comes back from the interface, measured and predicted; writes docs/pictures/interface_theory.png.
 
-    python scripts/interface_figure.py [--fast] [--json FILE] [--picture FILE]
+    python scripts/studies/interface_figure.py [--fast] [--json FILE] [--picture FILE]
 
 Three panels: a wave from a bar of zones into a chain of discs of another impedance, (Z1 - Z2)/(Z1 + Z2); a short wave at equal
 impedances, with the half disc's mass at the rim and without it, where (m/4Z) du/dt comes back; a disc on the end of a bar,
@@ -9,14 +9,18 @@ e = exp(-pi b / sqrt(1 - b^2)). The bars of scripts/verification/coupling (waves
 
 import argparse
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # what the scripts share
+
 from verification.coupling import restitution, waves
 
 from colluvium.figures.style import styled
 
-PICTURE = Path(__file__).resolve().parent.parent / "docs" / "pictures" / "interface_theory.png"
+PICTURE = Path(__file__).resolve().parents[2] / "docs" / "pictures" / "interface_theory.png"
 RATIOS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)
 WIDTHS = (4.0, 6.0, 9.0, 12.0, 18.0)  # standard deviations of the pulse in zones
 DAMPING = (0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8)  # b = sqrt(k m) / 2 Z

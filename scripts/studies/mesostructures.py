@@ -1,6 +1,6 @@
 """Draw the paper's Figure 7: stone contents of .30, .60, .45 and .45 in its window.
 
-python scripts/mesostructures.py [SCENE] [PNG]
+python scripts/studies/mesostructures.py [SCENE] [PNG]
 """
 
 import sys

@@ -1,6 +1,6 @@
 """What pauses between exchanges cost and save: steps, messages, error and seconds for k = coupling.exchange_every = 1 to 50.
 
-    python scripts/interval_study.py [--fast] [--json FILE] [--page FILE]
+    python scripts/studies/interval_study.py [--fast] [--json FILE] [--page FILE]
 
 *column*: 4 x 8 m of ground under its weight with a window of 2 x 3 m in it; *slope*: `configs/quick_slope.toml` with bonds that
 cannot break, so that differences are those of k, and a hand-over of 100 steps. Both are coupled, then gravity grows to 1.2 times
@@ -21,6 +21,9 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # what the scripts share
+
 import pages
 
 from coupler_protocol.files import checkpoint
@@ -29,7 +32,7 @@ from coupler_protocol.wire.link_tcp import endpoint_from
 from fdm_server.mesh.grid import build_grid
 from fdm_server.mesh.window_zones import rim_of, window_zones
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "accuracy.md"
 INTERVALS = {True: (1, 10), False: (1, 2, 5, 10, 20, 50)}  # by `fast`
 LATENCIES = {True: (1.0,), False: (0.0, 0.1, 1.0)}  # [ms]
@@ -178,7 +181,7 @@ def main(argv=None):
     if options.json:
         options.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     if not options.fast:
-        text = "\n\n".join([TITLE, "`python scripts/interval_study.py`", TEXT, pages.markdown(rows, columns(rows))])
+        text = "\n\n".join([TITLE, "`python scripts/studies/interval_study.py`", TEXT, pages.markdown(rows, columns(rows))])
         pages.write_section(options.page, "interval", text)
     return 0
 
