@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from coupler_protocol.files import restart
-from coupler_protocol.process import command_line as program
+from coupler_protocol.process import command_line
 from coupler_protocol.process.plugin import from_functions
 from coupler_protocol.scene.reader import build_scene, read_scene
 
@@ -29,17 +29,16 @@ def run(scene, out, in_process=True, force=False, report="none", *, on_stage=Non
     Raises a coupler_protocol.exits.RunEnded that says what went wrong and whose fault it is.
     """
     from colluvium.results.run import open_run
-    from colluvium.running import processes as launch
-    from colluvium.running import threads as inprocess
+    from colluvium.running import processes, threads
 
     plugin = from_functions(on_stage, on_step)
     if plugin is not None and not in_process:
         raise ValueError("functions cannot be called in other processes: run in_process, or give the servers --plugin FILE")
-    out = program.prepare_folder(out, launch.own_files(out), force)
+    out = command_line.prepare_folder(out, processes.own_files(out), force)
     if in_process:
-        inprocess.run(scene, out, report=report, plugin=plugin)
+        threads.run(scene, out, report=report, plugin=plugin)
     else:
-        launch.run_scene(scene, Path(out), report)
+        processes.run_scene(scene, Path(out), report)
     return open_run(out)
 
 
@@ -49,16 +48,15 @@ def resume(run_dir, in_process=True, report="none"):
     Raises a coupler_protocol.exits.RunEnded that says what went wrong, EnvironmentFailed where nothing is left to compute.
     """
     from colluvium.results.run import open_run
-    from colluvium.running import processes as launch
-    from colluvium.running import threads as inprocess
+    from colluvium.running import processes, threads
 
     out = Path(run_dir)
     scene, origin = to_go_on(out)
     if in_process:
-        inprocess.run(scene, out, report=report, origin=origin)
+        threads.run(scene, out, report=report, origin=origin)
     else:
         quiet = ["--quiet"] if report == "none" else []
-        launch.checked(launch.run_files(out / "scene.json", out, launch.windows_of(scene), [f"--from={origin}", *quiet]))
+        processes.checked(processes.run_files(out / "scene.json", out, processes.windows_of(scene), [f"--from={origin}", *quiet]))
     return open_run(out)
 
 

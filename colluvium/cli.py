@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from coupler_protocol import exits
-from coupler_protocol.process import command_line as program
+from coupler_protocol.process import command_line
 
 
 def parser():
@@ -18,10 +18,10 @@ def parser():
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     run = commands.add_parser("run", help="compute a scene: starts all processes and shows how far they are")
-    program.common_options(run)
+    command_line.common_options(run)
     run.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME)")
     run.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
-    program.plugin_option(run)
+    command_line.plugin_option(run)
     _exact_option(run)
     run.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
     run.set_defaults(work=run_command)
@@ -29,7 +29,9 @@ def parser():
     resume = commands.add_parser("resume", help="go on with a run after its last stage end that all processes have saved")
     resume.add_argument("run_dir", metavar="RUN_DIR")
     resume.add_argument("--quiet", action="store_true", help="no progress")
-    resume.add_argument("--threads", metavar="N", type=program.positive, default=1, help="threads of each process (default 1)")
+    resume.add_argument(
+        "--threads", metavar="N", type=command_line.positive, default=1, help="threads of each process (default 1)"
+    )
     resume.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
     _exact_option(resume)
     resume.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
@@ -45,9 +47,9 @@ def parser():
     check.add_argument("--json", nargs="?", const="-", metavar="FILE", help="the answer as JSON to FILE or standard output")
     check.set_defaults(work=check_command)
 
-    from colluvium.forecast import factor_of_safety as fos
+    from colluvium.forecast import factor_of_safety
 
-    fos.add_command(commands)
+    factor_of_safety.add_command(commands)
 
     report = commands.add_parser("report", help="draw the pictures of a run")
     report.add_argument("run_dir", metavar="RUN_DIR")
@@ -60,7 +62,9 @@ def parser():
     when = export.add_mutually_exclusive_group()
     when.add_argument("--frame", type=int, metavar="F", help="number of the frame, from the end if negative (default: the last)")
     when.add_argument("--stage", metavar="NAME", help="the last frame of this stage")
-    export.add_argument("--rank", type=program.positive, default=1, metavar="N", help="window of the discs, from 1 (default 1)")
+    export.add_argument(
+        "--rank", type=command_line.positive, default=1, metavar="N", help="window of the discs, from 1 (default 1)"
+    )
     export.add_argument("--out", metavar="FILE", help="file to write (default: standard output)")
     export.set_defaults(work=export_command)
 
@@ -79,7 +83,7 @@ def main(argv=None):
     """Entry point; returns the exit code."""
     options = parser().parse_args(argv)
     code = []
-    ended = program.ended("colluvium", lambda: code.append(options.work(options)))
+    ended = command_line.ended("colluvium", lambda: code.append(options.work(options)))
     return ended or (code[0] or 0)
 
 
@@ -99,18 +103,18 @@ def _write_json(content, target):
 
 def run_command(options):
     """Compute a scene, from its start or from the end of a stage of an earlier run."""
-    from colluvium.running import processes as launch
+    from colluvium.running import processes
     from coupler_protocol.files import restart
     from coupler_protocol.scene.reader import read_scene
 
-    program.set_threads(options.threads)
+    command_line.set_threads(options.threads)
     scene = read_scene(options.scene, options.set)
     wanted = options.out or Path("runs") / Path(options.scene).stem
     if options.origin:
         if options.origin.continues(wanted):
             raise exits.EnvironmentFailed(f"{wanted} is the run to branch from: choose another --out, or colluvium resume")
         restart.check(scene, options.origin)
-    out = program.prepare_folder(wanted, launch.own_files(wanted), options.force)
+    out = command_line.prepare_folder(wanted, processes.own_files(wanted), options.force)
     (out / "scene.toml").write_text(Path(options.scene).read_text(encoding="utf-8"), encoding="utf-8")
     return _compute(options, scene, options.scene, out, [f"--set={pair}" for pair in options.set])
 
@@ -119,7 +123,7 @@ def resume_command(options):
     """Go on with a run that did not reach its end."""
     from colluvium import api
 
-    program.set_threads(options.threads)
+    command_line.set_threads(options.threads)
     out = Path(options.run_dir)
     scene, options.origin = api.to_go_on(out)
     print(f"going on after stage {options.origin.stage!r}", file=sys.stderr)
@@ -128,7 +132,7 @@ def resume_command(options):
 
 def _compute(options, scene, path, out, passed):
     """Compute in one process or several; `passed` goes to the servers beside the options of all commands."""
-    from colluvium.running import processes as launch
+    from colluvium.running import processes
     from colluvium.running.progress_picture import picture
 
     show = picture(options.quiet)
@@ -139,7 +143,7 @@ def _compute(options, scene, path, out, passed):
             signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill stops the run as Ctrl-C does
             more = {"threads": options.threads, "from": options.origin, "plugin": options.plugin}
             passed = [*passed, *(f"--{name}={value}" for name, value in more.items() if value)]
-            code = launch.run_files(path, out, launch.windows_of(scene), passed, show)
+            code = processes.run_files(path, out, processes.windows_of(scene), passed, show)
     if code == exits.DONE and scene.grid:
         _add_band(scene, out)
         if options.exact:
@@ -151,12 +155,12 @@ def _compute(options, scene, path, out, passed):
 def _add_band(scene, out):
     """Where the grid alone has its band, and whether the slope failed under overload: into run.json."""
     from colluvium.forecast import locate
-    from colluvium.results import failure as band
+    from colluvium.results import failure
     from colluvium.results.run import open_run
     from coupler_protocol.files.run_json import write_json
 
     with open_run(out) as run:
-        found = {"locate": locate.answer(run, scene), "band": band.summary(run)}
+        found = {"locate": locate.answer(run, scene), "band": failure.summary(run)}
     found = {key: value for key, value in found.items() if value}
     if found:
         path = out / "run.json"
@@ -165,10 +169,10 @@ def _add_band(scene, out):
 
 def _add_exact_limits(scene, out):
     """The exact limits of the step at the ends of coupled stages: into run.json."""
-    from colluvium.forecast import step_limits as limits
+    from colluvium.forecast import step_limits
     from coupler_protocol.files.run_json import write_json
 
-    path, exact = out / "run.json", limits.exact_of_run(scene, out)
+    path, exact = out / "run.json", step_limits.exact_of_run(scene, out)
     info = json.loads(path.read_text(encoding="utf-8"))
     for row in info["stages"]:
         if row["name"] in exact:
@@ -177,16 +181,16 @@ def _add_exact_limits(scene, out):
 
 
 def _in_process(scene, out, show, options):
-    from colluvium.running import threads as inprocess
+    from colluvium.running import threads
     from coupler_protocol.process.interrupt import StopRequest, stop_on_signals
 
     stop = StopRequest()
     stop_on_signals(stop)
 
     def work():
-        inprocess.run(scene, out, stop, show or "none", options.origin, program.plugin(options))
+        threads.run(scene, out, stop, show or "none", options.origin, command_line.plugin(options))
 
-    return program.ended("colluvium", work)
+    return command_line.ended("colluvium", work)
 
 
 def _nothing():
@@ -212,8 +216,7 @@ def _conclude(out, target):
 
 def check_command(options):
     """Say what a scene will compute, where its band runs if it asks, how long a coupled step may be; problems: exit code 3."""
-    from colluvium.forecast import check, locate
-    from colluvium.forecast import step_limits as limits
+    from colluvium.forecast import check, locate, step_limits
     from colluvium.running.progress_picture import picture
     from coupler_protocol.scene.reader import read_scene
 
@@ -223,8 +226,8 @@ def check_command(options):
         show = picture(options.quiet)
         with show or _nothing():
             found["locate"] = locate.compute(scene, show)
-    if limits.concerned(scene) and (options.exact or not options.no_limits):
-        found["limits"] = limits.answer(scene, options.exact)
+    if step_limits.concerned(scene) and (options.exact or not options.no_limits):
+        found["limits"] = step_limits.answer(scene, options.exact)
     if options.json:
         _write_json(found, options.json)
     else:

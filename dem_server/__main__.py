@@ -4,7 +4,7 @@ import logging
 import sys
 
 from coupler_protocol import exits
-from coupler_protocol.process import command_line as program
+from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
 from coupler_protocol.process.progress import Progress
 from coupler_protocol.wire import messages
@@ -12,42 +12,44 @@ from coupler_protocol.wire import messages
 
 def parser():
     """Options of the command line."""
-    p = program.server_parser("dem-server", "Discrete side: one window of discs for a continuum process, or discs alone.")
+    p = command_line.server_parser("dem-server", "Discrete side: one window of discs for a continuum process, or discs alone.")
     p.add_argument("--connect", metavar="ENDPOINT", help="tcp://HOST:PORT, or the file it is written to; none without a grid")
-    p.add_argument("--rank", type=program.positive, default=1, metavar="N", help="which window of the scene, from 1 (default 1)")
+    p.add_argument(
+        "--rank", type=command_line.positive, default=1, metavar="N", help="which window of the scene, from 1 (default 1)"
+    )
     return p
 
 
 def main(argv=None):
     """Entry point; returns the exit code."""
     options = parser().parse_args(argv)
-    program.set_threads(options.threads)
+    command_line.set_threads(options.threads)
     stop = StopRequest()
     stop_on_signals(stop)
     if options.tether:
         stop_with_parent(stop)
-    return program.ended("dem-server", lambda: serve(options, stop))
+    return command_line.ended("dem-server", lambda: serve(options, stop))
 
 
 def serve(options, stop):
     """Read the scene, connect, compute."""
     from coupler_protocol.scene.reader import read_scene
-    from coupler_protocol.wire import link_tcp as link
+    from coupler_protocol.wire import link_tcp
 
     scene = read_scene(options.scene, options.set)
     own = [f"dem.rank{options.rank}.{ending}" for ending in ("vtkhdf", "log", "trace.csv")]
-    plugin = program.plugin(options)
+    plugin = command_line.plugin(options)
     own += [] if scene.grid else ["run.json", "scene.json"]
-    out = program.prepare_folder(options.out, own, options.force, options.origin)
-    program.log_to(out / own[1])
+    out = command_line.prepare_folder(options.out, own, options.force, options.origin)
+    command_line.log_to(out / own[1])
     progress = Progress(options.rank, "none" if options.quiet else options.progress)
     if scene.grid is None:
-        from dem_server.procedure import discs_alone as alone
+        from dem_server.procedure import discs_alone
 
-        return alone.compute(scene, out, progress, stop, options.origin, plugin)
+        return discs_alone.compute(scene, out, progress, stop, options.origin, plugin)
     if options.connect is None:
         raise exits.EnvironmentFailed("the scene has a grid: say with --connect where its process listens")
-    transport = link.RankTransport(link.endpoint_from(options.connect, scene.link.give_up))
+    transport = link_tcp.RankTransport(link_tcp.endpoint_from(options.connect, scene.link.give_up))
     try:
         reason = compute(scene, options.rank, transport, out, progress, stop, options.origin, plugin)
         progress("done", reason, now=True)

@@ -5,7 +5,7 @@ import sys
 import time
 
 from coupler_protocol import exits
-from coupler_protocol.process import command_line as program
+from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
 from coupler_protocol.process.progress import Progress
 from coupler_protocol.wire import messages
@@ -15,7 +15,7 @@ OWN_FILES = ("fdm.rank0.vtkhdf", "fdm.rank0.log", "fdm.rank0.trace.csv", "run.js
 
 def parser():
     """Options of the command line."""
-    p = program.server_parser("fdm-server", "Continuum side: computes the grid and conducts the stages of a scene.")
+    p = command_line.server_parser("fdm-server", "Continuum side: computes the grid and conducts the stages of a scene.")
     p.add_argument("--bind", default="tcp://127.0.0.1:5555", metavar="ENDPOINT", help="tcp://HOST:PORT; port 0: any free one")
     p.add_argument("--insecure", action="store_true", help="listen on an address others can reach, unencrypted")
     return p
@@ -24,31 +24,31 @@ def parser():
 def main(argv=None):
     """Entry point; returns the exit code."""
     options = parser().parse_args(argv)
-    program.set_threads(options.threads)
+    command_line.set_threads(options.threads)
     stop = StopRequest()
     stop_on_signals(stop)
     if options.tether:
         stop_with_parent(stop)
-    return program.ended("fdm-server", lambda: serve(options, stop))
+    return command_line.ended("fdm-server", lambda: serve(options, stop))
 
 
 def serve(options, stop):
     """Read the scene, listen, compute."""
     from coupler_protocol.scene.reader import read_scene
-    from coupler_protocol.wire import link_tcp as link
+    from coupler_protocol.wire import link_tcp
 
     scene = read_scene(options.scene, options.set)
-    if not link.is_loopback(options.bind) and not options.insecure:
+    if not link_tcp.is_loopback(options.bind) and not options.insecure:
         raise exits.EnvironmentFailed(
             f"{options.bind} can be reached from other machines: anyone there could steer this run. "
             f"Say --insecure if the network is your own"
         )
-    origin, plugin = options.origin, program.plugin(options)
-    out = program.prepare_folder(options.out, OWN_FILES, options.force, origin)
+    origin, plugin = options.origin, command_line.plugin(options)
+    out = command_line.prepare_folder(options.out, OWN_FILES, options.force, origin)
     (out / "endpoint").unlink(missing_ok=True)
-    program.log_to(out / "fdm.rank0.log")
+    command_line.log_to(out / "fdm.rank0.log")
     progress = Progress(0, "none" if options.quiet else options.progress)
-    transport = link.HubTransport(link.any_port(options.bind)) if scene.window else None
+    transport = link_tcp.HubTransport(link_tcp.any_port(options.bind)) if scene.window else None
     try:
         if transport is not None:
             (out / "endpoint.new").write_text(transport.endpoint + "\n", encoding="ascii")
@@ -68,12 +68,12 @@ def compute(scene, transport, out, progress, stop, origin=None, plugin=None):
     coupler_protocol.process.plugin.Plugin or None.
     Writes run.json however it ends. On failure the peers are told and State is saved; the exception goes on.
     """
-    from coupler_protocol.files import run_json as runfile
+    from coupler_protocol.files import run_json
     from coupler_protocol.scene.rules.between_tables import doubts
     from coupler_protocol.wire.lockstep import Clocks, Hub
     from fdm_server.procedure.grid_side import ContinuumSide
 
-    about = runfile.describe(scene)
+    about = run_json.describe(scene)
     if origin is not None:
         about["begins_after"] = {"run": str(origin.folder), "stage": origin.stage}
     if plugin is not None:
@@ -85,7 +85,7 @@ def compute(scene, transport, out, progress, stop, origin=None, plugin=None):
     side, code, reason = None, exits.OURSELVES, ""
     try:
         side = ContinuumSide(scene, hub, out, progress, origin, plugin)
-        runfile.write_json(out / "scene.json", scene.resolved())
+        run_json.write_json(out / "scene.json", scene.resolved())
         reason, code = exits.physics(side.run), exits.DONE
         progress("done", reason, now=True)
     except BaseException as error:
@@ -97,10 +97,10 @@ def compute(scene, transport, out, progress, stop, origin=None, plugin=None):
         raise
     finally:
         about |= {"end": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "seconds": time.perf_counter() - begin}
-        about |= {"exit_code": code, "reason": reason, "peak_memory_MB": runfile.peak_memory()}
+        about |= {"exit_code": code, "reason": reason, "peak_memory_MB": run_json.peak_memory()}
         if side is not None:
             about |= side.summary()
-        runfile.write_json(out / "run.json", about)
+        run_json.write_json(out / "run.json", about)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled import threads
 from fdm_server.effects import Law, law_from
 from fdm_server.mesh.grid import Grid
 from fdm_server.mesh.grid_sides import fixed_components
@@ -98,7 +98,7 @@ def model_of(grid, zone, density, material_law, fixed):
         geometry=build_geometry(grid.xy, zones),
         start=start,
         place=place,
-        partition=build_partition(zones, len(grid.xy), team.size()),
+        partition=build_partition(zones, len(grid.xy), threads.size()),
         mass=static_masses(grid.xy, zones, moduli(material_law)[material]),
         weight_mass=weight_masses(grid.xy, zones, density[material]),
         fixed=fixed | ~attached[:, None],

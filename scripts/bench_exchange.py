@@ -24,13 +24,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from bench.timing_rows import repeated, row, triad, write
 
-from colluvium.running import processes as launch
+from colluvium.running import processes
 from coupler_protocol.files import checkpoint
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.scene.reader import build_scene, read_scene
-from coupler_protocol.wire import link_tcp as link
-from coupler_protocol.wire import messages
+from coupler_protocol.wire import link_tcp, messages
 from coupler_protocol.wire.frames import StepFrame
 from coupler_protocol.wire.lockstep import Clocks, Conversation
 from dem_server.coupling.rim import Rim
@@ -64,8 +63,8 @@ def coupled(scene, out, options=()):
     """Seconds a step of each measured stage in two processes; options: of the servers."""
     scene_file = out / "bench.toml"
     out.mkdir(exist_ok=True)
-    scene_file.write_text(launch.as_toml(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")
-    launch.checked(launch.run_files(scene_file, out, len(scene.window), ["--quiet", *options]))
+    scene_file.write_text(processes.as_toml(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")
+    processes.checked(processes.run_files(scene_file, out, len(scene.window), ["--quiet", *options]))
     info = json.loads((out / "run.json").read_text(encoding="utf-8"))
     rows = [row for row in info["stages"] if row["name"].startswith("measured")]
     return [sum(row["seconds"][c] for c in ("continuum", "waiting", "recording")) / row["steps"] for row in rows]
@@ -122,7 +121,7 @@ def discs_alone(scene, out, steps, repeats):
 
 def exchange(nodes, steps, repeats):
     """Seconds a bare round trip: FORCE out, VELOCITY back, between two processes, nothing computed."""
-    hub = link.HubTransport("tcp://127.0.0.1:*")
+    hub = link_tcp.HubTransport("tcp://127.0.0.1:*")
     child = subprocess.Popen([sys.executable, __file__, "--echo", hub.endpoint, str(nodes), str(steps * repeats + 50)])
     try:
         talk, force, velocity = _ends(hub, 1, nodes)
@@ -157,7 +156,7 @@ def _ends(transport, peer, nodes):
 
 def echo(endpoint, nodes, turns):
     """The other end of `exchange`."""
-    transport = link.RankTransport(endpoint)
+    transport = link_tcp.RankTransport(endpoint)
     talk, force, velocity = _ends(transport, 0, nodes)
     for _ in range(turns + 1):
         talk.say(force.seal(talk.sequence))

@@ -6,8 +6,7 @@ from types import SimpleNamespace
 from typing import NamedTuple
 
 from coupler_protocol.process.interrupt import StopRequest
-from coupler_protocol.wire import frames as wire
-from coupler_protocol.wire import link_inproc
+from coupler_protocol.wire import frames, link_inproc
 from coupler_protocol.wire.lockstep import Clocks, Conversation, Hub
 
 SESSION = 7
@@ -30,7 +29,7 @@ class Heard(NamedTuple):
 
     @property
     def content(self):
-        return wire.content_of(self.frame)
+        return frames.content_of(self.frame)
 
 
 class Peer:
@@ -42,8 +41,8 @@ class Peer:
     def say(self, kind, sequence, content=None, again=False, **header):
         """Send a control message; `header` replaces rank or session."""
         about = {"session": self.session, "rank": self.rank} | header
-        frame = wire.control_frame(kind, about["session"], about["rank"], sequence, content or {})
-        return self.send(wire.sent_again(frame) if again else frame)
+        frame = frames.control_frame(kind, about["session"], about["rank"], sequence, content or {})
+        return self.send(frames.sent_again(frame) if again else frame)
 
     def send(self, frame):
         """Send any bytes; returns them."""
@@ -53,7 +52,7 @@ class Peer:
     def hear(self, seconds=2.0):
         """The next frame, or None after silence."""
         received = self.transport.receive(seconds)
-        return received and Heard(*wire.open_header(received[1]), bytes(received[1]))
+        return received and Heard(*frames.open_header(received[1]), bytes(received[1]))
 
 
 class Lossy:

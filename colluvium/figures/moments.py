@@ -5,7 +5,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from colluvium.figures import frames, style
-from colluvium.results import band_states as states
+from colluvium.results import band_states
 from colluvium.results.run import Run
 
 PANELS = 4
@@ -29,12 +29,12 @@ def lacking(run: Run) -> str:
 def of_band(run: Run) -> list[Moment]:
     """The last frame before the band enters the window, then each frame in which one or more states are reached."""
     found = _reaches(run)
-    before = states.last_before(found)
+    before = band_states.last_before(found)
     shown = [Moment("a, last frame", before.frame)] if before else []
-    for one in states.states(found)[1:]:
+    for one in band_states.states(found)[1:]:
         if one.reach and one.reach.frame not in [moment.frame for moment in shown]:
             letters = "".join(sorted(one.letter + one.alike))
-            shown.append(Moment("\n".join(f"{letter} {states.MEANING[letter]}" for letter in letters), one.reach.frame))
+            shown.append(Moment("\n".join(f"{letter} {band_states.MEANING[letter]}" for letter in letters), one.reach.frame))
     return shown
 
 
@@ -44,7 +44,7 @@ def of_run(run: Run, rank: int, otherwise: Callable[[Run, int, int], list[int]] 
         reached = of_band(run)
         first = _reaches(run)[0].frame
         if len(reached) > 1:
-            start = [Moment(f"a {states.MEANING['a']}", first)] if first != reached[0].frame else []
+            start = [Moment(f"a {band_states.MEANING['a']}", first)] if first != reached[0].frame else []
             return [moment for moment in start + reached if run.has(moment.frame, rank)]
     return [Moment("", frame) for frame in otherwise(run, rank, PANELS)]
 
@@ -56,6 +56,6 @@ def title(run: Run, moment: Moment) -> str:
 
 
 @lru_cache(maxsize=1)
-def _reaches(run: Run) -> list[states.Reach]:
+def _reaches(run: Run) -> list[band_states.Reach]:
     """`states.reaches` takes a pass over all frames: once for all figures of a run."""
-    return states.reaches(run)
+    return band_states.reaches(run)

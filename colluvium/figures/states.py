@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from colluvium.figures import domain, moments, style
-from colluvium.results import band_states as states
+from colluvium.results import band_states
 from colluvium.results.run import Run
 from colluvium.results.window_fields import bins, shear_strain
 
@@ -25,7 +25,7 @@ def draw(run: Run) -> Any:
 
     shown = moments.of_band(run)
     figure, axes = plt.subplots(1, len(shown), figsize=(4.6 * len(shown), 3.6), sharey=True, squeeze=False, layout="compressed")
-    colours = {"norm": LogNorm(states.COUNTED / DECADE, states.COUNTED * DECADE), "cmap": style.colour_map("strain")}
+    colours = {"norm": LogNorm(band_states.COUNTED / DECADE, band_states.COUNTED * DECADE), "cmap": style.colour_map("strain")}
     for place, moment in zip(axes.flat, shown, strict=True):
         frame = moment.frame
         zones, xy = run.zones(frame), domain.gridpoints_now(run, frame)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from coupler_protocol.files import disc_csv as disc_file
+from coupler_protocol.files import disc_csv
 from coupler_protocol.interface.ring import polygon_area
 from coupler_protocol.scene.rules.between_tables import doubts
 from coupler_protocol.scene.scene import declared_effects
@@ -79,7 +79,7 @@ def file_of_discs(scene):
     """How many discs the scene's file holds, {} without one; raises SceneError where it cannot be read."""
     if scene.discs is None or scene.discs.file is None:
         return {}
-    found = disc_file.read(scene.discs.file)
+    found = disc_csv.read(scene.discs.file)
     stones = 0 if found.stone is None else len(np.unique(found.stone[found.stone >= 0]))
     return {"file": {"path": scene.discs.file, "discs": len(found.radius), "stones": stones}}
 
@@ -93,7 +93,7 @@ def answer(scene):
 
 def print_answer(found, console):
     """Print the answer for a person; `found["locate"]`, `found["limits"]`: of those modules, where asked for."""
-    from colluvium.forecast import step_limits as limits
+    from colluvium.forecast import step_limits
     from colluvium.forecast.locate import in_words
 
     console.print(f"{found['title'] or 'scene'}: no problems found")
@@ -135,7 +135,7 @@ def print_answer(found, console):
             console.print(f"    sides from here on: {', '.join(s['sides'])}", markup=False)
     for sentence in in_words(found["locate"]) if found.get("locate") else ():
         console.print(sentence, markup=False)
-    for sentence in limits.sentences(found["limits"]) if "limits" in found else ():
+    for sentence in step_limits.sentences(found["limits"]) if "limits" in found else ():
         console.print(sentence, markup=False)
     for doubt in found["doubts"]:
         console.print(f"worth a second look: {doubt['what']}\n    {doubt['remedy']}", markup=False)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from coupler_protocol import exits
 from coupler_protocol.problems import Problem, SceneError
-from coupler_protocol.process import command_line as program
+from coupler_protocol.process import command_line
 
 OWN = ("fos.json", "fos.log", "scene.toml", "mechanism.png", "plastic_zones.png", "trials.png", "meshes.png")
 
@@ -18,20 +18,20 @@ def add_command(commands):
     p = commands.add_parser("fos", help="factor of safety by strength reduction, or the gravity factor at collapse")
     p.add_argument("scene", metavar="SCENE", help="scene file (TOML); its table [fos] says how, its stages what acts")
     p.add_argument("--by", choices=("strength", "gravity"), help="what the factor acts upon (fos.by of the scene)")
-    p.add_argument("--meshes", metavar="N", type=program.positive, help="meshes: the grid's zone size over 1, 2, .. N")
+    p.add_argument("--meshes", metavar="N", type=command_line.positive, help="meshes: the grid's zone size over 1, 2, .. N")
     p.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME.fos)")
     p.add_argument("--json", nargs="?", const="-", metavar="FILE", help="fos.json to FILE or standard output, no table")
     p.add_argument("--no-pictures", action="store_true", help="leave the pictures out")
     p.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
     p.add_argument("--quiet", action="store_true", help="no progress")
-    p.add_argument("--threads", metavar="N", type=program.positive, default=1, help="threads (default 1)")
+    p.add_argument("--threads", metavar="N", type=command_line.positive, default=1, help="threads (default 1)")
     p.add_argument("--force", action="store_true", help="write into OUT even if results are there")
     p.set_defaults(work=command)
 
 
 def command(options):
     """Search, show what was found, draw."""
-    from colluvium.running import processes as launch
+    from colluvium.running import processes
     from colluvium.running.progress_picture import picture
     from coupler_protocol.scene.reader import read_scene
 
@@ -44,15 +44,15 @@ def command(options):
     if options.meshes:
         changes.append(f"fos.zone_sizes={[_zone_size(scene.grid) / n for n in range(1, options.meshes + 1)]}")
     read_scene(options.scene, changes)  # all problems before any process
-    out = program.prepare_folder(options.out or Path("runs") / f"{Path(options.scene).stem}.fos", OWN, options.force)
+    out = command_line.prepare_folder(options.out or Path("runs") / f"{Path(options.scene).stem}.fos", OWN, options.force)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill stops the search as Ctrl-C does
     arguments = ["fdm_server.fos", options.scene, "--out", out, "--force", f"--threads={options.threads}"]
     show = picture(options.quiet)
     if show is None:
-        code = launch.run_alone("fdm_server.fos", [*arguments, *(f"--set={c}" for c in changes)])
+        code = processes.run_alone("fdm_server.fos", [*arguments, *(f"--set={c}" for c in changes)])
     else:
         with show:
-            code = launch.run_alone("fdm_server.fos", [*arguments, *(f"--set={c}" for c in changes)], show)
+            code = processes.run_alone("fdm_server.fos", [*arguments, *(f"--set={c}" for c in changes)], show)
     if code != exits.DONE:
         return code
     found = json.loads((out / "fos.json").read_text(encoding="utf-8"))

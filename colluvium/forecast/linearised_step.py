@@ -26,10 +26,10 @@ class Window(NamedTuple):
 def operator(model, state, windows):
     """K (d, d) [N/m], sparse, and masses over 1 + alpha (d,) [kg] of the step of a grid (fdm_server) and its windows."""
     from dem_server.observe.stable_limit import bodies_of, springs_of
-    from fdm_server.observe import stable_limit as frequency
+    from fdm_server.observe import stable_limit
     from fdm_server.step.present_shape import masses
 
-    K = frequency.stiffness_matrix(model, frequency.zone_stiffness(model, state))
+    K = stable_limit.stiffness_matrix(model, stable_limit.zone_stiffness(model, state))
     mass = np.repeat(masses(model, state) + state.added_mass, 2)
     held = model.fixed.ravel() if state.driven is None else model.fixed.ravel() | (state.driven != 0.0).ravel()
     parts = [np.where(held, np.inf, mass / (1.0 + _grid_alpha(model)))]

@@ -16,7 +16,7 @@ import shapely
 from colluvium.results import band_line
 from colluvium.results import failure as recorded
 from colluvium.results.run import Run, open_run
-from coupler_protocol.criteria import shear_band as band
+from coupler_protocol.criteria import shear_band
 from coupler_protocol.exits import RunEnded
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.rules.stages import is_level
@@ -25,15 +25,15 @@ from coupler_protocol.scene.rules.stages import is_level
 class Band(NamedTuple):
     """The band of a grid alone."""
 
-    cells: band.Cells
-    surface: band.Surface
+    cells: shear_band.Cells
+    surface: shear_band.Surface
     level: float
     line: np.ndarray  # (p, 2) [m], from the toe to the crest
 
     def level_without(self, box: shapely.Polygon) -> float:
         """The level of the connection round the zones in a box."""
         xy = self.cells.xy
-        return band.toe_to_crest(self.cells, self.surface, shapely.contains_xy(box, xy[:, 0], xy[:, 1]))
+        return shear_band.toe_to_crest(self.cells, self.surface, shapely.contains_xy(box, xy[:, 0], xy[:, 1]))
 
 
 def stage_of(scene):
@@ -50,12 +50,12 @@ def cut(scene):
 
 def compute(scene, picture=None):
     """`answer` from a run of the cut scene in a process of its own, reported to `picture`; raises RunEnded where that fails."""
-    from colluvium.running import processes as launch
+    from colluvium.running import processes
 
     with TemporaryDirectory(prefix="colluvium-") as folder:
         path = Path(folder) / "scene.toml"
-        path.write_text(launch.as_toml(cut(scene).model_dump(mode="json", exclude_none=True)), encoding="utf-8")
-        code = launch.run_files(path, folder, 0, picture=picture)
+        path.write_text(processes.as_toml(cut(scene).model_dump(mode="json", exclude_none=True)), encoding="utf-8")
+        code = processes.run_files(path, folder, 0, picture=picture)
         if code:
             error = RunEnded("the grid alone could not be computed; --no-locate leaves it out")
             error.code = code
@@ -75,9 +75,9 @@ def answer(run: Run, scene) -> dict | None:
     name = scene.stage[number].name
     frame = run.last_frame(name)
     cells, surface = recorded.cells(run, frame), recorded.ground(run)
-    level = band.toe_to_crest(cells, surface)
-    found = {"stage": name, "gravity_factor": run.frames[frame].gravity_factor, "level": level, "counted": band.COUNTED}
-    if level < band.COUNTED:
+    level = shear_band.toe_to_crest(cells, surface)
+    found = {"stage": name, "gravity_factor": run.frames[frame].gravity_factor, "level": level, "counted": shear_band.COUNTED}
+    if level < shear_band.COUNTED:
         return found | {"line": [], "windows": []}
     there = Band(cells, surface, level, band_line.along(cells, surface, level))
     windows = [_beside(there, scene, _grid(scene), i) for i in range(len(scene.window))]

@@ -21,7 +21,7 @@ def concerned(scene):
 
 def answer(scene, exact=False, note=None):
     """Limits (criteria.stable_step.limit) by "grid", "interface", "discs"; exact: the limit of all together, too."""
-    from colluvium.forecast import linearised_step as coupled
+    from colluvium.forecast import linearised_step
     from dem_server.observe.stable_limit import safe_limit
     from fdm_server.observe.stable_limit import safe_limits
 
@@ -31,7 +31,7 @@ def answer(scene, exact=False, note=None):
     each = [safe_limit(window.model, window.state, window.rim) for window in windows]
     found["discs"] = min(each, key=lambda limit: limit["share"])
     if exact:
-        found["exact"] = coupled.exact_limit(model, state, windows)
+        found["exact"] = linearised_step.exact_limit(model, state, windows)
     return found
 
 
@@ -67,7 +67,7 @@ def exact_of_run(scene, folder):
 
     They are those of one leap-frog, which sub-steps of the discs (dem_server/step/clock.py) are not.
     """
-    from colluvium.forecast import linearised_step as coupled
+    from colluvium.forecast import linearised_step
     from coupler_protocol.files import restart
 
     found = {}
@@ -76,7 +76,7 @@ def exact_of_run(scene, folder):
             continue
         paths = [Path(folder) / f"{name}.{stage.name}.h5" for name in restart.processes(scene, index)]
         if restart.coupled(scene, index) and all(path.is_file() for path in paths):
-            found[stage.name] = coupled.exact_limit(*saved_model(scene, index, paths))
+            found[stage.name] = linearised_step.exact_limit(*saved_model(scene, index, paths))
     return found
 
 

@@ -10,13 +10,13 @@ import shapely
 from scipy.sparse import coo_array, eye_array
 from scipy.sparse.csgraph import dijkstra
 
-from coupler_protocol.criteria import shear_band as band
+from coupler_protocol.criteria import shear_band
 
 
-def along(cells: band.Cells, surface: band.Surface, level: float) -> np.ndarray:
+def along(cells: shear_band.Cells, surface: shear_band.Surface, level: float) -> np.ndarray:
     """Points (p, 2) of the line [m] from toe to crest; cells strained by `level` or more must connect them."""
     count, strong = len(cells.xy), cells.strain >= level
-    toe, crest = (found[strong[found]] for found in (band.nearest(cells.xy, points) for points in surface))
+    toe, crest = (found[strong[found]] for found in (shear_band.nearest(cells.xy, points) for points in surface))
     a, b = cells.pairs[strong[cells.pairs].all(axis=1)].T
     length = np.hypot(*(cells.xy[a] - cells.xy[b]).T) * 0.5 * (cells.strain[a] ** -2.0 + cells.strain[b] ** -2.0)
     ways = coo_array((length, (a, b)), shape=(count, count)).tocsr()
@@ -27,7 +27,7 @@ def along(cells: band.Cells, surface: band.Surface, level: float) -> np.ndarray:
     return _ridge(cells)[way[::-1]]
 
 
-def _ridge(cells: band.Cells) -> np.ndarray:
+def _ridge(cells: shear_band.Cells) -> np.ndarray:
     """(n, 2) mean of each cell and its neighbours, weighted by their strains squared."""
     count = len(cells.xy)
     low, high = cells.pairs.T

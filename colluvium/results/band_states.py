@@ -18,10 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from colluvium.results import failure as band
+from colluvium.results import failure
 from colluvium.results.fabric import Fabric, contact_fabric
 from colluvium.results.run import Run
-from coupler_protocol.criteria import shear_band_states as band_states
+from coupler_protocol.criteria import shear_band_states
 from coupler_protocol.criteria.shear_band import COUNTED, Surface
 
 MEANING = {
@@ -81,14 +81,14 @@ def reaches(run: Run) -> list[Reach]:
     kinds = {stage["name"]: stage["kind"] for stage in run.scene["stage"]}
     start = [run.last_frame(name) for name in run.stages if kinds[name] == "couple"]
     later = [i for i, frame in enumerate(run.frames) if kinds[frame.stage] == "overload"]
-    surface = band.ground(run)
+    surface = failure.ground(run)
     return [reach(run, i, surface) for i in start + later if all(run.has(i, rank) for rank in (0, *run.windows))]
 
 
 def reach(run: Run, frame: int, surface: Surface) -> Reach:
     """How far the band has come in one frame."""
     info = run.frames[frame]
-    return Reach(frame, info.gravity_factor, info.step, *band_states.levels(band.cells(run, frame), surface))
+    return Reach(frame, info.gravity_factor, info.step, *shear_band_states.levels(failure.cells(run, frame), surface))
 
 
 def states(found: list[Reach], counted: float = COUNTED) -> list[State]:

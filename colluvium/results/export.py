@@ -9,7 +9,7 @@ import sys
 import numpy as np
 
 from colluvium.results.run import open_run
-from coupler_protocol.files import disc_csv as disc_file
+from coupler_protocol.files import disc_csv
 
 RING = 0  # number of the material of control discs
 
@@ -26,7 +26,7 @@ def write(run_dir, frame=None, stage=None, rank=1, out=None):
         stone = discs.stone[free] if "stone" in discs else None
         motion = np.column_stack([discs.velocity, discs.spin])[free] if _in_real_time(run, info.stage) else None
         with contextlib.nullcontext(sys.stdout) if out is None else open(out, "w", encoding="utf-8", newline="") as file:
-            disc_file.write(file, discs.xy[free], discs.radius[free], stone, motion)
+            disc_csv.write(file, discs.xy[free], discs.radius[free], stone, motion)
         return int(free.sum())
 
 

@@ -21,9 +21,9 @@ def run(scene, out, stop=None, report="none", origin=None, plugin=None):
     Raises what ended the run, a RunEnded of coupler_protocol.exits as a rule.
     """
     if scene.grid is None:
-        from dem_server.procedure import discs_alone as alone
+        from dem_server.procedure import discs_alone
 
-        return alone.compute(scene, out, Progress(1, report), stop or StopRequest(), origin, plugin)
+        return discs_alone.compute(scene, out, Progress(1, report), stop or StopRequest(), origin, plugin)
     from dem_server.__main__ import compute as compute_discs
     from fdm_server.__main__ import compute as compute_grid
 

@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from coupler_protocol import exits
-from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled import threads
 from coupler_protocol.files.restart import Origin
 from coupler_protocol.problems import SceneError
 
@@ -99,7 +99,7 @@ def log_to(path):
 
 def set_threads(count):
     """Threads that share a step of this process; must come before models are built."""
-    team.set_size(count)
+    threads.set_size(count)
 
 
 def ended(name, work):

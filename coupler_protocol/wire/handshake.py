@@ -7,8 +7,7 @@ from importlib.metadata import version
 import numpy as np
 
 from coupler_protocol.exits import PeerLost
-from coupler_protocol.wire import frames as wire
-from coupler_protocol.wire import messages
+from coupler_protocol.wire import frames, messages
 
 OF = "'s"
 SIDES = ("the discrete side", "the continuum" + OF)
@@ -88,15 +87,20 @@ def welcome_all(hub, scene, rims, resume=None):
         conversation.begin(session)
         conversation.say_control(
             messages.WELCOME,
-            {"session": session, "rim": wire.pack_array(rims[rank]), "dt": 1.0, "exchange_every": scene.coupling.exchange_every},
+            {
+                "session": session,
+                "rim": frames.pack_array(rims[rank]),
+                "dt": 1.0,
+                "exchange_every": scene.coupling.exchange_every,
+            },
         )
         conversation.sequence += 1
 
 
 def _heard_objection(frame, scene, resume):
     try:
-        return _objection(wire.content_of(frame), scene, resume)
-    except wire.WireError as error:
+        return _objection(frames.content_of(frame), scene, resume)
+    except frames.WireError as error:
         return str(error)
 
 
@@ -110,12 +114,12 @@ def join(conversation, scene, resume=None):
     hello = {"package": version("colluvium"), "float": "<f8", "scene": scene.resolved()}
     conversation.say_control(messages.HELLO, hello if resume is None else hello | {"resume": resume})
     kind, frame = conversation.hear((messages.WELCOME, messages.REJECT), within=conversation.clocks.arrival)
-    content = wire.content_of(frame)
+    content = frames.content_of(frame)
     if kind == messages.REJECT:
         raise PeerLost(f"the continuum refused this process: {content['reason']}")
     if content["session"] == 0:
         raise PeerLost("the continuum gave no session")
-    rim = wire.unpack_array(content["rim"], columns=2)
+    rim = frames.unpack_array(content["rim"], columns=2)
     if len(rim) < 3:
         raise PeerLost(f"the continuum sent a rim of {len(rim)} nodes")
     conversation.session = content["session"]

@@ -12,8 +12,7 @@ import logging
 import time
 
 from coupler_protocol.exits import PeerLost
-from coupler_protocol.wire import frames as wire
-from coupler_protocol.wire import messages
+from coupler_protocol.wire import frames, messages
 
 log = logging.getLogger(__name__)
 SLICE = 0.2  # seconds between looks at the clocks and the stop request while waiting
@@ -68,11 +67,11 @@ class Conversation:
 
     def say_control(self, kind, content):
         """Say a message other than a step with the current turn's number."""
-        self.say(wire.control_frame(kind, self.session, self.rank, self.sequence, content))
+        self.say(frames.control_frame(kind, self.session, self.rank, self.sequence, content))
 
     def tell(self, kind, content):
         """Say something that asks for no answer and takes no turn (a failure)."""
-        self.transport.send(wire.control_frame(kind, self.session, self.rank, self.sequence, content), self.peer)
+        self.transport.send(frames.control_frame(kind, self.session, self.rank, self.sequence, content), self.peer)
 
     # -- hearing -----------------------------------------------------------------------------------------------------
 
@@ -121,26 +120,26 @@ class Conversation:
 
     def say_again(self):
         """Say the last words again, marked as such; returns whether there is a peer to hear them."""
-        self._repeat(wire.AGAIN)
+        self._repeat(frames.AGAIN)
         return self.transport.connected(self.peer)
 
     def _repeat(self, flags=0):
         if self._last:
             self.repeated += 1
             self._quiet_until = time.monotonic() + 0.5 * self.clocks.timeout
-            self.transport.send(wire.sent_again(self._last) if flags else self._last, self.peer)
+            self.transport.send(frames.sent_again(self._last) if flags else self._last, self.peer)
 
     def _believe(self, frame, kinds):
         """The kind of a frame that is what this turn waits for; None for one that is dealt with here."""
         try:
-            kind, session, rank, flags, sequence = wire.open_header(frame)
+            kind, session, rank, flags, sequence = frames.open_header(frame)
             if rank != self.rank:
-                raise wire.WireError(f"it is of rank {rank}, not {self.rank}")
+                raise frames.WireError(f"it is of rank {rank}, not {self.rank}")
             if self.session and session != self.session and (session or kind not in messages.SESSIONLESS):
-                raise wire.WireError("it belongs to another session")
-        except wire.VersionError as error:
+                raise frames.WireError("it belongs to another session")
+        except frames.VersionError as error:
             raise PeerLost(f"{self._name} speaks another language: {error}") from None
-        except wire.WireError as error:
+        except frames.WireError as error:
             self._refuse(error)
             return None
         if kind in messages.ONE_WAY and kind not in kinds:
@@ -151,7 +150,7 @@ class Conversation:
         if sequence >= self.sequence:
             self._refuse(f"{messages.NAMES[kind]} {sequence} while turn {self.sequence} waits for "
                          + " or ".join(messages.NAMES[k] for k in kinds))  # fmt: skip
-        elif flags & wire.AGAIN and sequence == self.sequence - 1 and time.monotonic() > self._quiet_until:
+        elif flags & frames.AGAIN and sequence == self.sequence - 1 and time.monotonic() > self._quiet_until:
             self._repeat()
         return None
 
@@ -169,8 +168,8 @@ class Conversation:
 
 def _reason(frame):
     try:
-        return wire.content_of(frame)["reason"]
-    except wire.WireError as error:
+        return frames.content_of(frame)["reason"]
+    except frames.WireError as error:
         return f"its reason cannot be read ({error})"
 
 
@@ -204,12 +203,12 @@ class Hub:
         """The rank that a stranger claims with a HELLO; None for all other frames, which are turned away here."""
         try:
             if len(frame) > MAX_HELLO:
-                raise wire.WireError(f"{len(frame)} bytes are too many")
-            kind, _, rank, _, _ = wire.open_header(frame)
-        except wire.VersionError as error:
+                raise frames.WireError(f"{len(frame)} bytes are too many")
+            kind, _, rank, _, _ = frames.open_header(frame)
+        except frames.VersionError as error:
             self.turn_away(sender, 0, str(error))
             return None
-        except wire.WireError as error:
+        except frames.WireError as error:
             self._strange += 1
             if self._strange <= STRANGERS:
                 log.warning("a message of a stranger was refused: %s", error)
@@ -223,7 +222,7 @@ class Hub:
     def turn_away(self, sender, rank, reason):
         """REJECT for somebody who claims `rank`."""
         log.warning("a process that claims rank %d was turned away: %s", rank, reason)
-        self.transport.send(wire.control_frame(messages.REJECT, 0, rank, 0, {"reason": reason}), sender)
+        self.transport.send(frames.control_frame(messages.REJECT, 0, rank, 0, {"reason": reason}), sender)
 
     def objection(self, rank, taken):
         """Why a stranger cannot have `rank`, or None. taken: ranks that have a holder."""
@@ -243,7 +242,7 @@ class _HubConversation(Conversation):
 
     def keep(self, frame):
         """Keep a frame that came while somebody else was waited for; a failure is heard at once."""
-        if wire.kind_of(frame) in messages.ONE_WAY:
+        if frames.kind_of(frame) in messages.ONE_WAY:
             self._believe(frame, ())
         else:
             self._inbox.append((self.peer, bytes(frame)))

@@ -6,10 +6,9 @@ import shapely
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.problems import unfit
 from dem_server.model import build_model
-from dem_server.packing import packing
-from dem_server.packing import packing_from_file as imported
+from dem_server.packing import packing, packing_from_file
 from dem_server.step.contact_pass import contact_forces
-from dem_server.stones import bodies as stones
+from dem_server.stones import bodies
 from dem_server.stones.mapped import stones_of
 
 STRAIGHT = 0.025  # of the distance of nodes: how far the rim may be from a polygon of short sides
@@ -18,7 +17,7 @@ STRAIGHT = 0.025  # of the distance of nodes: how far the rim may be from a poly
 def fill(scene, note):
     """Model, State, mesostructure (or None) and report of the discs of `scene`; note(text, fraction): progress."""
     if scene.discs.file is not None:
-        model, state, report = imported.free_discs(scene)
+        model, state, report = packing_from_file.free_discs(scene)
         return model, state, None, report
     return packed(scene, note)
 
@@ -37,9 +36,9 @@ def packed(scene, note):
     report = {"polygon_area": shapely.Polygon(nodes).area} | found_discs.report()
     if found is not None:
         contact_forces(model, state)
-        stones.mark(model, state, found.outlines, discs.stone.density)
-        report |= stones.report(model, state, found, nodes)
-        model = stones.make(model, state, found.outlines, scene.stones.body)
+        bodies.mark(model, state, found.outlines, discs.stone.density)
+        report |= bodies.report(model, state, found, nodes)
+        model = bodies.make(model, state, found.outlines, scene.stones.body)
     return model, state, found, report
 
 

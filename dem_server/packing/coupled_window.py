@@ -5,10 +5,9 @@ import numpy as np
 from coupler_protocol.interface.ring import build_ring
 from dem_server.coupling.rim import Rim
 from dem_server.model import build_model
-from dem_server.packing import packing
-from dem_server.packing import packing_from_file as imported
+from dem_server.packing import packing, packing_from_file
 from dem_server.step.contact_pass import contact_forces
-from dem_server.stones import bodies as stones
+from dem_server.stones import bodies
 from dem_server.stones.mapped import stones_of
 
 
@@ -24,11 +23,11 @@ def packed_window(scene, rank, nodes, mesostructure=None, note=None):
     discs = scene.discs
     ring = build_ring(nodes, discs.radius)
     if discs.file is not None:
-        found = imported.of_window(scene, ring)
+        found = packing_from_file.of_window(scene, ring)
     else:
         found = packing.pack(nodes, ring.xy, ring.radius, discs, np.random.default_rng([scene.seed, rank]), note)
     model, state = build_model(ring.xy, ring.radius, found, discs, scene.ring)
     contact_forces(model, state)
     if mesostructure is not None:
-        stones.mark(model, state, mesostructure.outlines, discs.stone.density)
+        bodies.mark(model, state, mesostructure.outlines, discs.stone.density)
     return model, state, Rim(ring, scene.coupling.mapping), found

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from coupler_protocol.files import disc_csv as disc_file
+from coupler_protocol.files import disc_csv
 from coupler_protocol.problems import SceneError, unfit
 
 BURST = 0.1  # of the smaller radius: largest overlap of two discs, or of one with a wall, that may begin as it is
@@ -22,7 +22,7 @@ def discs_of_a_file_can_begin(scene):
         return
     at, path = ("discs", "file"), scene.discs.file
     try:
-        found = disc_file.read(path)
+        found = disc_csv.read(path)
     except SceneError as error:
         for problem in error.problems:
             line = "" if problem.line is None else f"{path}:{problem.line}: "

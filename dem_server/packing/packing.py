@@ -21,14 +21,13 @@ import shapely
 from coupler_protocol.interface.ring import polygon_area
 from coupler_protocol.problems import unfit
 from coupler_protocol.scene.tables.grading import Grading, grading_of
-from dem_server import pairs as fields
+from dem_server import pairs
 from dem_server.effects import RING, SOIL, Law
 from dem_server.effects.damping import DampingTable
 from dem_server.effects.pairs import Pair
 from dem_server.effects.spring import SpringTable, spring_table
 from dem_server.model import Model, new_state
-from dem_server.packing import front_filling as inward
-from dem_server.packing import growth
+from dem_server.packing import front_filling, growth
 from dem_server.packing.growth import run
 from dem_server.packing.radii import places, radii
 from dem_server.pairs import contacts
@@ -77,7 +76,7 @@ def pack(polygon, ring_xy, ring_radius, discs, rng, report=None):
         if isinstance(grading, Grading):
             radius = radius[places(xy, radius, inset, rng)]
     else:
-        xy, radius = inward.fill(polygon, ring_xy, ring_radius, START * drawn)
+        xy, radius = front_filling.fill(polygon, ring_xy, ring_radius, START * drawn)
     order = in_strips(xy, 4.0 * discs.radius)
     model, state = smooth_discs(ring_xy, ring_radius, xy[order], radius[order], discs)
     if relaxed:
@@ -94,7 +93,7 @@ def pack(polygon, ring_xy, ring_radius, discs, rng, report=None):
         raise ArithmeticError(f"{escaped.sum()} discs left the ring while packing: porosity too small?")
     xy, now = state.x[model.ring :].copy(), state.radius[model.ring :].copy()
     grown = float(np.sqrt((now**2).sum() / (radius**2).sum())) * START
-    return Packing(xy, now, growth.pressure(contacts(state), area), fields.porosity(model, state), grown, loose)
+    return Packing(xy, now, growth.pressure(contacts(state), area), pairs.porosity(model, state), grown, loose)
 
 
 def draw_radii(area, grading, rng):

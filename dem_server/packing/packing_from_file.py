@@ -11,17 +11,17 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from coupler_protocol.files import disc_csv as disc_file
+from coupler_protocol.files import disc_csv
 from coupler_protocol.problems import unfit
 from dem_server.effects import SOIL, STONE
 from dem_server.model import SPIN, VX, build_model
-from dem_server.packing import discs_of_a_file as overlap_rules
+from dem_server.packing import discs_of_a_file
 from dem_server.packing.packing import Packing
 from dem_server.pairs import listed_pairs
 from dem_server.step.clumps import make_clumps
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.neighbours import rebuild
-from dem_server.stones import bodies as stones
+from dem_server.stones import bodies
 from dem_server.stones.polygons import moments
 
 QUARTER = 32  # corners of a quarter of a circle in a union
@@ -29,14 +29,14 @@ QUARTER = 32  # corners of a quarter of a circle in a union
 
 def free_discs(scene):
     """Model, State and report of the discs of `scene.discs.file` without a ring."""
-    discs, found = scene.discs, disc_file.read(scene.discs.file)
-    pairs, depth = overlap_rules.pairs_of(found.xy, found.radius, found.stone)
+    discs, found = scene.discs, disc_csv.read(scene.discs.file)
+    pairs, depth = discs_of_a_file.pairs_of(found.xy, found.radius, found.stone)
     smaller = found.radius[pairs].min(axis=1)
-    overlap_rules.refuse_same_place(discs.file, found, pairs, depth, smaller)
-    overlap_rules.refuse_on_walls(discs.file, found, discs.wall)
+    discs_of_a_file.refuse_same_place(discs.file, found, pairs, depth, smaller)
+    discs_of_a_file.refuse_on_walls(discs.file, found, discs.wall)
     if scene.stage[1].time == "real":
-        overlap_rules.refuse_burst(discs.file, found, pairs, depth, smaller)
-        overlap_rules.refuse_deep_in_walls(discs.file, found, discs.wall)
+        discs_of_a_file.refuse_burst(discs.file, found, pairs, depth, smaller)
+        discs_of_a_file.refuse_deep_in_walls(discs.file, found, discs.wall)
     has_stones = found.stone is not None
     if has_stones and discs.stone is None:
         raise unfit("discs.stone", f"{discs.file} has stones, which have no material", "add a [discs.stone] table")
@@ -58,18 +58,18 @@ def free_discs(scene):
 def of_window(scene, ring):
     """Packing of a window in its `ring` (interface.ring.Ring) from `scene.discs.file`, checked to fit into it."""
     path = scene.discs.file
-    found = disc_file.read(path)
+    found = disc_csv.read(path)
     if found.stone is not None:
         raise unfit("discs.file", f"{path} has stones", "in a scene with a grid they come from [stones]: leave the column out")
-    pairs, depth = overlap_rules.pairs_of(found.xy, found.radius, None)
+    pairs, depth = discs_of_a_file.pairs_of(found.xy, found.radius, None)
     smaller = found.radius[pairs].min(axis=1)
-    overlap_rules.refuse_same_place(path, found, pairs, depth, smaller)
-    overlap_rules.refuse_deep(path, depth, smaller)
+    discs_of_a_file.refuse_same_place(path, found, pairs, depth, smaller)
+    discs_of_a_file.refuse_deep(path, depth, smaller)
     outside = np.flatnonzero(~shapely.contains_xy(shapely.Polygon(ring.xy), found.xy))
     if len(outside):
         why = f"{len(outside)} of {len(found.radius)} discs of {path} lie outside the window, the first is disc {outside[0] + 1}"
         raise unfit("discs.file", why, "the file's coordinates are those of the grid")
-    overlap_rules.refuse_ring_overlaps(path, found, ring)
+    discs_of_a_file.refuse_ring_overlaps(path, found, ring)
     return Packing(found.xy, found.radius)
 
 
@@ -88,15 +88,15 @@ def make_stones(model, state, stone, discs):
         members = [np.flatnonzero(state.stone == k) for k in range(len(numbers))]
         shapes = [shape_of(state.x[i], state.radius[i]) for i in members]
         for i, (solid, centroid, _) in zip(members, shapes, strict=True):
-            shares = stones.weight_shares(state.x[i], area[i] / area[i].sum(), centroid)
+            shares = bodies.weight_shares(state.x[i], area[i] / area[i].sum(), centroid)
             state.weight[i] = discs.stone.density * solid * shares
         centroid, gyration = (np.array([shape[column] for shape in shapes]) for column in (1, 2))
         state.clumps = make_clumps(state.stone, state.x, centroid, gyration)
     rebuild(model, state)
     if discs.body == "cluster":
-        stones.fasten(model, state)
+        bodies.fasten(model, state)
         pairs = listed_pairs(state)
-        own = stones.of_one_stone(state, pairs)
+        own = bodies.of_one_stone(state, pairs)
         state.reference_gap[pairs.slot[own]] += pairs.gap[own]  # a stone is free of stress in the shape that it came in
     contact_forces(model, state)
     return model

@@ -12,22 +12,18 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol import exits
-from coupler_protocol.files import checkpoint, restart
-from coupler_protocol.files import run_json as runfile
+from coupler_protocol.files import checkpoint, restart, run_json
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.scene.ending import Ending
 from coupler_protocol.scene.schedule import plan
 from coupler_protocol.timing import Stopwatch
-from dem_server.insitu import virtual_strain as insitu
+from dem_server.insitu import virtual_strain
 from dem_server.model import Model, State
-from dem_server.observe import energy, record
-from dem_server.observe import unbalanced_ratio as balance
-from dem_server.packing import alone_window as filling
-from dem_server.packing import draw_apart as overlaps
-from dem_server.procedure import walls_of_scene as wall_tables
-from dem_server.step import bonds_made as bonding
-from dem_server.step import clock, cycle
+from dem_server.observe import energy, record, unbalanced_ratio
+from dem_server.packing import alone_window, draw_apart
+from dem_server.procedure import walls_of_scene
+from dem_server.step import bonds_made, clock, cycle
 from dem_server.step.contact_pass import contact_forces
 
 log = logging.getLogger(__name__)
@@ -84,16 +80,16 @@ class DiscsAlone:
     def _fill(self):
         """Discs, stones and walls as the scene says; bonds where discs touch."""
         begin = time.perf_counter()
-        self.model, self.state, self.stones, self.report = filling.fill(self.scene, self._note)
-        self.state.walls = wall_tables.walls_of(self.scene, self.model, self.state)
+        self.model, self.state, self.stones, self.report = alone_window.fill(self.scene, self._note)
+        self.state.walls = walls_of_scene.walls_of(self.scene, self.model, self.state)
         contact_forces(self.model, self.state)
         if self.scene.discs.file is not None and self.scene.stage[1].time == "static":
-            self.model, left = overlaps.draw_apart(self.model, self.state)
+            self.model, left = draw_apart.draw_apart(self.model, self.state)
             self.report |= left
         if self.model.law.bond is not None:
-            insitu.add_bonds(self.model, self.state)
+            virtual_strain.add_bonds(self.model, self.state)
         if self.model.law.parallel_bond is not None:
-            bonding.add_parallel_bonds(self.model, self.state)
+            bonds_made.add_parallel_bonds(self.model, self.state)
         self.state.origin[:] = self.state.x
         self.report |= {"name": NAME, "discs": self.model.count, "packing_seconds": time.perf_counter() - begin}
         log.info("filled %s", self.report)
@@ -101,7 +97,7 @@ class DiscsAlone:
     def _stage(self, stage, leg):
         """One stage of the discs from its first step to its last."""
         self.watch.begin(stage.name)
-        wall_tables.begin_stage(self.scene, stage, self.model, self.state)
+        walls_of_scene.begin_stage(self.scene, stage, self.model, self.state)
         model = self._in_time_of(stage)
         every, record_every = self.scene.record.history, self.scene.record.every
         ending, done, began, ended_by = Ending(stage.until, leg.over), 0, self.time, ""
@@ -116,7 +112,7 @@ class DiscsAlone:
             if self.steps % every == 0 or ended_by:
                 ratio = self._look(leg, done - 1)
                 farthest = float(np.hypot(*self.state.displacement.T).max())
-                ended_by = ended_by or ending.reached(done, [ratio, wall_tables.servo_error(self.state.walls)], farthest)
+                ended_by = ended_by or ending.reached(done, [ratio, walls_of_scene.servo_error(self.state.walls)], farthest)
                 self.progress(stage.name, "", done, stage.until.steps, ratio, factor)
             self.watch.stages[-1].steps = done
             self.watch.to("computing")
@@ -161,7 +157,7 @@ class DiscsAlone:
     def _look(self, leg, step):
         """Histories of this moment; returns the unbalanced ratio."""
         gravity, state = leg.at(step), self.state
-        ratio = balance.unbalanced_ratio(self.model, state, gravity)
+        ratio = unbalanced_ratio.unbalanced_ratio(self.model, state, gravity)
         if not np.isfinite(ratio):
             raise exits.PhysicsFailed(f"the discs' forces are not finite any more after step {self.steps}")
         values = {
@@ -175,7 +171,7 @@ class DiscsAlone:
         }
         if state.walls is not None:
             values["wall_force_x"], values["wall_force_y"] = state.walls.force.sum(axis=0).tolist()
-            values |= wall_tables.histories(self.scene, state.walls)
+            values |= walls_of_scene.histories(self.scene, state.walls)
         self.recorder.history(self.steps, **values)
         return ratio
 
@@ -226,7 +222,7 @@ class DiscsAlone:
         times = [stage.as_dict() for stage in self.watch.stages]
         if self.origin is not None:
             times = times[1:]
-        return {"stages": runfile.stage_rows_alone(self.results, times), "windows": [self.report] if self.report else []}
+        return {"stages": run_json.stage_rows_alone(self.results, times), "windows": [self.report] if self.report else []}
 
     def _note(self, text, fraction=None):
         """Progress of a long phase, and the place where it can be interrupted."""
@@ -236,13 +232,13 @@ class DiscsAlone:
 
 def compute(scene, out, progress, stop, origin=None, plugin=None):
     """Compute a scene without a grid into the folder `out`; writes run.json however it ends, the State where it fails."""
-    about, begin = runfile.describe(scene), time.perf_counter()
+    about, begin = run_json.describe(scene), time.perf_counter()
     if origin is not None:
         about["begins_after"] = {"run": str(origin.folder), "stage": origin.stage}
     side, code, reason = None, exits.OURSELVES, ""
     try:
         side = DiscsAlone(scene, out, progress, stop, origin, plugin)
-        runfile.write_json(Path(out) / "scene.json", scene.resolved())
+        run_json.write_json(Path(out) / "scene.json", scene.resolved())
         reason, code = exits.physics(side.run), exits.DONE
         progress("done", reason, now=True)
     except BaseException as error:
@@ -253,7 +249,7 @@ def compute(scene, out, progress, stop, origin=None, plugin=None):
         raise
     finally:
         about |= {"end": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "seconds": time.perf_counter() - begin}
-        about |= {"exit_code": code, "reason": reason, "peak_memory_MB": runfile.peak_memory()}
+        about |= {"exit_code": code, "reason": reason, "peak_memory_MB": run_json.peak_memory()}
         if side is not None:
             about |= side.summary()
-        runfile.write_json(Path(out) / "run.json", about)
+        run_json.write_json(Path(out) / "run.json", about)

@@ -21,14 +21,12 @@ from dem_server import run
 from dem_server.coupling.ring_guard import RingGuard
 from dem_server.coupling.window_strain import WindowStrain
 from dem_server.insitu.takeover import take_over
-from dem_server.observe import energy, record
-from dem_server.observe import stable_limit as frequency
-from dem_server.observe import unbalanced_ratio as balance
+from dem_server.observe import energy, record, stable_limit, unbalanced_ratio
 from dem_server.observe.energy_ledger import Ledger
 from dem_server.packing.coupled_window import drawn_stones, packed_window
 from dem_server.procedure import restart
 from dem_server.step import clock
-from dem_server.stones import bodies as stones
+from dem_server.stones import bodies
 
 log = logging.getLogger(__name__)
 FIELD_COLUMNS = 7  # x, y, area, sxx, syy, sxy, density
@@ -98,7 +96,7 @@ class DiscreteSide:
             "packing_seconds": time.perf_counter() - begin,
         } | packed.report()
         if self.stones is not None:
-            self.report |= stones.report(self.model, self.state, self.stones, nodes)
+            self.report |= bodies.report(self.model, self.state, self.stones, nodes)
         log.info("packed %s", self.report)
         self.watch.to("computing")
         self._turn(messages.PACKED, self.report)
@@ -240,7 +238,7 @@ class DiscreteSide:
             self.progress(name, "", self.steps, None, self.looked.ratio, order.gravity_factor)
 
     def _answer(self, gravity):
-        ratio = balance.unbalanced_ratio(self.model, self.state, gravity)
+        ratio = unbalanced_ratio.unbalanced_ratio(self.model, self.state, gravity)
         if not np.isfinite(ratio):
             raise PhysicsFailed(f"the discs' forces are not finite any more after step {self.steps}")
         broken = self.state.broken_tension + self.state.broken_shear
@@ -287,7 +285,7 @@ class DiscreteSide:
 
     def _note_limit(self, name):
         """Keep the safe limit of the step at the end of a stage; sub-steps make none longer (clock.py)."""
-        found = frequency.safe_limit(self.model, self.state, self.rim)
+        found = stable_limit.safe_limit(self.model, self.state, self.rim)
         if self.substeps > 1:
             found |= {"share": found["share"] / self.substeps, "dt": self.step}
         self.limits.append({"stage": name} | found)

@@ -28,7 +28,7 @@ from dem_server.effects import parallel_bond as parallel_law
 from dem_server.effects import rolling as rolling_law
 from dem_server.effects import spring as spring_law
 from dem_server.effects.bond import BONDED
-from dem_server.step import scratch_rows as rows
+from dem_server.step import scratch_rows
 
 normal_force = jit(spring_law.normal_force)
 shear_force = jit(spring_law.shear_force)
@@ -55,66 +55,66 @@ def law_of_block(m, dt, f, shear, reference_gap, friction, bond, rolling, dashpo
     """
     broken = 0
     for q in range(m):
-        dx, dy, du, dv = f[rows.DX + q], f[rows.DY + q], f[rows.DU + q], f[rows.DV + q]
-        ri, rj, wi, wj = f[rows.RI + q], f[rows.RJ + q], f[rows.WI + q], f[rows.WJ + q]
+        dx, dy, du, dv = f[scratch_rows.DX + q], f[scratch_rows.DY + q], f[scratch_rows.DU + q], f[scratch_rows.DV + q]
+        ri, rj, wi, wj = f[scratch_rows.RI + q], f[scratch_rows.RJ + q], f[scratch_rows.WI + q], f[scratch_rows.WJ + q]
         d = sqrt(dx * dx + dy * dy)
         inv = 1.0 / max(d, NOWHERE)
         nx, ny = dx * inv, dy * inv
         gap = d - ri - rj
         g = gap
         if reference_gap is not None:
-            g = gap - f[rows.GAP + q]
-        spring = normal_force(f[rows.KN + q], g)
+            g = gap - f[scratch_rows.GAP + q]
+        spring = normal_force(f[scratch_rows.KN + q], g)
         Fn, Fs, mi, mj = max(spring, 0.0), 0.0, 0.0, 0.0
         if shear is not None:
             li, lj = ri + 0.5 * gap, rj + 0.5 * gap
             vn, vt = (du * nx + dv * ny) * dt, (dv * nx - du * ny) * dt
             a, b = 0.5 * vn * inv, 0.125 * (vt * inv) * (vt * inv)
             slip = vt * (1.0 + a + a * a - b) - wi * dt * li - wj * dt * lj
-            stuck, limit = shear_force(f[rows.KS + q], slip, f[rows.SHEAR + q]), 0.0
+            stuck, limit = shear_force(f[scratch_rows.KS + q], slip, f[scratch_rows.SHEAR + q]), 0.0
             if friction is not None:
-                limit = slip_limit(f[rows.FRICTION + q], Fn)
+                limit = slip_limit(f[scratch_rows.FRICTION + q], Fn)
             Fs = clipped(stuck, limit)
             if bond is not None:
-                before = f[rows.BONDED + q]
-                now = 1.0 * bond_after(spring, stuck, f[rows.TENSION + q], f[rows.STRENGTH + q])
+                before = f[scratch_rows.BONDED + q]
+                now = 1.0 * bond_after(spring, stuck, f[scratch_rows.TENSION + q], f[scratch_rows.STRENGTH + q])
                 now = now if before == BONDED else before
                 holds = now == BONDED
                 Fn, Fs = spring if holds else Fn, stuck if holds else Fs
-                f[rows.BONDED + q] = now
+                f[scratch_rows.BONDED + q] = now
                 broken += 1 if now != before else 0
-            f[rows.SHEAR + q] = Fs
-        f[rows.FN + q] = Fn
+            f[scratch_rows.SHEAR + q] = Fs
+        f[scratch_rows.FN + q] = Fn
         if rolling is not None:
             rb = effective_radius(ri, rj)
-            mr = rolling_moment(rolling_stiffness(f[rows.KS + q], rb), (wj - wi) * dt, f[rows.ROLLED + q])
-            mr = clipped(mr, rolling_limit(f[rows.ROLLING + q], rb, Fn))
-            f[rows.ROLLED + q] = mr  # moment on j; on i the opposite
+            mr = rolling_moment(rolling_stiffness(f[scratch_rows.KS + q], rb), (wj - wi) * dt, f[scratch_rows.ROLLED + q])
+            mr = clipped(mr, rolling_limit(f[scratch_rows.ROLLING + q], rb, Fn))
+            f[scratch_rows.ROLLED + q] = mr  # moment on j; on i the opposite
             mi += mr
             mj -= mr
         if dashpot is not None:
             vn, vs = du * nx + dv * ny, dv * nx - du * ny - wi * li - wj * lj
-            Dn = Fn + viscous_force(f[rows.DASH_N + q], f[rows.ROOT + q], vn)
-            Ds = Fs + viscous_force(f[rows.DASH_S + q], f[rows.ROOT + q], vs)
-            free_n, free_s = max(Dn, 0.0) if f[rows.PULLS + q] == 0.0 else Dn, clipped(Ds, limit)
+            Dn = Fn + viscous_force(f[scratch_rows.DASH_N + q], f[scratch_rows.ROOT + q], vn)
+            Ds = Fs + viscous_force(f[scratch_rows.DASH_S + q], f[scratch_rows.ROOT + q], vs)
+            free_n, free_s = max(Dn, 0.0) if f[scratch_rows.PULLS + q] == 0.0 else Dn, clipped(Ds, limit)
             holds = False
             if bond is not None:
-                holds = f[rows.BONDED + q] == BONDED
+                holds = f[scratch_rows.BONDED + q] == BONDED
             touches = g < 0.0
             Fn = Dn if holds else (free_n if touches else Fn)
             Fs = Ds if holds else (free_s if touches else Fs)
         if parallel_bond is not None:
-            R = bond_radius(f[rows.GLUE_RADIUS + q], ri, rj)
-            Pn = normal_force(f[rows.GLUE_KN + q] * 2.0 * R, gap - f[rows.GLUE_GAP + q])
-            Ps = shear_force(f[rows.GLUE_KS + q] * 2.0 * R, slip, f[rows.GLUE_S + q])
-            Pm = rolling_moment(bending_stiffness(f[rows.GLUE_KN + q], R), (wj - wi) * dt, f[rows.GLUE_M + q])
-            before = f[rows.GLUED + q]
-            now = 1.0 * parallel_bond_after(Pn, Ps, Pm, R, f[rows.GLUE_TENSION + q], f[rows.GLUE_COHESION + q])
+            R = bond_radius(f[scratch_rows.GLUE_RADIUS + q], ri, rj)
+            Pn = normal_force(f[scratch_rows.GLUE_KN + q] * 2.0 * R, gap - f[scratch_rows.GLUE_GAP + q])
+            Ps = shear_force(f[scratch_rows.GLUE_KS + q] * 2.0 * R, slip, f[scratch_rows.GLUE_S + q])
+            Pm = rolling_moment(bending_stiffness(f[scratch_rows.GLUE_KN + q], R), (wj - wi) * dt, f[scratch_rows.GLUE_M + q])
+            before = f[scratch_rows.GLUED + q]
+            now = 1.0 * parallel_bond_after(Pn, Ps, Pm, R, f[scratch_rows.GLUE_TENSION + q], f[scratch_rows.GLUE_COHESION + q])
             now = now if before == BONDED else before
             holds = now == BONDED
             Pn, Ps, Pm = Pn if holds else 0.0, Ps if holds else 0.0, Pm if holds else 0.0
-            f[rows.GLUED + q] = now
-            f[rows.GLUE_N + q], f[rows.GLUE_S + q], f[rows.GLUE_M + q] = Pn, Ps, Pm
+            f[scratch_rows.GLUED + q] = now
+            f[scratch_rows.GLUE_N + q], f[scratch_rows.GLUE_S + q], f[scratch_rows.GLUE_M + q] = Pn, Ps, Pm
             broken += 1 if now != before else 0
             Fn += Pn
             Fs += Ps
@@ -123,6 +123,6 @@ def law_of_block(m, dt, f, shear, reference_gap, friction, bond, rolling, dashpo
         if shear is not None:
             mi += Fs * li
             mj += Fs * lj
-        f[rows.PX + q], f[rows.PY + q] = Fn * nx - Fs * ny, Fn * ny + Fs * nx
-        f[rows.MI + q], f[rows.MJ + q] = mi, mj
+        f[scratch_rows.PX + q], f[scratch_rows.PY + q] = Fn * nx - Fs * ny, Fn * ny + Fs * nx
+        f[scratch_rows.MI + q], f[scratch_rows.MJ + q] = mi, mj
     return broken

@@ -9,8 +9,7 @@ import numpy as np
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.parallel_bond import ParallelBonds
-from dem_server.step import neighbours, walls
-from dem_server.step import scratch_rows as rows
+from dem_server.step import neighbours, scratch_rows, walls
 from dem_server.step.contact_blocks import add_parts, table_of
 from dem_server.step.thread_crew import meet, part_of, work_together
 from dem_server.step.thread_shares import shares
@@ -79,7 +78,7 @@ def force_pass(
     spring, friction, bond, rolling, dashpot, parallel_bond, dt, crew,
 ):  # fmt: skip
     """Loads of all discs from all listed pairs, by one thread (`crew` None) or by all of the crew that call it together."""
-    table, f = table_of(spring, friction, bond, rolling, dashpot, parallel_bond), np.empty(rows.SIZE)
+    table, f = table_of(spring, friction, bond, rolling, dashpot, parallel_bond), np.empty(scratch_rows.SIZE)
     if crew is None:
         load[:] = 0.0
         add_parts(

@@ -11,8 +11,7 @@ import numpy as np
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.model import CAPS, SPIN, VX
-from dem_server.step import contact_pass as contacts
-from dem_server.step import guards, motion, walls
+from dem_server.step import contact_pass, guards, motion, walls
 from dem_server.step.clumps import move_clumps
 from dem_server.step.contact_pass import contact_forces, farthest, force_pass
 from dem_server.step.masses import stable_step
@@ -87,7 +86,7 @@ def cycle_shares(model, state, gravity, steps):
     state.dt = dt
     before = (
         steps, kick, *motion.arguments(model, state, gravity), state.listed_at, 0.5 * skin(model),
-        *contacts.arguments(model, state)[2:], *contacts.laws_of(model), dt, *walls.arguments(model, state)[:4],
+        *contact_pass.arguments(model, state)[2:], *contact_pass.laws_of(model), dt, *walls.arguments(model, state)[:4],
     )  # fmt: skip
 
     def work(begin, end, counters, crew):

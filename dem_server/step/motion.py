@@ -8,7 +8,7 @@ step, so that no disc can pass through another one; every cap is counted. In rea
 change momentum: there the step shortens (cycle.py). Discs of a clump move with it.
 """
 
-from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled import threads
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects import damping as damping_law
 from dem_server.model import CAPS
@@ -28,7 +28,7 @@ def move_free(model, state, gravity):
     kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
     taken = arguments(model, state, gravity)
     fast = 0 if state.clumps is None else move_clumps(*taken, kick, dt)[0]
-    fast += sum(found[0] for found in team.each(lambda a, b: move(a, b, *taken, kick, dt), shares(model)))
+    fast += sum(found[0] for found in threads.each(lambda a, b: move(a, b, *taken, kick, dt), shares(model)))
     if model.real_time is None:
         state.counters[CAPS] += fast
     state.dt = state.next_dt

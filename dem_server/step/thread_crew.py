@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled import threads
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.compiled.waiting_words import give_way, load, store
 
@@ -41,7 +41,7 @@ def work_together(work, shares, counters):
             meetings[rank * APART] = GONE
             raise
 
-    results = team.each(take_part, [(rank,) for rank in range(size)])
+    results = threads.each(take_part, [(rank,) for rank in range(size)])
     counters += counts.sum(axis=0)
     return results
 

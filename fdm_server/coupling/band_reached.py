@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from coupler_protocol.criteria import shear_band as band
-from coupler_protocol.criteria import shear_band_states as band_states
+from coupler_protocol.criteria import shear_band, shear_band_states
 from fdm_server.mesh.grid import areas
 from fdm_server.observe import fields
 
@@ -20,10 +19,10 @@ class BandWatch:
 
     def __init__(self, wanted, grid):
         self.wanted = wanted
-        self._surface = band.ground(grid.xy, grid.zones)
+        self._surface = shear_band.ground(grid.xy, grid.zones)
 
     def reached(self, model, state, rims):
         """Reason to end, or "". rims: of the windows that are open; they have heard the strain of their discs."""
         windows = [(rim.conversation.rank, *rim.strain()) for rim in rims]
-        cells = band.cells(model.grid.xy, model.zones, fields.shear_strain(model, state), windows)
-        return f"band {self.wanted}" if band_states.holds(self.wanted, cells, self._surface) else ""
+        cells = shear_band.cells(model.grid.xy, model.zones, fields.shear_strain(model, state), windows)
+        return f"band {self.wanted}" if shear_band_states.holds(self.wanted, cells, self._surface) else ""

@@ -3,7 +3,7 @@
 import sys
 
 from coupler_protocol import exits
-from coupler_protocol.process import command_line as program
+from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
 from coupler_protocol.process.progress import Progress
 
@@ -12,13 +12,13 @@ OWN_FILES = ("fos.json", "fos.log")
 
 def main(argv=None):
     """Entry point; returns the exit code."""
-    options = program.server_parser("fdm_server.fos", "Looks for the factor of safety of a scene's grid.").parse_args(argv)
-    program.set_threads(options.threads)
+    options = command_line.server_parser("fdm_server.fos", "Looks for the factor of safety of a scene's grid.").parse_args(argv)
+    command_line.set_threads(options.threads)
     stop = StopRequest()
     stop_on_signals(stop)
     if options.tether:
         stop_with_parent(stop)
-    return program.ended("fdm_server.fos", lambda: search(options, stop))
+    return command_line.ended("fdm_server.fos", lambda: search(options, stop))
 
 
 def search(options, stop):
@@ -27,8 +27,8 @@ def search(options, stop):
     from fdm_server.fos.study import Study, ignored
 
     scene = read_scene(options.scene, options.set)
-    out = program.prepare_folder(options.out, OWN_FILES, options.force)
-    program.log_to(out / "fos.log")
+    out = command_line.prepare_folder(options.out, OWN_FILES, options.force)
+    command_line.log_to(out / "fos.log")
     progress = Progress(0, "none" if options.quiet else options.progress)
     for line in ignored(scene):
         progress("start", f"ignored: {line}", now=True)

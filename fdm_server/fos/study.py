@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 from coupler_protocol.exits import PhysicsFailed
-from coupler_protocol.files import run_json as runfile
+from coupler_protocol.files import run_json
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.problems import unfit
 from fdm_server.fos import bracket as bracketing
@@ -58,11 +58,11 @@ class Study:
             "criterion": criterion(table),
             "ignored": ignored(self.scene),
             "damping": damping_of(self.scene).model_dump(exclude_none=True),
-            "about": runfile.describe(self.scene),
+            "about": run_json.describe(self.scene),
         } | found
 
     def _write(self, begin):
-        runfile.write_json(self.out / "fos.json", self.summary(begin))
+        run_json.write_json(self.out / "fos.json", self.summary(begin))
 
     def _mesh(self, number, of, size, first):
         """The search on one mesh; its frames go to the folder meshN."""
@@ -84,7 +84,7 @@ class Study:
         self.meshes.append(row)
         folder = self.out / f"mesh{number}"
         folder.mkdir(exist_ok=True)
-        runfile.write_json(folder / "scene.json", scene.resolved())
+        run_json.write_json(folder / "scene.json", scene.resolved())
         with Recorder(folder / "fdm.rank0.vtkhdf", "continuum", self.scene.title) as recorder:
             steps = 0
 

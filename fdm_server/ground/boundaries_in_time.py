@@ -20,7 +20,7 @@ from fdm_server.ground.load_ramps import spread
 from fdm_server.ground.quiet_sides import Dashpots, dashpots, keep_reaction
 from fdm_server.mesh.grid_sides import edges_of, fixed_components, motion_of, points_in, sides_of
 from fdm_server.mesh.zone_sides import boundary_edges
-from fdm_server.step import present_shape as shape
+from fdm_server.step import present_shape
 
 
 class Drive(NamedTuple):
@@ -169,7 +169,7 @@ def load_forces(model, state, boundary):
     edges = edges_of(model.grid, boundary.on)
     there = {tuple(edge) for edge in boundary_edges(model.zones).tolist()}
     edges = edges[[tuple(edge) in there for edge in edges.tolist()]]
-    xy = shape.present(model, state)
+    xy = present_shape.present(model, state)
     along = xy[edges[:, 1]] - xy[edges[:, 0]]
     outward = np.column_stack([along[:, 1], -along[:, 0]])  # outward normal times length
     if boundary.stress is not None:

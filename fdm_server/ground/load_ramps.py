@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fdm_server.ground.removed_zones import cut_window
 from fdm_server.mesh.grid_sides import surface_edges
-from fdm_server.step import present_shape as shape
+from fdm_server.step import present_shape
 
 FLAT = 1e-12  # share of its length by which a side upright to an axis may lean
 
@@ -49,7 +49,7 @@ def dig(model, state, mask, gravity, over):
 
 def press(model, state, surcharge, rims=()):
     """The ramp that brings `surcharge` (table of a scene) upon the ground surface; rims: gridpoints of the windows' rims."""
-    force = pressure_forces(shape.present(model, state), surface_edges(model.grid, model.zones, rims), surcharge)
+    force = pressure_forces(present_shape.present(model, state), surface_edges(model.grid, model.zones, rims), surcharge)
     nodes = np.flatnonzero(np.any(force != 0.0, axis=1))
     before = state.applied[nodes]
     return ForceRamp(nodes, before, before + force[nodes], surcharge.over)

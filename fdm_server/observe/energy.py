@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fdm_server.step import present_shape as shape
+from fdm_server.step import present_shape
 from fdm_server.step.blocks import from_blocks, triangle_double_areas
 
 
@@ -14,7 +14,7 @@ def strain_energy(model, state):
     In mixed discretisation sm and zz belong to the zone, sd and xy to its triangles.
     """
     rows = from_blocks(state.stress, len(model.zone))
-    double = triangle_double_areas(shape.present(model, state), model.zones)
+    double = triangle_double_areas(present_shape.present(model, state), model.zones)
     area = 0.5 * (double[:, 0] + double[:, 1])
     elastic = model.material_law.elastic[model.grid.material[model.zone]]
     G, K = elastic[:, 1], elastic[:, 0] - elastic[:, 1] / 3.0

@@ -3,14 +3,14 @@
 import numpy as np
 
 from fdm_server.mesh.grid import areas, centroids
-from fdm_server.step import present_shape as shape
+from fdm_server.step import present_shape
 from fdm_server.step.blocks import from_blocks, triangle_double_areas
 
 
 def stress(model, state):
     """Stresses (A,4) [Pa] xx, yy, zz, xy of the active zones, mean of their triangles, tension positive."""
     rows = from_blocks(state.stress, len(model.zone))
-    double = triangle_double_areas(shape.present(model, state), model.zones)
+    double = triangle_double_areas(present_shape.present(model, state), model.zones)
     share = 0.5 * double / (double[:, 0] + double[:, 1])[:, None]
     sm, zz = rows[:, 0], rows[:, 1]
     sd, xy = (share * rows[:, 2:6]).sum(axis=1), (share * rows[:, 6:10]).sum(axis=1)
@@ -46,7 +46,7 @@ def shear_strain(model, state):
 
 def shear_strain_rate(model, state):
     """Largest engineering shear strain rate (A,) [1/s] of the zones' present shape."""
-    return _max_shear(mean_gradient(shape.present(model, state), model.zones, state.velocity))
+    return _max_shear(mean_gradient(present_shape.present(model, state), model.zones, state.velocity))
 
 
 def mean_gradient(xy, zones, motion):

@@ -5,7 +5,7 @@ import logging
 from coupler_protocol.scene.ending import Ending
 from coupler_protocol.scene.schedule import beginning, leg_of
 from coupler_protocol.wire import messages
-from fdm_server.coupling import common_step as agreement
+from fdm_server.coupling import common_step
 from fdm_server.coupling.band_reached import BandWatch
 from fdm_server.coupling.exchange_pauses import Pace
 from fdm_server.ground.boundaries_in_time import NOTHING
@@ -148,11 +148,11 @@ class StageRun:
                 self.pace.heard(self.rims, masses(side.model, state))
             return side.model
         if self.done == 0:
-            side.model = agreement.agree(side.model, state, self.rims)
+            side.model = common_step.agree(side.model, state, self.rims)
             self._step, self.kick = state.dt, 0.5 * (self._step_before + state.dt)
         else:
             self.kick = None
-            agreement.keep(side.model, state, self.rims, self._step)
+            common_step.keep(side.model, state, self.rims, self._step)
         return side.model
 
     def set_loads(self):

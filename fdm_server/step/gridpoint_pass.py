@@ -12,7 +12,7 @@ from math import sqrt
 
 import numpy as np
 
-from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled import threads
 from coupler_protocol.compiled.jit import jit
 from fdm_server.effects import combined_damping as combined_law
 from fdm_server.effects import damping as damping_law
@@ -71,7 +71,7 @@ def update_velocities(model, state, gravity, kick=None):
             law.damping, half_combined, state.previous_force, half_drag, dt, state.velocity,
         )  # fmt: skip
 
-    team.each(accelerate, model.partition.points)
+    threads.each(accelerate, model.partition.points)
 
 
 @jit

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled import threads
 from coupler_protocol.compiled.jit import jit
 from fdm_server.rates import add_rate, copy_stress
 from fdm_server.step import present_shape as shape
@@ -125,8 +125,8 @@ def advance(model, state):
             state.velocity, state.displacement, state.stress, state.corner_force, state.force, xy,
         )  # fmt: skip
 
-    team.each(move, parts.points)
-    inverted = sum(team.each(strain, parts.strips))
+    threads.each(move, parts.points)
+    inverted = sum(threads.each(strain, parts.strips))
     sum_at_gridpoints(parts.order, *parts.ready[-2:], model.start, model.place, state.corner_force, state.force)
     if inverted:
         check_zones(shape.present(model, state), model.zones, model.zone)

@@ -26,20 +26,18 @@ from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
 from dem_server.effects.spring import Spring
-from dem_server.insitu import virtual_strain as insitu
+from dem_server.insitu import virtual_strain
 from dem_server.model import build_model
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.packing import packing
 from dem_server.packing.alone_window import rim_of
 from dem_server.pairs import contacts as contacts_of
 from dem_server.pairs import listed_pairs
-from dem_server.step import bonds_made as bonding
-from dem_server.step import contact_pass as contacts
+from dem_server.step import bonds_made, contact_pass
 from dem_server.step.contact_pass import contact_forces, force_pass
 from dem_server.step.cycle import advance, stop
 from dem_server.step.neighbours import rebuild
-from dem_server.stones import bodies as stones
-from dem_server.stones import mesostructure
+from dem_server.stones import bodies, mesostructure
 
 SIZES = {2_500: (2, 2), 10_000: (4, 4), 50_000: (8, 10), 200_000: (16, 20)}  # tiles across and up
 LAW_SIZE = 2_500
@@ -70,9 +68,9 @@ class Case:
             advance(model, state, 0.0, 50)
             stop(state)
         if model.law.bond is not None:
-            insitu.add_bonds(model, state)
+            virtual_strain.add_bonds(model, state)
         if model.law.parallel_bond is not None:
-            bonding.add_parallel_bonds(model, state)
+            bonds_made.add_parallel_bonds(model, state)
         advance(model, state, 0.0, 50)
 
     def seconds(self, steps):
@@ -83,7 +81,7 @@ class Case:
         """Seconds of one force pass, from `times` of them over discs that stand still, so that no force changes."""
         stop(self.state)
         model, state = self.model, self.state
-        arguments = (*contacts.arguments(model, state), state.counters, *contacts.laws_of(model), state.dt, None)
+        arguments = (*contact_pass.arguments(model, state), state.counters, *contact_pass.laws_of(model), state.dt, None)
         passes(1, arguments)
         return repeated(lambda: passes(times, arguments), 1, 1, warm_up=0)[0] / times
 
@@ -243,8 +241,8 @@ def window(radius):
     packed = packing.pack(nodes, ring.xy, ring.radius, scene.discs, np.random.default_rng([scene.seed, 1]))
     model, state = build_model(ring.xy, ring.radius, packed, scene.discs, scene.ring)
     contact_forces(model, state)
-    stones.mark(model, state, found.outlines, scene.discs.stone.density)
-    return Case(stones.make(model, state, found.outlines, scene.stones.body), state, settling=40)
+    bodies.mark(model, state, found.outlines, scene.discs.stone.density)
+    return Case(bodies.make(model, state, found.outlines, scene.stones.body), state, settling=40)
 
 
 def law_rows(work, repeats, companion):

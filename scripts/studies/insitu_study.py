@@ -22,19 +22,18 @@ from shapely.geometry import box
 
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.scene.reader import read_scene
-from dem_server.insitu import virtual_strain as insitu
+from dem_server.insitu import virtual_strain
 from dem_server.insitu.contact_stress import circle_stress
 from dem_server.insitu.hat_bins import bins_over
 from dem_server.insitu.takeover import take_over
 from dem_server.insitu.zone_stress import tractions
 from dem_server.model import build_model
-from dem_server.observe import unbalanced_ratio as balance
+from dem_server.observe import unbalanced_ratio
 from dem_server.packing import packing
 from dem_server.packing.alone_window import rim_of
 from dem_server.pairs import body_centres, contacts
 from dem_server.step.contact_pass import contact_forces
-from dem_server.stones import bodies as stones
-from dem_server.stones import mesostructure
+from dem_server.stones import bodies, mesostructure
 
 SCENE = Path(__file__).resolve().parents[2] / "configs" / "paper_slope.toml"
 GRAVITY, DENSITY, TOP = 9.81, 2700.0, 12.0
@@ -121,17 +120,17 @@ def case(scene, field, stony, seed):
     target, found = zones(nodes, field), None
     if stony:
         found = mesostructure.draw(nodes, scene.stones, np.random.default_rng([seed, 1, *b"stones"]))
-        stones.mark(model, state, found.outlines, discs.stone.density)
-    aim = insitu.aim_of(model, state, target)
+        bodies.mark(model, state, found.outlines, discs.stone.density)
+    aim = virtual_strain.aim_of(model, state, target)
     before = []
     model, told = take_over(
         model, state, target, GRAVITY, found, scene.stones.body,
-        note=lambda text, fraction=None: before.append(insitu.stress_error(state, aim)),
+        note=lambda text, fraction=None: before.append(virtual_strain.stress_error(state, aim)),
     )  # fmt: skip
     pairs = contacts(state)
     lines = circle_stress(body_centres(state)[pairs.disc_a], pairs, aim.centres, aim.radius)
     lines = np.sqrt(((lines - aim.stress)[:, 1] ** 2).mean()) / np.abs(aim.stress[:, 1]).mean()
-    insitu.relax(model, state, GRAVITY, STEPS)
+    virtual_strain.relax(model, state, GRAVITY, STEPS)
     side, segment = ring_errors(model, state, nodes, field)
     return {
         "before": before[-1].tolist(),
@@ -141,7 +140,7 @@ def case(scene, field, stony, seed):
         "segment": segment,
         "broken": state.broken_tension + state.broken_shear,
         "ratio": told["ratio"],
-        "ratio_later": balance.unbalanced_ratio(model, state, GRAVITY),
+        "ratio_later": unbalanced_ratio.unbalanced_ratio(model, state, GRAVITY),
         "coordination": told["coordination"],
         "projected": told["projected"],
         "beyond_friction": told["beyond_friction"],

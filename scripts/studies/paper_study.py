@@ -19,9 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 import colluvium
-from colluvium.results import band_states as states
-from colluvium.results import failure as band
-from colluvium.results import window_fields
+from colluvium.results import band_states, failure, window_fields
 from colluvium.results.fabric import KINDS
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
@@ -64,17 +62,17 @@ def compute(scene, case, seed, out, fast):
 
 def measure(run):
     """States, moments and the fabric in each."""
-    found = states.reaches(run)
-    reached = states.states(found)
+    found = band_states.reaches(run)
+    reached = band_states.states(found)
     moments = {one.letter: one.reach for one in reached}
-    moments |= {"before b": states.last_before(found), "end": found[-1]}
+    moments |= {"before b": band_states.last_before(found), "end": found[-1]}
     window, stages = run.info["windows"][0], {row["name"]: row for row in run.info["stages"]}
     return {
         "scene_hash": run.info["scene_hash"],
         "states": {one.letter: one.in_words() for one in reached},
         "seen": {one.letter: one.seen.gravity_factor if one.seen else None for one in reached},
         "alike": {one.letter: one.alike for one in reached},
-        "band": band.summary(run),
+        "band": failure.summary(run),
         "window": {key: window[key] for key in WINDOW if key in window},
         "traction_difference": stages["couple"]["traction_difference"][0],
         "bonds_broken": {name: stages[name]["bonds_broken"][0] for name in ("couple", "overload")},
@@ -87,7 +85,7 @@ def moment(run, reach):
     """When it was, and the fabric of all contacts and of each kind; None for a state that was not reached."""
     if reach is None:
         return None
-    kinds = {kind or "all": states.fabric(run, reach.frame, run.windows[0], kind) for kind in (None, *KINDS)}
+    kinds = {kind or "all": band_states.fabric(run, reach.frame, run.windows[0], kind) for kind in (None, *KINDS)}
     return {
         **reach._asdict(),
         **axes(run, reach.frame),
@@ -187,7 +185,7 @@ def kinds_table(results):
             cells = [pair(runs, name, kind, q, f"theta_{q[2:] or q}") for runs in results.values() for q in ("a", "a_n")]
             rows.append([kind, name, *cells])
         if all(set(row[2:]) == {"-"} for row in rows[-len(MOMENTS) :]):
-            rows[-len(MOMENTS) :] = [[kind, f"fewer than {states.FEWEST} in every state", *cells]]
+            rows[-len(MOMENTS) :] = [[kind, f"fewer than {band_states.FEWEST} in every state", *cells]]
     return table(["contacts", "state", *(f"{case}: {q}" for case in results for q in ("a, θa", "a_n, θn"))], rows)
 
 

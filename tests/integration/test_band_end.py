@@ -7,8 +7,8 @@ import pytest
 
 import colluvium
 from colluvium.results import band_states as states
-from colluvium.results import failure as band
-from coupler_protocol.criteria import shear_band_states as band_states
+from colluvium.results import failure
+from coupler_protocol.criteria import shear_band_states
 from tests.conftest import command
 from tests.integration.test_two_processes import FILES, differing
 
@@ -25,10 +25,12 @@ FAILING = (
 @pytest.fixture(scope="module")
 def ended(tmp_path_factory, configs):
     """Folder of a run in this process that ended by its band, and the cells that the continuum looked at."""
-    out, seen, holds = tmp_path_factory.mktemp("band"), [], band_states.holds
+    out, seen, holds = tmp_path_factory.mktemp("band"), [], shear_band_states.holds
     scene = colluvium.Scene.read(configs / "quick_slope.toml", FAILING)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(band_states, "holds", lambda state, cells, surface: seen.append(cells) or holds(state, cells, surface))
+        patch.setattr(
+            shear_band_states, "holds", lambda state, cells, surface: seen.append(cells) or holds(state, cells, surface)
+        )
         colluvium.run(scene, out).close()
     return out, seen
 
@@ -53,7 +55,7 @@ def test_the_continuum_saw_what_was_recorded_to_the_bit(run, ended):
     frames = [i for i, info in enumerate(run.frames) if info.stage == "overload"][:-1]
     assert len(seen) == len(frames) > 3
     for frame, cells in zip(frames, seen, strict=True):
-        recorded = band.cells(run, frame)
+        recorded = failure.cells(run, frame)
         assert np.array_equal(cells.strain, recorded.strain)
         assert np.array_equal(cells.rank, recorded.rank)
         assert np.allclose(cells.xy, recorded.xy, rtol=0, atol=1e-12)
@@ -89,5 +91,5 @@ def test_a_grid_alone_ends_when_its_band_is_complete(tmp_path, configs):
         assert run.info["stages"][-1]["ended_by"] == "band complete"
         assert "warnings" not in run.info
         assert not any("rim_stretched" in stage for stage in run.info["stages"])
-        levels = [level.through for level in band.levels(run)]
-    assert levels[-3] < band.FAILED <= levels[-2]
+        levels = [level.through for level in failure.levels(run)]
+    assert levels[-3] < failure.FAILED <= levels[-2]

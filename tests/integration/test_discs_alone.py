@@ -12,7 +12,7 @@ from colluvium import closing
 from colluvium.forecast import check
 from colluvium.results import export
 from colluvium.results.run import open_run
-from colluvium.running import processes as launch
+from colluvium.running import processes
 from colluvium.running.threads import run
 from coupler_protocol.exits import PHYSICS, PhysicsFailed
 from coupler_protocol.files import disc_csv as disc_files
@@ -109,8 +109,8 @@ def test_a_process_of_its_own_gives_the_same_bits(pile, tmp_path):
     data, out = pile
     scene = build_scene(data)
     path = tmp_path / "scene.toml"
-    path.write_text(launch.as_toml(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")
-    assert launch.run_files(path, tmp_path / "run", launch.windows_of(scene), ["--quiet"]) == 0
+    path.write_text(processes.as_toml(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")
+    assert processes.run_files(path, tmp_path / "run", processes.windows_of(scene), ["--quiet"]) == 0
     one, other = (load(folder / "dem.rank1.rest.h5")[0]["discs"]["disc"] for folder in (out, tmp_path / "run"))
     assert one.tobytes() == other.tobytes()
 

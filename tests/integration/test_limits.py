@@ -6,7 +6,7 @@ import pytest
 
 from colluvium import cli, closing
 from colluvium.api import Scene
-from colluvium.forecast import step_limits as limits
+from colluvium.forecast import step_limits
 
 COUPLED = ["couple", "overload"]
 
@@ -32,7 +32,7 @@ def test_a_run_says_which_zone_node_and_disc_set_the_safe_limits(info):
 
 
 def test_the_exact_limit_comes_from_the_states_of_both_processes(info, quick_run):
-    found = limits.exact_of_run(Scene.read(quick_run[0] / "scene.json"), quick_run[0])
+    found = step_limits.exact_of_run(Scene.read(quick_run[0] / "scene.json"), quick_run[0])
     assert list(found) == COUPLED
     discs = info["windows"][0]["limits"][0]["share"]
     assert discs < found["couple"]["share"] < 2.0 * discs
@@ -46,11 +46,11 @@ def test_check_says_the_limits_before_anything_is_computed(configs, tmp_path):
     found = json.loads(out.read_text())["limits"]
     safe = min(found[name]["share"] for name in ("grid", "interface", "discs"))
     assert 1.0 < safe < found["exact"]["share"] < 2.0 * safe
-    assert len(list(limits.sentences(found))) == 2
+    assert len(list(step_limits.sentences(found))) == 2
     assert cli.main(["check", str(configs / "quick_slope.toml"), "--no-limits", "--no-locate", "--json", str(out)]) == 0
     assert "limits" not in json.loads(out.read_text())
 
 
 def test_scenes_that_couple_nothing_have_no_such_limits(configs):
-    assert not limits.concerned(Scene.read(configs / "quick_pile.toml"))
-    assert not limits.concerned(Scene.read(configs / "hole.toml"))
+    assert not step_limits.concerned(Scene.read(configs / "quick_pile.toml"))
+    assert not step_limits.concerned(Scene.read(configs / "hole.toml"))

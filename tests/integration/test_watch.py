@@ -9,15 +9,14 @@ import numpy as np
 import pytest
 
 import colluvium
-from colluvium.running import threads as inprocess
+from colluvium.running import threads
 from coupler_protocol.exits import PHYSICS, PhysicsFailed
 from coupler_protocol.files.restart import Origin
 from coupler_protocol.process.plugin import from_functions
 from dem_server.coupling.rim import Rim
 from dem_server.effects.bond import BONDED, BROKEN_TENSION
 from fdm_server.observe.energy_growth import EnergyWatch
-from fdm_server.procedure import grid_side as stages
-from fdm_server.procedure import restart
+from fdm_server.procedure import grid_side, restart
 from tests.window_scenes import RING, SECTOR, uniform
 
 
@@ -45,7 +44,7 @@ def stopped(tables, out, on_step=lambda moment: None, origin=None):
 
     out.mkdir(exist_ok=True)
     with pytest.raises(PhysicsFailed) as caught:
-        inprocess.run(colluvium.Scene(**tables), out, origin=origin, plugin=from_functions(None, (1, seen)))
+        threads.run(colluvium.Scene(**tables), out, origin=origin, plugin=from_functions(None, (1, seen)))
     info = json.loads((out / "run.json").read_text())
     assert info["exit_code"] == PHYSICS
     (warning,) = info["warnings"]
@@ -121,7 +120,7 @@ def test_loads_that_a_function_adds_to_the_ring_are_no_mismatch(tables, too_ligh
 
     out = tmp_path / "run"
     out.mkdir()
-    inprocess.run(colluvium.Scene(**tables), out, origin=Origin(too_light[0], "couple"), plugin=from_functions(None, (1, push)))
+    threads.run(colluvium.Scene(**tables), out, origin=Origin(too_light[0], "couple"), plugin=from_functions(None, (1, push)))
     assert "warnings" not in json.loads((out / "run.json").read_text())
 
 
@@ -171,7 +170,7 @@ def test_the_watch_begins_after_a_restart_as_in_the_straight_run(tables, tmp_pat
             super().__init__(model, state, gravity, rims, warn)
             begun.append((self.given, self.before.copy()))
 
-    monkeypatch.setattr(stages, "EnergyWatch", Seen)
+    monkeypatch.setattr(grid_side, "EnergyWatch", Seen)
     scene, again = colluvium.Scene(**tables), tmp_path / "again"
     noticed = [{"stage": "couple", "step": 1, "name": "drift", "text": "seen before the end of the stage"}]
     with monkeypatch.context() as patch:
@@ -180,7 +179,7 @@ def test_the_watch_begins_after_a_restart_as_in_the_straight_run(tables, tmp_pat
         colluvium.run(scene, tmp_path / "straight").close()
     straight = begun[-1]
     again.mkdir()
-    inprocess.run(scene, again, origin=Origin(tmp_path / "straight", "couple"))
+    threads.run(scene, again, origin=Origin(tmp_path / "straight", "couple"))
     assert begun[-1][0] == straight[0]
     np.testing.assert_array_equal(begun[-1][1], straight[1])
     assert json.loads((again / "run.json").read_text())["warnings"] == noticed

@@ -8,7 +8,7 @@ from run_cases import ROLLERS, SOIL, column, compute, scene, stage
 from zone_cases import PAPER, ring, settle, slope, soil
 
 from colluvium import open_run, run
-from colluvium.running import threads as inprocess
+from colluvium.running import threads
 from coupler_protocol.files import checkpoint
 from coupler_protocol.files.restart import Origin
 from coupler_protocol.scene.tables.boundary import Boundary
@@ -201,7 +201,7 @@ def test_going_on_inside_the_procedure_gives_the_same_bits(tmp_path):
     for name in ("rest", "press", "relax"):
         out = tmp_path / f"from {name}"
         out.mkdir()
-        inprocess.run(made, out, report="none", origin=Origin(tmp_path / "straight", name))
+        threads.run(made, out, report="none", origin=Origin(tmp_path / "straight", name))
         one, two = (grid_state(folder, "lift") for folder in (tmp_path / "straight", out))
         assert one.keys() == two.keys()
         one, two = ({**state, **state["loads"], "loads": 0} for state in (one, two))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from verification.hard.coupled_system import BULK, MODULUS, SHEAR, at_share, excite, growth, system, with_few_discs
 
-from colluvium.forecast import linearised_step as coupled
+from colluvium.forecast import linearised_step
 from coupler_protocol.criteria.stable_step import highest, spring_sums
 from dem_server.observe.stable_limit import safe_limit, springs_of
 from dem_server.step.contact_pass import contact_forces
@@ -50,7 +50,7 @@ def test_one_node_and_one_disc(ratio, shear):
     assert state.added_mass[point] == pytest.approx(kn * max(1.0, shear * (1.0 + lever)), rel=1e-9)
     along = fastest_of_two(k_zones, M, kn, disc.mass[-1])
     across = fastest_of_two(k_zones, M, shear * kn, 1.0 / (1.0 / disc.mass[-1] + lever**2 / disc.inertia[-1]))
-    omega2, _ = highest(*coupled.operator(model, state, windows))
+    omega2, _ = highest(*linearised_step.operator(model, state, windows))
     assert omega2 == pytest.approx(max(along, across), rel=1e-9)
 
 
@@ -58,10 +58,10 @@ def test_one_node_and_one_disc(ratio, shear):
 @pytest.mark.parametrize("damping", [0.0, 0.8])
 def test_lanczos_finds_the_dense_eigenvalue_and_no_safe_limit_is_beyond_it(oblique, damping):
     found = system(10.0, 0.08 if oblique else 0.25, damping, oblique=oblique)
-    K, mass = coupled.operator(*found)
+    K, mass = linearised_step.operator(*found)
     scale = mass**-0.5
     dense = np.linalg.eigvalsh(K.toarray() * scale * scale[:, None])[-1]
-    exact = coupled.exact_limit(*found)
+    exact = linearised_step.exact_limit(*found)
     assert exact["share"] == pytest.approx(2.0 / np.sqrt(dense), rel=1e-8)
     nodes = found.windows[0].nodes
     safe = [*safe_limits(found.model, found.state, nodes, found.state.added_mass[nodes]).values()]
@@ -92,7 +92,7 @@ def test_the_mass_rule_holds_a_single_disc_at_any_place(shear, damping):
     for node in (0, 1, 2):
         for direction in np.linspace(0.05, 0.5, 10) * np.pi:
             found, _ = with_one_disc(node, direction, 1e4, shear, damping)
-            omega2, mode = highest(*coupled.operator(*found))
+            omega2, mode = highest(*linearised_step.operator(*found))
             if omega2 > worst:
                 worst, case, shape = omega2, found, mode
     assert worst < 3.9
@@ -116,9 +116,9 @@ def test_the_mass_rule_follows_a_rim_that_is_turned_and_stretched():
 def test_broken_bonds_only_take_springs_away():
     found = system(1.0, 0.25, 0.0)
     window = found.windows[0]
-    whole = highest(*coupled.operator(*found))[0]
+    whole = highest(*linearised_step.operator(*found))[0]
     sums = window.rim.stiffness_sums(window.model, window.state).copy()
     window.state.bond_state[::2] = 0
     contact_forces(window.model, window.state)
     np.testing.assert_array_equal(window.rim.stiffness_sums(window.model, window.state), sums)
-    assert highest(*coupled.operator(*found))[0] < whole
+    assert highest(*linearised_step.operator(*found))[0] < whole

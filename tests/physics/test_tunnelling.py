@@ -10,7 +10,7 @@ from dem_server.effects.spring import Spring
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.cycle import advance, in_real_time, in_static_mode
 from dem_server.step.walls import make_walls
-from dem_server.stones import bodies as stones
+from dem_server.stones import bodies
 
 R = 0.03
 MASS = 2000.0 * np.pi * R**2
@@ -57,8 +57,8 @@ def test_the_tip_of_a_turning_clump_counts():
     bar = [[2.0 * R * k, 0.0] for k in range(-10, 11)]
     model, state = loose_discs([*bar, [20.0 * R, 2.2 * R]], np.full(22, R), stone=grain, **SMOOTH)
     outline = np.array([[-21.0, -1.0], [21.0, -1.0], [21.0, 1.0], [-21.0, 1.0]]) * R
-    stones.mark(model, state, [outline], 2000.0)
-    model = stones.make(model, state, [outline], "clump")
+    bodies.mark(model, state, [outline], 2000.0)
+    model = bodies.make(model, state, [outline], "clump")
     model = in_real_time(model, state, 1.0)
     spin = 1.0 * STOPS / (20.0 * R)
     state.clumps.motion[0, 4] = spin

@@ -16,7 +16,7 @@ from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.cycle import advance, in_real_time, in_static_mode
 from dem_server.step.walls import make_walls
-from dem_server.stones import bodies as stones
+from dem_server.stones import bodies
 
 R, G = 0.03, 9.81
 
@@ -114,8 +114,8 @@ def test_a_rigid_stone_on_a_wall(real):
     grain.dashpot = changes["dashpot"]
     model, state = loose_discs(xy, np.full(4, R), bond=None, **changes)
     square = np.array([[-R, 0.0], [3.0 * R, 0.0], [3.0 * R, 4.0 * R], [-R, 4.0 * R]])
-    stones.mark(model, state, [square], 2000.0)
-    model = stones.make(model, state, [square], "clump")
+    bodies.mark(model, state, [square], 2000.0)
+    model = bodies.make(model, state, [square], "clump")
     state.walls = make_walls([[-1.0, 0.0, 1.0, 0.0]], np.zeros((1, 2)), model)
     contact_forces(model, state)
     model = in_static_mode(model, state) if real is None else in_real_time(model, state, real)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from colluvium import open_run
-from colluvium.results import failure as band
+from colluvium.results import failure
 from tests.scenes.continuity import discs_that_move_with_gridpoints
 
 
@@ -62,11 +62,11 @@ def test_displacement_is_continuous_across_the_interface(run):
 
 
 def test_the_slope_has_not_failed_at_three_g(run):
-    found = band.levels(run)
-    assert band.failure(found) is None
+    found = failure.levels(run)
+    assert failure.failure(found) is None
     assert run.info["band"]["failed_at"] is None
     assert run.info["band"]["not_failed_at"] == 3.0
-    assert 1e-5 < found[-1].through < band.FAILED
+    assert 1e-5 < found[-1].through < failure.FAILED
 
 
 def test_closing_table_and_resolved_scene(quick_run):

@@ -11,7 +11,7 @@ Beam theory itself is good to some tenths of a per cent here (the held end canno
 import numpy as np
 from accuracy.common import order
 
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.verdict_rows import row
 
 NAME = "cantilever"
@@ -23,10 +23,10 @@ DEFLECTION = SHEAR * LENGTH**3 * 12.0 * (1.0 - NU) / (3.0 * 2.0 * G) + 6.0 * SHE
 
 def bent(parts):
     """Deflection [m] of the end with so many zones to the depth."""
-    found = product.compute(
-        product.tables(
+    found = as_a_run.compute(
+        as_a_run.tables(
             {"kind": "box", "length": LENGTH, "height": 1.0, "zone_size": 1.0 / parts},
-            product.material(K, G),
+            as_a_run.material(K, G),
             [{"name": "bend", "kind": "load", "until": {"ratio": 1e-7}}],
             [{"on": "left", "fix": "xy"}, {"on": "right", "stress": {"xy": SHEAR}}],
         )

@@ -9,7 +9,7 @@ down, under combined damping (local damping takes more from swings against a ste
 
 from math import radians, sin, sqrt
 
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.verdict_rows import row
 
 NAME = "biaxial"
@@ -22,10 +22,10 @@ def pressed(pressure, strain):
     """Vertical pressure [Pa] and horizontal strain when the top has come down by `strain` m."""
     law = {"friction": PHI, "cohesion": COHESION, "dilation": PSI}
     move = {"on": "top", "velocity": {"y": -strain / 20_000}}
-    found = product.compute(
-        product.tables(
+    found = as_a_run.compute(
+        as_a_run.tables(
             {"kind": "box", "length": 1.0, "height": 1.0, "zone_size": 1.0},
-            product.material(K, G, mohr_coulomb=law),
+            as_a_run.material(K, G, mohr_coulomb=law),
             [{"name": "press", "kind": "load", "boundary": [move], "until": {"steps": 20_000}}],
             [{"on": "left", "fix": "x"}, {"on": "bottom", "fix": "y"}, {"on": "right", "pressure": pressure}],
             damping={"combined": 0.8},

@@ -12,7 +12,7 @@ that of run.json; the lateral stress at the base is extrapolated from the zones 
 import numpy as np
 
 from fdm_server.observe import fields
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.verdict_rows import row
 
 NAME = "K0 column"
@@ -22,9 +22,9 @@ K, G, DENSITY, GRAVITY, HEIGHT, WIDTH = 0.5e9, 0.15e9, 2700.0, 9.81, 12.0, 2.0
 
 def scene(size, *upper):
     """The column in zones of `size` m; upper: materials that lie upon the first one."""
-    return product.tables(
+    return as_a_run.tables(
         {"kind": "box", "length": WIDTH, "height": HEIGHT, "zone_size": size},
-        [product.material(K, G, DENSITY), *upper],
+        [as_a_run.material(K, G, DENSITY), *upper],
         [{"name": "weight", "kind": "load", "gravity": GRAVITY, "until": {"ratio": 1e-9, "steps": 200_000}}],
         {"left": "x", "right": "x", "bottom": "y"},
     )
@@ -32,7 +32,7 @@ def scene(size, *upper):
 
 def rows(fast):
     """Zones of .25 m (fast: .5 m)."""
-    found = product.compute(scene(0.5 if fast else 0.25))
+    found = as_a_run.compute(scene(0.5 if fast else 0.25))
     model, state = found.model, found.state
     modulus, k0 = K + 4 * G / 3, (K - 2 * G / 3) / (K + 4 * G / 3)
     top = model.grid.xy[:, 1] == HEIGHT
@@ -48,8 +48,8 @@ def rows(fast):
     yield row("vertical stress, largest error over rho g H", error, 0.0, 1e-5, SOURCE)
 
     region = [[0.0, HEIGHT / 2], [WIDTH, HEIGHT / 2], [WIDTH, HEIGHT], [0.0, HEIGHT]]
-    soft = product.material(K / 10, G / 10, DENSITY * 2 / 3) | {"name": "soft", "region": region}
-    found = product.compute(scene(0.5 if fast else 0.25, soft))
+    soft = as_a_run.material(K / 10, G / 10, DENSITY * 2 / 3) | {"name": "soft", "region": region}
+    found = as_a_run.compute(scene(0.5 if fast else 0.25, soft))
     half, light = HEIGHT / 2, 2 / 3
     below = DENSITY * GRAVITY * half**2 * (light + 0.5) / modulus
     settled = below + light * DENSITY * GRAVITY * half**2 * 0.5 / (modulus / 10)

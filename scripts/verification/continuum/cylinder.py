@@ -13,7 +13,7 @@ from math import log
 import numpy as np
 from accuracy.common import order
 
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.continuum.holes import AXES, norm, polar, ring_grid, seen
 from verification.verdict_rows import row
 
@@ -28,8 +28,8 @@ PLASTIC = 2.0 * COHESION * log(D) + COHESION * (1.0 - D**2 / B**2)
 def solve(n, pressure, steps):
     """The cylinder with n zones to the right angle under a pressure [Pa] that grows ever more slowly in so many steps."""
     law = {"friction": 0.0, "cohesion": COHESION}
-    stages = product.slowing({"on": "inner"}, lambda share: {"pressure": share * pressure}, steps, {"ratio": 1e-7})
-    found = product.compute(product.tables(ring_grid(n, B), product.material(K, G, mohr_coulomb=law), stages, AXES))
+    stages = as_a_run.slowing({"on": "inner"}, lambda share: {"pressure": share * pressure}, steps, {"ratio": 1e-7})
+    found = as_a_run.compute(as_a_run.tables(ring_grid(n, B), as_a_run.material(K, G, mohr_coulomb=law), stages, AXES))
     return seen(found.model, found.state)
 
 

@@ -12,7 +12,7 @@ taken here from the reaction's own history, and all of it but what is stored goe
 
 import numpy as np
 
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.continuum import footing
 from verification.verdict_rows import row
 
@@ -25,15 +25,15 @@ RECORD = {"every": 10**9, "history": LOOK, "energy": True}
 
 def kept(tables, *more):
     """Histories of all parts, and of `more`."""
-    found = product.compute(tables | {"record": RECORD}, [*(f"energy_{part}" for part in PARTS), *more])
+    found = as_a_run.compute(tables | {"record": RECORD}, [*(f"energy_{part}" for part in PARTS), *more])
     return {name.removeprefix("energy_"): values for name, values in found.histories.items()}
 
 
 def weighed(damping, **stage):
     """The body that gets its weight at once; stage: how it is computed."""
-    return product.tables(
+    return as_a_run.tables(
         {"kind": "box", "length": 4.0, "height": 3.0, "zone_size": 0.5},
-        product.material(0.5e9, 0.15e9, 2700.0),
+        as_a_run.material(0.5e9, 0.15e9, 2700.0),
         [{"name": "weight", "kind": "load", "gravity": 9.81} | stage],
         [{"on": "bottom", "fix": "y"}, {"on": "left", "fix": "x"}],
         damping=damping,

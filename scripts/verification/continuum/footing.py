@@ -22,7 +22,7 @@ from fdm_server.mesh.grid_sides import side_of
 from fdm_server.model import build_model, new_state
 from fdm_server.step.gridpoint_pass import update_velocities
 from fdm_server.step.zone_pass import advance
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.continuum.meshes import without_mixing
 from verification.verdict_rows import row
 
@@ -43,9 +43,9 @@ def prandtl(friction):
 def scene(parts, friction, box, depth, velocity):
     """The footing with `parts` zones under its half on a box of (length, height) m, pressed `depth` m deep."""
     push = {"on": "top", "name": "footing", "x": [0.0, 1.0], "velocity": {"x": 0.0, "y": -velocity}, "over": OVER}
-    return product.tables(
+    return as_a_run.tables(
         {"kind": "box", "length": box[0], "height": box[1], "zone_size": 1.0 / parts},
-        product.material(K, G, mohr_coulomb={"friction": friction, "cohesion": COHESION, "dilation": friction}),
+        as_a_run.material(K, G, mohr_coulomb={"friction": friction, "cohesion": COHESION, "dilation": friction}),
         [{"name": "press", "kind": "load", "boundary": [push], "until": {"steps": round(depth / velocity)}}],
         {"left": "x", "right": "x", "bottom": "xy"},
     )
@@ -58,7 +58,7 @@ def pressure(reactions, parts):
 
 def collapse(parts, friction=0.0, box=(5.0, 3.0), depth=0.06, velocity=5e-6):
     """Pressure over cohesion at the end of the way."""
-    found = product.compute(scene(parts, friction, box, depth, velocity), ["reaction_y:footing"])
+    found = as_a_run.compute(scene(parts, friction, box, depth, velocity), ["reaction_y:footing"])
     return pressure(-found.histories["reaction_y:footing"], parts)
 
 

@@ -19,7 +19,7 @@ from fdm_server.observe import fields
 from fdm_server.step.blocks import triangle_double_areas
 from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
 from fdm_server.step.zone_pass import advance
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.continuum.meshes import set_stress, without_mixing
 
 OUTER = 8.0  # [m]
@@ -59,7 +59,7 @@ def seen(model, state, quads=None, thickness=1.0):
 
 def hole(n, bulk, shear, mixed=True, pressure=0.0, across=0.0, **laws):
     """The ring to take steps with; initial pressures [Pa] in the plane and across it; laws: tables."""
-    scene = Scene(**product.tables(ring_grid(n), product.material(bulk, shear, **laws), product.IDLE, AXES))
+    scene = Scene(**as_a_run.tables(ring_grid(n), as_a_run.material(bulk, shear, **laws), as_a_run.IDLE, AXES))
     model = build_model(scene, build_grid(scene))
     model, _ = begin_stage(scene, 0, model, new_state(model))
     quads = model.grid.zones

@@ -16,7 +16,7 @@ import numpy as np
 from accuracy.common import order
 
 from fdm_server.mesh.grid import centroids
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.continuum.holes import AXES, edge_forces, hole, norm, polar, ring_grid, seen, settle
 from verification.verdict_rows import row
 
@@ -51,9 +51,9 @@ def as_scene(n, outer=30.0):
     """The hole opened by the product in an initial stress; p acts on its outer side."""
     p = {"stress": {"xx": -PRESSURE}}
     relief = [{"on": "inner", "stress": {}, "over": 2_000}]
-    return product.tables(
+    return as_a_run.tables(
         ring_grid(n, outer),
-        product.material(K, G),
+        as_a_run.material(K, G),
         [{"name": "open", "kind": "load", "boundary": relief, "until": {"ratio": 1e-6}}],
         [*AXES, {"on": "outer"} | p, {"on": "inner"} | p],
         initial_stress={"xx": -PRESSURE, "zz": -PRESSURE * NU},
@@ -86,6 +86,6 @@ def rows(fast):
     observed = order(size, errors)
     yield row("error norm of the stress over p", errors[-1], 0.0, 0.01, SOURCE, observed)
     yield row("order of the error norm (at least 1.5)", observed, 2.0, [-0.25, 0.5], SOURCE, observed)
-    found = product.compute(as_scene(24 if fast else 36))
+    found = as_a_run.compute(as_scene(24 if fast else 36))
     tangential = at_two_radii(seen(found.model, found.state))[1]
     yield row("as a scene: tangential stress there [Pa]", tangential, target[1], 0.02, SOURCE)

@@ -9,7 +9,7 @@ from fdm_server.mesh.grid import Grid
 from fdm_server.model import build_model, model_of, new_state
 from fdm_server.step.blocks import TRIANGLES
 from fdm_server.step.stress import SD, SM, XY, ZZ
-from verification import as_a_run as product
+from verification import as_a_run
 
 
 def model_of_zones(xy, zones, material, fixed=None):
@@ -17,7 +17,7 @@ def model_of_zones(xy, zones, material, fixed=None):
     none = np.zeros(len(zones), dtype=np.int64)
     grid = Grid(np.asarray(xy, dtype=np.float64), np.asarray(zones, dtype=np.int64), none, none, none)
     box = {"kind": "box", "length": 1.0, "height": 1.0, "zone_size": 1.0}
-    model = build_model(Scene(**product.tables(box, material, product.IDLE)), grid)
+    model = build_model(Scene(**as_a_run.tables(box, material, as_a_run.IDLE)), grid)
     if fixed is not None:
         model = replace(model, fixed=np.ascontiguousarray(fixed, dtype=np.bool_))
     return model, new_state(model)

@@ -14,7 +14,7 @@ import numpy as np
 
 from fdm_server.observe import fields
 from fdm_server.step.zone_pass import advance
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.continuum.meshes import model_of_zones
 from verification.verdict_rows import row
 
@@ -38,7 +38,7 @@ def compress(strain, steps):
     """Strain and stress [Pa] (steps,) of the zone, compression positive, and whether it has yielded."""
     law = {"mohr_coulomb": {"friction": 10.0, "cohesion": 1e6, "dilation": 10.0}, "tension": {"strength": 5.67e6}}
     xy = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    model, state = model_of_zones(xy, np.array([[0, 1, 2, 3]]), product.material(K, G, **law))
+    model, state = model_of_zones(xy, np.array([[0, 1, 2, 3]]), as_a_run.material(K, G, **law))
     state.velocity[2:, 1] = -strain / steps
     stresses, yielded = np.empty(steps), np.empty(steps, dtype=np.bool_)
     for step in range(steps):

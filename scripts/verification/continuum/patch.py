@@ -10,7 +10,7 @@ import numpy as np
 from fdm_server.observe import fields
 from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
 from fdm_server.step.zone_pass import advance
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.continuum.meshes import model_of_zones
 from verification.verdict_rows import row
 
@@ -42,7 +42,7 @@ def square(n, kind, seed=5):
 def solve(n, kind):
     """Largest errors of displacement and stress over the largest of each."""
     xy, zones, outer = square(n, kind)
-    model, state = model_of_zones(xy, zones, product.material(K, G), np.column_stack([outer, outer]))
+    model, state = model_of_zones(xy, zones, as_a_run.material(K, G), np.column_stack([outer, outer]))
     target = xy @ GRADIENT.T
     state.velocity[outer] = target[outer]
     advance(model, state)

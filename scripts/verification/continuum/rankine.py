@@ -12,7 +12,7 @@ any mesh is exact.
 
 from math import radians, sin, sqrt
 
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.verdict_rows import row
 
 NAME = "earth pressure"
@@ -24,9 +24,9 @@ N = (1 + sin(radians(FRICTION))) / (1 - sin(radians(FRICTION)))
 def scene(size, cohesion, distance, steps, damping=None):
     """Ground in zones of `size` m whose right side moves by a distance [m] in so many steps."""
     move = {"on": "right", "velocity": {"x": distance / steps}}
-    return product.tables(
+    return as_a_run.tables(
         {"kind": "box", "length": 4.0, "height": HEIGHT, "zone_size": size},
-        product.material(K, G, DENSITY, mohr_coulomb={"friction": FRICTION, "cohesion": cohesion}),
+        as_a_run.material(K, G, DENSITY, mohr_coulomb={"friction": FRICTION, "cohesion": cohesion}),
         [
             {"name": "equilibrium", "gravity": GRAVITY, "until": {"ratio": 1e-8}},
             {"name": "move", "kind": "load", "boundary": [move], "until": {"steps": steps}},
@@ -38,8 +38,8 @@ def scene(size, cohesion, distance, steps, damping=None):
 
 def force_on_wall(size, cohesion, distance, steps, damping=None):
     """Horizontal force [N] on the right side in the last fifth of its motion."""
-    found = product.compute(scene(size, cohesion, distance, steps, damping), ["reaction_x:right"])
-    return -found.histories["reaction_x:right"][-steps // (5 * product.LOOK) :].mean()
+    found = as_a_run.compute(scene(size, cohesion, distance, steps, damping), ["reaction_x:right"])
+    return -found.histories["reaction_x:right"][-steps // (5 * as_a_run.LOOK) :].mean()
 
 
 def rows(fast):

@@ -20,7 +20,7 @@ from accuracy.common import order
 
 from fdm_server.mesh.grid import areas
 from fdm_server.observe import fields
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.continuum.holes import AXES, OUTER, edge_forces, hole, norm, outward, polar, ring_grid, seen, settle
 from verification.verdict_rows import row
 
@@ -81,10 +81,10 @@ def as_scene(n, steps, outer=30.0):
     boundary = [*AXES, {"on": "outer", "pressure": P0}, {"on": "inner", "pressure": P0}]
     law = {"friction": FRICTION, "cohesion": COHESION, "dilation": FRICTION}
     ends = {"ratio": 1e-6, "steps": 100_000}
-    relief = product.slowing({"on": "inner"}, lambda share: {"pressure": P0 * (1.0 - share)}, steps, ends)
-    return product.tables(
+    relief = as_a_run.slowing({"on": "inner"}, lambda share: {"pressure": P0 * (1.0 - share)}, steps, ends)
+    return as_a_run.tables(
         ring_grid(n, outer),
-        product.material(K, G, mohr_coulomb=law),
+        as_a_run.material(K, G, mohr_coulomb=law),
         relief,
         boundary,
         initial_stress={"xx": -P0, "yy": -P0, "zz": -20e6},
@@ -137,7 +137,7 @@ def rows(fast):
     target = wall_displacement()
     yield row("displacement of the wall [m]", walls[-1], target, 0.03, SOURCE, None if fast else order(size, walls - target))
     yield row("error norm of the stress over P0", errors[-1], 0.0, 0.01, SOURCE, None if fast else order(size, errors))
-    found = product.compute(as_scene(24, 20_000))
+    found = as_a_run.compute(as_scene(24, 20_000))
     yield row("as a scene: displacement of the wall [m]", wall(seen(found.model, found.state)), target, 0.03, SOURCE)
 
 

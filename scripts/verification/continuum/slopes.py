@@ -16,7 +16,7 @@ from pathlib import Path
 from colluvium import Scene
 from coupler_protocol.process.progress import Progress
 from fdm_server.fos.study import Study
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.verdict_rows import row
 
 NAME = "slopes"
@@ -51,9 +51,9 @@ def cut(parts):
     grid = {"kind": "slope", "length": 3 * HEIGHT, "height": 2 * HEIGHT, "zone_size": HEIGHT / parts[0], "profile": profile}
     law = {"friction": 0.0, "cohesion": COHESION}
     return Scene(
-        **product.tables(
+        **as_a_run.tables(
             grid,
-            product.material(100e6, 30e6, mohr_coulomb=law),
+            as_a_run.material(100e6, 30e6, mohr_coulomb=law),
             [{"name": "equilibrium", "gravity": gravity, "until": {"ratio": 1e-5, "steps": 40_000}}],
             {"left": "x", "right": "x", "bottom": "xy"},
             fos={"bracket": [0.95, 1.1], "resolution": 0.004, "zone_sizes": [HEIGHT / n for n in parts]},

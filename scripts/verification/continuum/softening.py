@@ -12,7 +12,7 @@ The strength of a step is that at its beginning, so the error is of first order 
 import numpy as np
 from accuracy.common import order
 
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.verdict_rows import row
 
 NAME = "softening"
@@ -31,17 +31,17 @@ def sheared(steps):
     law = {"friction": 0.0, "cohesion": C0}
     soft = {"strain": [K1], "cohesion": [C1]}
     move = {"on": "top", "velocity": {"x": LAST / steps, "y": 0.0}}
-    found = product.compute(
-        product.tables(
+    found = as_a_run.compute(
+        as_a_run.tables(
             {"kind": "box", "length": 1.0, "height": 1.0, "zone_size": 1.0},
-            product.material(K, G, mohr_coulomb=law, softening=soft),
+            as_a_run.material(K, G, mohr_coulomb=law, softening=soft),
             [{"name": "shear", "kind": "load", "boundary": [move], "until": {"steps": steps}}],
             {"bottom": "xy"},
         ),
         ["reaction_x:top"],
     )
     force = found.histories["reaction_x:top"]
-    return LAST / steps * (product.LOOK * np.arange(1, len(force) + 1) - 1), force
+    return LAST / steps * (as_a_run.LOOK * np.arange(1, len(force) + 1) - 1), force
 
 
 def rows(fast):

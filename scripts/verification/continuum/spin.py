@@ -14,7 +14,7 @@ import numpy as np
 from fdm_server.observe import fields
 from fdm_server.step.present_shape import begin_large_strain
 from fdm_server.step.zone_pass import advance
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.continuum.meshes import model_of_zones, set_stress
 from verification.verdict_rows import row
 
@@ -27,7 +27,7 @@ ACROSS = -4e5
 def zone():
     """Model and State of one distorted zone in large strain."""
     xy = np.array([[0.0, 0.0], [1.1, 0.1], [0.9, 1.0], [0.1, 0.8]])
-    model, state = model_of_zones(xy, np.array([[0, 1, 2, 3]]), product.material(K, G))
+    model, state = model_of_zones(xy, np.array([[0, 1, 2, 3]]), as_a_run.material(K, G))
     begin_large_strain(model, state)
     return model, state
 

@@ -16,7 +16,7 @@ from accuracy.common import order
 
 from fdm_server.mesh.grid import centroids
 from fdm_server.observe import fields
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.verdict_rows import row
 
 NAME = "strip load"
@@ -60,13 +60,13 @@ def settlement():
 
 def solve(size):
     """Norm of the stress error over p, and the settlement [m] at x = 0, with zones of `size` m."""
-    scene = product.tables(
+    scene = as_a_run.tables(
         {"kind": "box", "length": L, "height": H, "zone_size": size},
-        product.material(K, G),
+        as_a_run.material(K, G),
         [{"name": "load", "kind": "surcharge", "surcharge": {"x": [0.0, B], "pressure": P}, "until": {"ratio": 1e-7}}],
         {"left": "x", "right": "x", "bottom": "y"},
     )
-    found = product.compute(scene)
+    found = as_a_run.compute(scene)
     centre = centroids(found.model.grid.xy, found.model.grid.zones)
     below = centre[:, 1] < H - B
     error = fields.stress(found.model, found.state)[below][:, [0, 1, 3]] - exact(centre[below])

@@ -15,7 +15,7 @@ from math import asin, cos, pi, sin, sqrt
 
 import numpy as np
 
-from verification import as_a_run as product
+from verification import as_a_run
 from verification.verdict_rows import row
 
 NAME = "waves"
@@ -30,9 +30,9 @@ def scene(component, seconds):
     """The bar under an initial stress xx (P) or xy (S)."""
     along = component == "xx"
     held = {"left": "xy", "bottom": "y" if along else "x", "top": "y" if along else "x"}
-    return product.tables(
+    return as_a_run.tables(
         {"kind": "box", "length": LENGTH, "height": LENGTH / ZONES, "zone_size": LENGTH / ZONES},
-        product.material(K, G, DENSITY),
+        as_a_run.material(K, G, DENSITY),
         [{"name": "swing", "kind": "load", "time": "real", "until": {"time": seconds}}],
         held,
         damping={"local": 0.0},
@@ -43,7 +43,7 @@ def scene(component, seconds):
 def speeds(component, mode, periods):
     """Speed [m/s] of a mode by its phase after about so many periods and a quarter, and by the dispersion law."""
     c, h, k = SPEED[component], LENGTH / ZONES, (mode - 0.5) * pi / LENGTH
-    found = product.compute(scene(component, (periods + 0.25) * 2.0 * pi / (k * c)))
+    found = as_a_run.compute(scene(component, (periods + 0.25) * 2.0 * pi / (k * c)))
     dt = found.state.dt
     law = 2.0 / dt * asin(c * dt / h * sin(0.5 * k * h))
     axis = 0 if component == "xx" else 1

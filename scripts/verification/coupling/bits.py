@@ -27,7 +27,7 @@ from dem_server.procedure import restart as disc_restart
 from dem_server.step import clock as disc_clock
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
-from fdm_server.coupling import common_step as agreement
+from fdm_server.coupling import common_step
 from fdm_server.procedure.grid_side import ContinuumSide
 from fdm_server.step import clock as grid_clock
 from fdm_server.step.gridpoint_pass import update_velocities
@@ -67,7 +67,7 @@ def one_loop(scene, folder):
     grid.added_mass[rim.nodes] = inner
     rim.sums = ring.stiffness_sums(disc_model, discs)
     rim.answer = rim.answer._replace(dt_limit=discs.next_dt)
-    model = agreement.agree(model, grid, [rim])
+    model = common_step.agree(model, grid, [rim])
     discs.next_dt, kick = grid.dt, 0.5 * grid.dt
     for _ in range(STEPS):
         force = ring.nodal_forces(discs)

@@ -15,7 +15,7 @@ from dem_server.observe.energy import stored
 from dem_server.step import clock as disc_clock
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
-from fdm_server.coupling import common_step as agreement
+from fdm_server.coupling import common_step
 from fdm_server.effects.damping import Damping
 from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
@@ -23,7 +23,7 @@ from fdm_server.observe.energy import strain_energy
 from fdm_server.step import clock as grid_clock
 from fdm_server.step.gridpoint_pass import update_velocities
 from fdm_server.step.zone_pass import advance
-from verification import as_a_run as product
+from verification import as_a_run
 
 
 class Joined:
@@ -50,7 +50,7 @@ class Joined:
         self.grid.added_mass[self.nodes] = self.inner
         rim = SimpleNamespace(nodes=self.nodes, sums=self.rim.stiffness_sums(self.disc_model, self.discs))
         rim.answer = SimpleNamespace(dt_limit=disc_clock.longest_step(self.disc_model, self.discs, substeps))
-        self.grid_model = agreement.agree(self.grid_model, self.grid, [rim])
+        self.grid_model = common_step.agree(self.grid_model, self.grid, [rim])
         self.take(self.grid.dt, from_rest, substeps)
 
     def begin_static(self, local=0.7):
@@ -137,9 +137,9 @@ class Joined:
 
 def zones(length, height, size, bulk, shear, density, turned=0.0, boundary=None):
     """Model and State of a box of elastic zones at rest, turned about the origin."""
-    ground = product.material(bulk, shear, density)
+    ground = as_a_run.material(bulk, shear, density)
     mesh = {"kind": "box", "length": length, "height": height, "zone_size": size}
-    scene = Scene(**product.tables(mesh, ground, product.IDLE, boundary))
+    scene = Scene(**as_a_run.tables(mesh, ground, as_a_run.IDLE, boundary))
     grid = build_grid(scene)
     model = build_model(scene, grid._replace(xy=grid.xy @ rotation(turned).T))
     return model, new_state(model)

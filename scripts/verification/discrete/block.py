@@ -19,7 +19,7 @@ from dem_server.effects.spring import Spring
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.cycle import advance, in_real_time
 from dem_server.step.walls import make_walls
-from dem_server.stones import bodies as stones
+from dem_server.stones import bodies
 from verification.discrete.discs import KN, KS, loose_discs
 from verification.verdict_rows import row
 
@@ -41,8 +41,8 @@ def on_slope(slope, friction, damping=None):
     )
     changes = {"bond": None, "friction": Friction(coefficient=friction), "damping": damping, "stone": grain}
     model, state = loose_discs(xy, np.full(4, R), **changes)
-    stones.mark(model, state, [outline], DENSITY)
-    model = stones.make(model, state, [outline], "clump")
+    bodies.mark(model, state, [outline], DENSITY)
+    model = bodies.make(model, state, [outline], "clump")
     state.walls = make_walls([[*(-along), *(9.0 * along)]], np.zeros((1, 2)), model)
     contact_forces(model, state)
     return in_real_time(model, state, 0.1), state, along

@@ -21,7 +21,7 @@ from dem_server.pairs import listed_pairs
 from dem_server.step.clumps import place_members
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.cycle import advance, in_real_time
-from dem_server.stones import bodies as stones
+from dem_server.stones import bodies
 from verification.discrete import scenes
 from verification.discrete.discs import KN, loose_discs
 from verification.verdict_rows import row
@@ -54,8 +54,8 @@ def angles(places, loose=(), **changes):
         xy.append(FIVE @ M + [x, y])
     xy = np.vstack([*xy, *np.reshape(loose, (-1, 2))])
     model, state = loose_discs(xy, np.full(len(xy), R), stone=Stone(), **changes)
-    stones.mark(model, state, outlines, Stone.density)
-    return stones.make(model, state, outlines, "clump"), state
+    bodies.mark(model, state, outlines, Stone.density)
+    return bodies.make(model, state, outlines, "clump"), state
 
 
 def quarter_turn(steps):

@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from colluvium.forecast import linearised_step as coupled
-from colluvium.forecast import step_limits as limits
+from colluvium.forecast import linearised_step, step_limits
 from coupler_protocol.criteria.stable_step import highest
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.scene.reader import build_scene
@@ -64,7 +63,7 @@ def system(stiffness, size, damping, shear=0.4, oblique=False, **tables):
 
     tables: of the scene, instead of those below.
     """
-    model, state, windows = limits.open_model(scene(stiffness, size, damping, shear, oblique, **tables))
+    model, state, windows = step_limits.open_model(scene(stiffness, size, damping, shear, oblique, **tables))
     for window in windows:
         freeze(window)
         state.added_mass[window.nodes] = window.rim.stiffness_sums(window.model, window.state)
@@ -81,7 +80,7 @@ def with_few_discs(place, stiffness, size, damping, shear=0.4, **scene_of):
     ring = build_ring(grid.xy[nodes], size)
     discs, packed = build_discs(ring.xy, ring.radius, Packing(*place(ring)), case.discs)
     contact_forces(discs, packed)
-    window = coupled.Window(nodes, discs, packed, Rim(ring, "work-consistent"))
+    window = linearised_step.Window(nodes, discs, packed, Rim(ring, "work-consistent"))
     freeze(window)
     state.added_mass[nodes] = window.rim.stiffness_sums(discs, packed)
     return System(model, state, [window])
@@ -121,7 +120,7 @@ def freeze(window):
 
 def at_share(found, share):
     """The system with all masses changed by one factor such that its step is `share` of the exact limit, and the mode at it."""
-    omega2, mode = highest(*coupled.operator(*found))
+    omega2, mode = highest(*linearised_step.operator(*found))
     factor = omega2 / (4.0 * share * share)
     found.state.added_mass[:] *= factor
     for window in found.windows:

@@ -8,7 +8,7 @@ outwards on feels no force in sum but for what its discs' unbalanced forces leav
 
 import numpy as np
 
-from colluvium.forecast import step_limits as limits
+from colluvium.forecast import step_limits
 from dem_server.observe import unbalanced_ratio as balance
 from dem_server.step.contact_pass import contact_forces
 from fdm_server.step.gridpoint_pass import unbalanced_ratio
@@ -22,7 +22,7 @@ NAME = "curved rim"
 
 def packed(carried, steps, stiffness=1.0):
     """The packed window after so many steps; its pressure is 1e-3 of the zones' modulus times `stiffness`."""
-    found = System(*limits.open_model(scene(stiffness, SIZE, 0.7, oblique=True, **SMALL)))
+    found = System(*step_limits.open_model(scene(stiffness, SIZE, 0.7, oblique=True, **SMALL)))
     (window,) = found.windows
     contact_forces(window.model, window.state)
     for n in range(steps):

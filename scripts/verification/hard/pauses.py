@@ -17,7 +17,7 @@ import numpy as np
 
 import colluvium
 from coupler_protocol.exits import PhysicsFailed
-from fdm_server.coupling import exchange_pauses as pace
+from fdm_server.coupling import exchange_pauses
 from verification.hard import coupled_system
 from verification.verdict_rows import row
 
@@ -59,14 +59,14 @@ def coupled(stiffness, every):
 @contextmanager
 def without(*names):
     """Put limits of fdm_server.coupling.exchange_pauses out of force."""
-    kept = {name: getattr(pace, name) for name in names}
+    kept = {name: getattr(exchange_pauses, name) for name in names}
     try:
         for name in names:
-            setattr(pace, name, np.inf)
+            setattr(exchange_pauses, name, np.inf)
         yield
     finally:
         for name, value in kept.items():
-            setattr(pace, name, value)
+            setattr(exchange_pauses, name, value)
 
 
 def ends_by_itself(stiffness, every):

@@ -10,7 +10,7 @@ a contact over K + 4G/3 of the zones; "R/zone": mean radius over zone size. The 
 
 import numpy as np
 
-from colluvium.forecast import linearised_step as coupled
+from colluvium.forecast import linearised_step
 from coupler_protocol.criteria.stable_step import highest
 from dem_server.observe.stable_limit import safe_limit
 from fdm_server.observe.stable_limit import safe_limits
@@ -35,7 +35,7 @@ def safe_share(found):
     (window,) = found.windows
     safe = safe_limits(found.model, found.state, window.nodes, found.state.added_mass[window.nodes])
     least = min(limit["share"] for limit in (*safe.values(), safe_limit(*window[1:])))
-    return least / coupled.exact_limit(*found)["share"]
+    return least / linearised_step.exact_limit(*found)["share"]
 
 
 def rows(fast):
@@ -93,7 +93,7 @@ def study(pictures):
 def limits_by_rule(stiffness, size, damping):
     """The exact limit over the step taken with the mass rule and without."""
     found = system(stiffness, size, damping)
-    K, mass = coupled.operator(*found)
+    K, mass = linearised_step.operator(*found)
     bare = mass.copy()
     bare[: 2 * len(found.state.added_mass)] -= np.repeat(found.state.added_mass / (1.0 + damping), 2)
     return 2.0 / np.sqrt(highest(K, mass)[0]), 2.0 / np.sqrt(highest(K, bare)[0])

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse.linalg
 
-from colluvium.forecast import linearised_step as coupled
+from colluvium.forecast import linearised_step
 from dem_server.observe import unbalanced_ratio as balance
 from fdm_server.step.gridpoint_pass import unbalanced_ratio
 from verification.hard.coupled_system import MODULUS, with_few_discs
@@ -125,7 +125,7 @@ def come_to_rest(found, most=400_000):
 
 def static(found, heavy, moves=(True, True, True)):
     """Displacement (2,) [m] of the loaded disc by K u = f; moves: which of x, y, rotation discs are free in."""
-    K, mass = coupled.operator(*found)
+    K, mass = linearised_step.operator(*found)
     points, window = 2 * len(found.model.grid.xy), found.windows[0]
     free, force = np.isfinite(mass), np.zeros(len(mass))
     free[points:] &= np.tile(moves, (len(mass) - points) // 3)

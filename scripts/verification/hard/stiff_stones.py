@@ -9,12 +9,10 @@ import numpy as np
 
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.scene.reader import build_scene
-from dem_server.packing import alone_window as filling
-from dem_server.packing import packing
+from dem_server.packing import alone_window, packing
 from dem_server.pairs import contacts
 from dem_server.step.contact_pass import contact_forces
-from dem_server.stones import bodies as stones
-from dem_server.stones import mesostructure
+from dem_server.stones import bodies, mesostructure
 from verification.hard.watched import computed, scene_of
 from verification.verdict_rows import row
 
@@ -24,15 +22,15 @@ NAME = "stiff stones"
 def jump():
     """Largest change of a normal force when the stones become stiff, over the mean force."""
     scene = build_scene(scene_of("stiff_stones"))
-    nodes = filling.rim_of(scene.window[0].polygon, 4.0 * scene.discs.radius)
+    nodes = alone_window.rim_of(scene.window[0].polygon, 4.0 * scene.discs.radius)
     found = mesostructure.draw(nodes, scene.stones, np.random.default_rng(11))
     ring = build_ring(nodes, scene.discs.radius)
     discs = packing.pack(nodes, ring.xy, ring.radius, scene.discs, np.random.default_rng(11))
-    model, state = filling.bare(scene, discs, reference_gap=True)
+    model, state = alone_window.bare(scene, discs, reference_gap=True)
     contact_forces(model, state)
-    stones.mark(model, state, found.outlines, scene.discs.stone.density)
+    bodies.mark(model, state, found.outlines, scene.discs.stone.density)
     before = contacts(state)
-    model = stones.harden(model, state)
+    model = bodies.harden(model, state)
     contact_forces(model, state)
     after = contacts(state)
     if len(after.slot) != len(before.slot):

@@ -3,7 +3,7 @@
 import tomllib
 
 from colluvium.forecast import check
-from colluvium.running import processes as launch
+from colluvium.running import processes
 from coupler_protocol.scene.reader import build_scene, read_scene
 
 
@@ -19,5 +19,5 @@ def test_counts_and_sides_of_a_scene_without_windows(configs):
 def test_scenes_with_boundaries_survive_as_toml(configs):
     for name in ("hole", "footing", "layered_slope", "quick_biaxial"):
         scene = read_scene(configs / f"{name}.toml")
-        text = launch.as_toml(scene.model_dump(mode="json", exclude_none=True))
+        text = processes.as_toml(scene.model_dump(mode="json", exclude_none=True))
         assert build_scene(tomllib.loads(text)) == scene

@@ -10,7 +10,7 @@ import shapely
 from colluvium.forecast import locate
 from colluvium.results import band_line
 from colluvium.results.run import open_run
-from coupler_protocol.criteria import shear_band as band
+from coupler_protocol.criteria import shear_band
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.scene.reader import build_scene
 from fdm_server.mesh.grid import build_grid
@@ -30,7 +30,7 @@ def cells_about(slope):
 
     def make(line):
         xy, zones = slope.grid()
-        return band.cells(xy, zones, strain_about(band.middles(xy, zones), line)), band.ground(xy, zones)
+        return shear_band.cells(xy, zones, strain_about(shear_band.middles(xy, zones), line)), shear_band.ground(xy, zones)
 
     return make
 
@@ -38,7 +38,7 @@ def cells_about(slope):
 @pytest.mark.parametrize("line", [STRAIGHT, ARC], ids=["straight", "arc"])
 def test_the_line_follows_the_band_within_a_quarter_of_a_zone(cells_about, line):
     cells, surface = cells_about(line)
-    level = band.toe_to_crest(cells, surface)
+    level = shear_band.toe_to_crest(cells, surface)
     assert 0.05 < level < 0.2
     found = band_line.along(cells, surface, level)
     inner = shapely.points(found[2:-2])  # the ends lie at the ground, where there are no cells on one side
@@ -72,7 +72,7 @@ def located(tables, tmp_path, slope):
         tables["window"] = [{"name": "band", **place}]
         xy, zones = slope.grid()
         with Recorder(tmp_path / "fdm.rank0.vtkhdf", "continuum", "strained", {}) as recorder:
-            strain = {"shear_strain": strain_about(band.middles(xy, zones), STRAIGHT, most)}
+            strain = {"shear_strain": strain_about(shear_band.middles(xy, zones), STRAIGHT, most)}
             displacement = {"displacement": 0.0 * xy}
             info = FrameInfo(100, 100.0, "look", 9.0)
             recorder.frame(info, points=xy, cells=zones, point_fields=displacement, cell_fields=strain)

@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from colluvium.results import band_states as states
-from colluvium.results import failure as band
+from colluvium.results import band_states, failure
 from colluvium.results.run import open_run
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 
@@ -70,7 +69,7 @@ def make_run(tmp_path, slope):
 
 
 def letters(run):
-    return "".join(one.state() for one in states.reaches(run))
+    return "".join(one.state() for one in band_states.reaches(run))
 
 
 ALL = ((BEFORE, BEYOND, LAST), (INSIDE,))
@@ -84,41 +83,41 @@ def test_one_state_after_the_other(make_run):
         ALL,
         ALL,
     )
-    found = states.reaches(run)
+    found = band_states.reaches(run)
     assert [one.frame for one in found] == [1, 2, 3, 4, 5, 6]  # from the coupled state on
     assert letters(run) == "aabcdd"
-    assert [one.reach.frame for one in states.states(found)] == [1, 3, 4, 5]
-    assert [one.alike for one in states.states(found)] == ["", "", "", ""]
-    assert states.last_before(found).frame == 2
-    assert states.states(found)[3].in_words() == "d (complete, toe to crest): 1.50 g, step 500"
+    assert [one.reach.frame for one in band_states.states(found)] == [1, 3, 4, 5]
+    assert [one.alike for one in band_states.states(found)] == ["", "", "", ""]
+    assert band_states.last_before(found).frame == 2
+    assert band_states.states(found)[3].in_words() == "d (complete, toe to crest): 1.50 g, step 500"
 
 
 def test_levels_are_the_strains_that_connect(make_run):
-    last = states.reaches(make_run(ALL))[-1]
+    last = band_states.reaches(make_run(ALL))[-1]
     assert (last.enters, last.through, last.complete) == pytest.approx(3 * (STRAIN,), rel=1e-9)
-    part = states.reaches(make_run(((BEFORE,), (INSIDE,))))[-1]
+    part = band_states.reaches(make_run(((BEFORE,), (INSIDE,))))[-1]
     assert (part.enters, part.through, part.complete) == pytest.approx((STRAIN, 1e-5, 1e-5), rel=1e-9)
 
 
 def test_states_reached_in_the_same_frame_are_reported_so(make_run):
-    reached = states.states(states.reaches(make_run(((), ()), ALL)))
+    reached = band_states.states(band_states.reaches(make_run(((), ()), ALL)))
     assert [one.reach.frame for one in reached] == [1, 3, 3, 3]
     assert [one.alike for one in reached] == ["", "cd", "bd", "bc"]
     assert reached[2].in_words().endswith("step 300, in the same frame as b and d")
 
 
 def test_states_not_reached_are_reported_so(make_run):
-    found = states.reaches(make_run(((BEFORE,), (INSIDE,))))
-    reached = states.states(found)
+    found = band_states.reaches(make_run(((BEFORE,), (INSIDE,))))
+    reached = band_states.states(found)
     assert [one.reach and one.reach.frame for one in reached] == [1, 2, None, None]
     assert reached[3].in_words() == "d (complete, toe to crest): not reached"
-    assert states.last_before(found).frame == 1
+    assert band_states.last_before(found).frame == 1
 
 
 def test_a_connection_that_is_lost_again_does_not_count(make_run):
     through = ((BEFORE, BEYOND), (INSIDE,))
     entered = ((BEFORE,), (INSIDE,))
-    reached = states.states(states.reaches(make_run(through, entered, through, ALL)))
+    reached = band_states.states(band_states.reaches(make_run(through, entered, through, ALL)))
     assert [one.reach.frame for one in reached] == [1, 2, 4, 5]
     assert reached[2].seen.frame == 2
     assert reached[2].in_words() == "c (through the window): 1.40 g, step 400 (seen at 1.20 g, lost again)"
@@ -128,14 +127,14 @@ def test_a_window_that_shears_everywhere_has_no_band(make_run):
     """Strained by 2 % as the zones are, but nowhere twice as much as elsewhere in the window."""
     run = make_run(ALL, strain_in_window=STRAIN)
     assert letters(run) == "aa"
-    assert band.levels(run)[-1].through == pytest.approx(STRAIN, rel=1e-9)
+    assert failure.levels(run)[-1].through == pytest.approx(STRAIN, rel=1e-9)
 
 
 def test_a_band_round_the_window_does_not_enter_it(make_run):
     """Nor does one that comes to the window from the side of the crest."""
     run = make_run(((UNDER,), ()), ((UNDER, BEYOND), (INSIDE,)))
     assert letters(run) == "aaa"
-    assert band.levels(run)[-1].around == pytest.approx(STRAIN, rel=1e-9)
+    assert failure.levels(run)[-1].around == pytest.approx(STRAIN, rel=1e-9)
 
 
 def test_the_picture_shows_each_state_once(make_run):
@@ -178,7 +177,7 @@ def test_intervals_cover_the_truth():
     for _ in range(200):
         theta = np.interp(rng.random(400), share, fine)
         mean = 1.0 + truth["a_n"] * np.cos(2.0 * (theta - np.radians(truth["theta_n"])))
-        fabric, width = states.fabric(run_of(theta, mean * rng.gamma(2.0, 0.5, 400)), 0)
+        fabric, width = band_states.fabric(run_of(theta, mean * rng.gamma(2.0, 0.5, 400)), 0)
         for name in truth:
             off = getattr(fabric, name) - truth[name]
             off = (off + 90.0) % 180.0 - 90.0 if name.startswith("theta") else off
@@ -188,5 +187,5 @@ def test_intervals_cover_the_truth():
 
 
 def test_few_contacts_have_no_fabric():
-    assert states.fabric(run_of(np.linspace(0.0, 3.0, 30), np.ones(30)), 0) is None
-    assert states.fabric(run_of(np.linspace(0.0, 3.0, 50), -np.ones(50)), 0) is None
+    assert band_states.fabric(run_of(np.linspace(0.0, 3.0, 30), np.ones(30)), 0) is None
+    assert band_states.fabric(run_of(np.linspace(0.0, 3.0, 50), -np.ones(50)), 0) is None

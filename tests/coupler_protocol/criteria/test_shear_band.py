@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from coupler_protocol.criteria import shear_band as band
-from coupler_protocol.criteria import shear_band_states as band_states
+from coupler_protocol.criteria import shear_band, shear_band_states
 
 COLUMNS, ROWS = 9, 6
 
@@ -20,15 +19,15 @@ def slope():
 def cells(strained, window=None):
     """Cells whose strain is 0 but in {(column, row): strain}; window: {(column, row): strain} of a window's bins, or None."""
     xy, zones = slope()
-    at = [tuple(place) for place in np.floor(band.middles(xy, zones)).astype(int).tolist()]
+    at = [tuple(place) for place in np.floor(shear_band.middles(xy, zones)).astype(int).tolist()]
     inside = window or {}
     keep = np.array([place not in inside for place in at])
     strain = np.array([strained.get(place, 0.0) for place in at])
     windows = [(1, np.array(list(inside)) + 0.5, np.array(list(inside.values())))] if inside else []
-    return band.cells(xy, zones[keep], strain[keep], windows)
+    return shear_band.cells(xy, zones[keep], strain[keep], windows)
 
 
-SURFACE = band.ground(*slope())
+SURFACE = shear_band.ground(*slope())
 BELOW = {(3, 1): 0.03, (4, 1): 0.03}
 ABOVE = {(7, 4): 0.02, (8, 5): 0.03}
 WAY = {(5, 2): 0.05, (6, 3): 0.04}
@@ -41,20 +40,20 @@ def test_toe_and_crest():
 
 def test_a_triangle_has_its_middle_where_its_area_has():
     xy = np.array([[0.0, 0.0], [3.0, 0.0], [0.0, 3.0]])
-    np.testing.assert_allclose(band.middles(xy, np.array([[0, 1, 2, 2]])), [[1.0, 1.0]], rtol=1e-15)
+    np.testing.assert_allclose(shear_band.middles(xy, np.array([[0, 1, 2, 2]])), [[1.0, 1.0]], rtol=1e-15)
 
 
 def test_the_level_is_the_weakest_cell_of_the_strongest_connection():
     found = cells(BELOW | WAY | ABOVE)
-    assert band.toe_to_crest(found, SURFACE) == 0.02
-    assert band.toe_to_crest(found, SURFACE, found.strain == 0.05) == 0.0
+    assert shear_band.toe_to_crest(found, SURFACE) == 0.02
+    assert shear_band.toe_to_crest(found, SURFACE, found.strain == 0.05) == 0.0
 
 
 @pytest.mark.parametrize(("weakest", "complete"), [(0.0099, False), (0.01, True)])
 def test_a_grid_alone_is_complete_from_one_percent_on(weakest, complete):
     found = cells(BELOW | WAY | ABOVE | {(7, 4): weakest})
-    assert band_states.holds("complete", found, SURFACE) is complete
-    assert not band_states.holds("enters", found, SURFACE)
+    assert shear_band_states.holds("complete", found, SURFACE) is complete
+    assert not shear_band_states.holds("enters", found, SURFACE)
 
 
 QUIET = {(5, 3): 0.001, (6, 2): 0.001, (5, 4): 0.001}
@@ -72,16 +71,16 @@ QUIET = {(5, 3): 0.001, (6, 2): 0.001, (5, 4): 0.001}
 )
 def test_states_beside_a_window(outside, inside, states):
     found = cells(outside, QUIET | inside)
-    assert tuple(s for s in ("enters", "through", "complete") if band_states.holds(s, found, SURFACE)) == states
+    assert tuple(s for s in ("enters", "through", "complete") if shear_band_states.holds(s, found, SURFACE)) == states
 
 
 def test_a_band_leaves_an_l_through_its_notch():
     """Zones in the notch lie beyond the window, though within the box around it."""
     l_shape = {(5, 1): 0.05, (6, 1): 0.04, (7, 1): 0.001, (5, 2): 0.001, (5, 3): 0.001}
     found = cells(BELOW | {(6, 2): 0.03, (7, 3): 0.03} | ABOVE, l_shape)
-    assert all(band_states.holds(state, found, SURFACE) for state in ("enters", "through", "complete"))
+    assert all(shear_band_states.holds(state, found, SURFACE) for state in ("enters", "through", "complete"))
 
 
 def test_a_window_that_shears_everywhere_is_not_entered():
     found = cells(BELOW | ABOVE, dict.fromkeys(QUIET | WAY, 0.05))
-    assert band_states.levels(found, SURFACE) == (0.0, 0.0, 0.0)
+    assert shear_band_states.levels(found, SURFACE) == (0.0, 0.0, 0.0)

@@ -8,9 +8,9 @@ import logging
 import pytest
 
 from coupler_protocol import exits
-from coupler_protocol.compiled import threads as team
+from coupler_protocol.compiled import threads
 from coupler_protocol.problems import Problem, SceneError
-from coupler_protocol.process import command_line as program
+from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.process.progress import Progress, as_line
 from coupler_protocol.wire.frames import WireError
@@ -36,7 +36,7 @@ def raiser(error):
     ],
 )
 def test_an_end_has_one_message_and_one_code(capsys, error, code):
-    assert program.ended("fdm-server", raiser(error)) == code
+    assert command_line.ended("fdm-server", raiser(error)) == code
     said = capsys.readouterr().err
     assert said.startswith("fdm-server: ")
     assert str(error) in said
@@ -44,7 +44,7 @@ def test_an_end_has_one_message_and_one_code(capsys, error, code):
 
 
 def test_what_nobody_expected_is_our_own_fault_and_shows_where(capsys, caplog):
-    assert program.ended("dem-server", raiser(KeyError("rim"))) == 7
+    assert command_line.ended("dem-server", raiser(KeyError("rim"))) == 7
     said = capsys.readouterr().err
     assert "a fault of this program, please report it" in said
     assert "KeyError: 'rim'" in said
@@ -52,12 +52,12 @@ def test_what_nobody_expected_is_our_own_fault_and_shows_where(capsys, caplog):
 
 
 def test_the_second_ctrl_c_ends_at_once(capsys):
-    assert program.ended("fdm-server", raiser(KeyboardInterrupt())) == 130
+    assert command_line.ended("fdm-server", raiser(KeyboardInterrupt())) == 130
     assert "twice" in capsys.readouterr().err
 
 
 def test_a_good_end_is_zero_and_silent(capsys):
-    assert program.ended("fdm-server", lambda: None) == 0
+    assert command_line.ended("fdm-server", lambda: None) == 0
     assert capsys.readouterr() == ("", "")
 
 
@@ -70,49 +70,49 @@ def test_every_code_has_a_meaning():
 @pytest.mark.parametrize("text", ["0", "-1", "1.5", "two", "", "²"])
 def test_numbers_of_things_are_whole_and_positive(text):
     with pytest.raises(argparse.ArgumentTypeError, match="not a whole number from 1"):
-        program.positive(text)
-    assert program.positive("12") == 12
+        command_line.positive(text)
+    assert command_line.positive("12") == 12
 
 
 def test_a_wrong_command_line_is_code_two(capsys):
     with pytest.raises(SystemExit) as ended:
-        program.server_parser("fdm-server", "").parse_args(["scene.toml", "--out", "x", "--threads", "0"])
+        command_line.server_parser("fdm-server", "").parse_args(["scene.toml", "--out", "x", "--threads", "0"])
     assert ended.value.code == exits.COMMAND_LINE
     assert "not a whole number from 1" in capsys.readouterr().err
 
 
 def test_results_are_kept_unless_force_is_said(tmp_path):
     out = tmp_path / "deep" / "run"
-    assert program.prepare_folder(out, ["run.json"], False) == out
+    assert command_line.prepare_folder(out, ["run.json"], False) == out
     (out / "run.json").write_text("old")
     (out / "notes.txt").write_text("mine")
     with pytest.raises(exits.EnvironmentFailed, match=r"holds results already \(run.json\).*--force"):
-        program.prepare_folder(out, ["run.json"], False)
-    program.prepare_folder(out, ["run.json"], True)
+        command_line.prepare_folder(out, ["run.json"], False)
+    command_line.prepare_folder(out, ["run.json"], True)
     assert [path.name for path in out.iterdir()] == ["notes.txt"]
 
 
 def test_a_file_in_the_folders_place_is_a_fault_of_the_environment(tmp_path):
     (tmp_path / "run").write_text("a file")
     with pytest.raises(exits.EnvironmentFailed, match="cannot write to"):
-        program.prepare_folder(tmp_path / "run", [], False)
+        command_line.prepare_folder(tmp_path / "run", [], False)
 
 
 def test_threads_asked_for_are_those_that_share_a_step():
-    before = team.size()
-    program.set_threads(3)
+    before = threads.size()
+    command_line.set_threads(3)
     try:
-        assert team.size() == 3
+        assert threads.size() == 3
     finally:
-        team.set_size(before)
+        threads.set_size(before)
 
 
 def test_the_log_file_says_what_happened(tmp_path):
     root, before = logging.getLogger(), logging.getLogger().level
     handlers = list(root.handlers)
     try:
-        program.log_to(tmp_path / "a.log")
-        program.ended("fdm-server", raiser(exits.PeerLost("silence")))
+        command_line.log_to(tmp_path / "a.log")
+        command_line.ended("fdm-server", raiser(exits.PeerLost("silence")))
     finally:
         for handler in set(root.handlers) - set(handlers):
             root.removeHandler(handler)

@@ -11,9 +11,7 @@ import pytest
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.scene.reader import read_scene
-from coupler_protocol.wire import frames as wire
-from coupler_protocol.wire import link_inproc
-from coupler_protocol.wire import link_tcp as link
+from coupler_protocol.wire import frames, link_inproc, link_tcp
 from coupler_protocol.wire.handshake import first_difference, join, welcome_all
 from coupler_protocol.wire.lockstep import Conversation, Hub
 from coupler_protocol.wire.messages import FAILURE, FORCE, HELLO, PACKED, PROTOCOL_VERSION, REJECT, WELCOME
@@ -116,8 +114,8 @@ def test_a_rank_can_be_claimed_once_as_long_as_its_holder_lives(scene):
 
 
 def test_a_rank_can_be_claimed_again_when_its_holder_went_away_before_the_run_began(scene):
-    hub_end = link.HubTransport("tcp://127.0.0.1:*")
-    gone, fresh, other = (link.RankTransport(hub_end.endpoint) for _ in range(3))
+    hub_end = link_tcp.HubTransport("tcp://127.0.0.1:*")
+    gone, fresh, other = (link_tcp.RankTransport(hub_end.endpoint) for _ in range(3))
     try:
         hub = a_hub(hub_end, 2)
         hub.clocks.arrival = 20.0
@@ -185,7 +183,7 @@ def test_nonsense_does_not_end_the_wait(scene):
     transport, (end,) = link_inproc.transports(1)
     peer = Peer(end, 0, session=0)
     peer.send(b"nonsense")
-    peer.send(wire.control_frame(PACKED, 0, 1, 0, {}))
+    peer.send(frames.control_frame(PACKED, 0, 1, 0, {}))
     peer.send(bytes(5 << 20))
     peer.say(HELLO, 0, right_hello(scene))
     welcome_all(a_hub(transport), scene, {1: RIM})
@@ -215,10 +213,10 @@ def test_another_version_of_the_protocol_is_told_so(scene, monkeypatch):
         (REJECT, {"reason": "the scenes differ: seed"}, "refused this process: the scenes differ: seed"),
         (REJECT, {}, "REJECT: reason is missing"),
         (WELCOME, {}, "WELCOME: session is missing"),
-        (WELCOME, {"session": 0, "rim": wire.pack_array(RIM), "dt": 1.0, "exchange_every": 1}, "no session"),
+        (WELCOME, {"session": 0, "rim": frames.pack_array(RIM), "dt": 1.0, "exchange_every": 1}, "no session"),
         (WELCOME, {"session": 5, "rim": b"\0" * 8, "dt": 1.0, "exchange_every": 1}, "another size"),
         (WELCOME, {"session": 5, "rim": b"", "dt": 1.0, "exchange_every": 1}, "a rim of 0 nodes"),
-        (WELCOME, {"session": 5, "rim": wire.pack_array([[np.nan] * 2] * 4), "dt": 1.0, "exchange_every": 1}, "not finite"),
+        (WELCOME, {"session": 5, "rim": frames.pack_array([[np.nan] * 2] * 4), "dt": 1.0, "exchange_every": 1}, "not finite"),
     ],
 )
 def test_an_answer_that_cannot_be_used_ends_the_discrete_side_as_the_peers_fault(scene, kind, content, words):
@@ -258,6 +256,6 @@ def test_the_first_difference_is_found(a, b, found):
 
 
 def test_what_the_wire_makes_of_a_scene_is_the_scene(scene):
-    frame = wire.control_frame(HELLO, 0, 1, 0, right_hello(scene))
-    assert first_difference(wire.content_of(frame)["scene"], scene.resolved()) is None
-    assert wire.kind_of(frame) != FORCE
+    frame = frames.control_frame(HELLO, 0, 1, 0, right_hello(scene))
+    assert first_difference(frames.content_of(frame)["scene"], scene.resolved()) is None
+    assert frames.kind_of(frame) != FORCE

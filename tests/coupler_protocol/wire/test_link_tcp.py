@@ -11,8 +11,7 @@ import zmq
 
 from coupler_protocol.exits import EnvironmentFailed, PeerLost
 from coupler_protocol.process.interrupt import StopRequest
-from coupler_protocol.wire import frames as wire
-from coupler_protocol.wire import link_tcp as link
+from coupler_protocol.wire import frames, link_tcp
 from coupler_protocol.wire.lockstep import Conversation, Hub
 from coupler_protocol.wire.messages import FORCE, GO, HELLO, PACKED, REJECT, VELOCITY
 from tests.conftest import command
@@ -31,8 +30,8 @@ def lines():
         return transport
 
     def open_lines(count):
-        hub = add(link.HubTransport(ANY))
-        return hub, [add(link.RankTransport(hub.endpoint)) for _ in range(count)]
+        hub = add(link_tcp.HubTransport(ANY))
+        return hub, [add(link_tcp.RankTransport(hub.endpoint)) for _ in range(count)]
 
     open_lines.add = add
     yield open_lines
@@ -88,8 +87,8 @@ def test_a_thousand_steps_keep_every_bit_and_say_nothing_twice(lines):
     hub_end, (end,) = lines(1)
     grid, discs = conversations(hub_end, end, timeout=10.0, give_up=30.0)
     numbers = np.random.default_rng(1).standard_normal((1000, 40))
-    there, here = (wire.StepFrame(FORCE, SESSION, 1, 0, 40) for _ in range(2))
-    back = wire.StepFrame(VELOCITY, SESSION, 1, 0, 40)
+    there, here = (frames.StepFrame(FORCE, SESSION, 1, 0, 40) for _ in range(2))
+    back = frames.StepFrame(VELOCITY, SESSION, 1, 0, 40)
 
     def answer():
         for _ in numbers:
@@ -98,7 +97,7 @@ def test_a_thousand_steps_keep_every_bit_and_say_nothing_twice(lines):
             grid.say(back.seal(grid.sequence))
             grid.sequence += 1
 
-    got = wire.StepFrame(VELOCITY, SESSION, 1, 0, 40)
+    got = frames.StepFrame(VELOCITY, SESSION, 1, 0, 40)
     with Beside(answer):
         for row in numbers:
             there.values[:] = row
@@ -160,12 +159,12 @@ def test_a_line_that_breaks_and_comes_back_costs_nothing_but_time(lines):
     grid, discs = conversations(hub_end, end, timeout=0.2, give_up=20.0)
     sender = hub_end._route[1]
     hub_end.close()
-    again = lines.add(link.HubTransport(hub_end.endpoint))
+    again = lines.add(link_tcp.HubTransport(hub_end.endpoint))
     again.admit(sender, 1)
     grid.transport = again
     discs.say_control(PACKED, {"discs": 5})
     _, frame = grid.hear((PACKED,))
-    assert wire.content_of(frame) == {"discs": 5}
+    assert frames.content_of(frame) == {"discs": 5}
 
 
 # -- strangers -----------------------------------------------------------------------------------------------------------
@@ -187,7 +186,7 @@ def test_a_second_claim_of_a_rank_is_turned_away_while_its_holder_lives(lines):
     assert "rank 1 is taken and its holder lives" in answer.content["reason"]
     hub_end.send(b"mine", 1)
     while bytes(frame := holder.receive(5.0)[1]) != b"mine":
-        assert wire.kind_of(frame) == GO
+        assert frames.kind_of(frame) == GO
     assert thief.receive(0.1) is None
 
 
@@ -207,7 +206,7 @@ def test_port_scans_and_foreign_clients_leave_the_hub_alone(lines):
         client.close()
     foreign.term()
     discs.say_control(PACKED, {"discs": 5})
-    assert wire.content_of(grid.hear((PACKED,))[1]) == {"discs": 5}
+    assert frames.content_of(grid.hear((PACKED,))[1]) == {"discs": 5}
     grid.say_control(GO, {})
     assert hub_end.connected(1)
     assert end.connected()
@@ -219,18 +218,18 @@ def test_port_scans_and_foreign_clients_leave_the_hub_alone(lines):
 def test_a_port_in_use_is_a_fault_of_the_environment(lines):
     hub, _ = lines(0)
     with pytest.raises(EnvironmentFailed, match=f"cannot listen on {hub.endpoint}: Address already in use"):
-        link.HubTransport(hub.endpoint)
+        link_tcp.HubTransport(hub.endpoint)
 
 
 @pytest.mark.parametrize("endpoint", ["tcp://127.0.0.1:99999", "tcp://127.0.0.1", "nonsense", "tcp://203.0.113.7:5555"])
 def test_an_address_that_cannot_be_listened_on_is_a_fault_of_the_environment(endpoint):
     with pytest.raises(EnvironmentFailed, match="cannot listen on"):
-        link.HubTransport(endpoint)
+        link_tcp.HubTransport(endpoint)
 
 
 def test_an_address_that_cannot_be_connected_to_is_a_fault_of_the_environment():
     with pytest.raises(EnvironmentFailed, match="cannot connect to"):
-        link.RankTransport("tcp://127.0.0.1:port")
+        link_tcp.RankTransport("tcp://127.0.0.1:port")
 
 
 @pytest.mark.parametrize(
@@ -250,19 +249,19 @@ def test_an_address_that_cannot_be_connected_to_is_a_fault_of_the_environment():
     ],
 )
 def test_which_addresses_stay_on_this_machine(endpoint, own):
-    assert link.is_loopback(endpoint) is own
+    assert link_tcp.is_loopback(endpoint) is own
 
 
 def test_port_zero_is_any_port():
-    assert link.any_port("tcp://127.0.0.1:0") == ANY
-    assert link.any_port("tcp://127.0.0.1:5550") == "tcp://127.0.0.1:5550"
+    assert link_tcp.any_port("tcp://127.0.0.1:0") == ANY
+    assert link_tcp.any_port("tcp://127.0.0.1:5550") == "tcp://127.0.0.1:5550"
 
 
 def test_an_endpoint_is_read_from_its_file_once_it_is_there(tmp_path):
-    assert link.endpoint_from("tcp://host:1", 0.0) == "tcp://host:1"
+    assert link_tcp.endpoint_from("tcp://host:1", 0.0) == "tcp://host:1"
     with pytest.raises(EnvironmentFailed, match=r"no endpoint in .*: is the continuum running"):
-        link.endpoint_from(str(tmp_path / "endpoint"), 0.1)
-    with Beside(lambda: link.endpoint_from(str(tmp_path / "endpoint"), 5.0)) as beside:
+        link_tcp.endpoint_from(str(tmp_path / "endpoint"), 0.1)
+    with Beside(lambda: link_tcp.endpoint_from(str(tmp_path / "endpoint"), 5.0)) as beside:
         (tmp_path / "endpoint").write_text("")
         time.sleep(0.1)
         (tmp_path / "endpoint").write_text("tcp://127.0.0.1:77\n")
@@ -300,6 +299,6 @@ def test_an_interrupted_server_that_waits_for_its_discs_ends_as_interrupted(tmp_
 def test_an_endpoint_is_an_address_with_or_without_its_protocol_or_a_file(tmp_path):
     file = tmp_path / "endpoint"
     file.write_text("tcp://127.0.0.1:7\n")
-    assert link.endpoint_from("tcp://127.0.0.1:5", 0.1) == "tcp://127.0.0.1:5"
-    assert link.endpoint_from("127.0.0.1:5", 0.1) == "tcp://127.0.0.1:5"
-    assert link.endpoint_from(str(file), 0.1) == "tcp://127.0.0.1:7"
+    assert link_tcp.endpoint_from("tcp://127.0.0.1:5", 0.1) == "tcp://127.0.0.1:5"
+    assert link_tcp.endpoint_from("127.0.0.1:5", 0.1) == "tcp://127.0.0.1:5"
+    assert link_tcp.endpoint_from(str(file), 0.1) == "tcp://127.0.0.1:7"

@@ -14,7 +14,7 @@ from dem_server.pairs import contacts
 from dem_server.step.clumps import make_clumps
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.neighbours import rebuild
-from dem_server.stones import bodies as stones
+from dem_server.stones import bodies
 
 R = 0.03
 BAR = R * np.array([[-3.0, -1.0], [3.0, -1.0], [3.0, 1.0], [-3.0, 1.0]])  # of three discs
@@ -48,7 +48,7 @@ def test_a_pressed_bar(degrees):
 
 def test_a_circle_around_everything_gives_the_mean():
     model, state, found = packed_with_stones(OBLIQUE, content=0.3)
-    model = stones.make(model, state, found.outlines, "clump")
+    model = bodies.make(model, state, found.outlines, "clump")
     around = circle_stress_with_stones(state, found.outlines, np.array([[0.4, 0.7]]), 5.0)[0]
     np.testing.assert_allclose(around, mean_stress(contacts(state), np.pi * 25.0), rtol=1e-10, atol=1e-9 * np.abs(around).max())
 

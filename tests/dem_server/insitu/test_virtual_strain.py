@@ -8,7 +8,7 @@ from window_case import OBLIQUE, SQUARE, packed, soil_discs
 from coupler_protocol.interface.ring import polygon_area
 from coupler_protocol.problems import SceneError
 from dem_server.effects.bond import BONDED
-from dem_server.insitu import virtual_strain as insitu
+from dem_server.insitu import virtual_strain
 from dem_server.insitu.hat_bins import bins_over
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.pairs import contacts
@@ -31,8 +31,8 @@ def level_ground(corners, K=K0):
 def brought(request):
     model, state = packed(request.param, soil_discs())
     target = level_ground(request.param)
-    insitu.match_weight(model, state, target)
-    return model, state, target, insitu.bring_to_stress(model, state, target, GRAVITY)
+    virtual_strain.match_weight(model, state, target)
+    return model, state, target, virtual_strain.bring_to_stress(model, state, target, GRAVITY)
 
 
 def test_stress_and_reactions(brought):
@@ -62,12 +62,12 @@ def test_zones_without_stress_are_refused():
     target = level_ground(OBLIQUE)
     target[:, 3:6] = 0.0
     with pytest.raises(SceneError, match=r"carry no stress[^!]*insitu = false"):
-        insitu.bring_to_stress(model, state, target, 0.0)
+        virtual_strain.bring_to_stress(model, state, target, 0.0)
 
 
 def test_bonds_added_afterwards_hold(brought):
     model, state, _, _ = brought
-    insitu.add_bonds(model, state)
+    virtual_strain.add_bonds(model, state)
     pairs = contacts(state)
     assert (pairs.bond_state == BONDED).mean() > 0.95
     assert ((pairs.disc_a < model.ring) & (pairs.bond_state == BONDED)).any()
@@ -81,7 +81,7 @@ def test_bonds_added_afterwards_hold(brought):
 @pytest.mark.parametrize("height", [0.35, 0.8, 3.0])
 def test_measuring_circles_lie_in_the_window(height):
     corners = np.array([[0.0, 0.0], [3.0, 0.5], [3.0, 0.5 + height], [0.0, height]])
-    centres, radius = insitu.measuring_circles(corners, 0.25)
+    centres, radius = virtual_strain.measuring_circles(corners, 0.25)
     edge = shapely.Polygon(corners).exterior
     assert all(edge.distance(shapely.Point(centre)) > 0.999 * radius for centre in centres)
     assert radius <= 0.25
@@ -94,10 +94,10 @@ def test_bonds_carry_what_friction_cannot():
     reports = []
     for bond in (True, False):
         model, state = packed(SQUARE, soil_discs(bond=bond))
-        insitu.match_weight(model, state, target)
-        reports.append(insitu.bring_to_stress(model, state, target, GRAVITY))
+        virtual_strain.match_weight(model, state, target)
+        reports.append(virtual_strain.bring_to_stress(model, state, target, GRAVITY))
         if bond:
-            insitu.add_bonds(model, state)
+            virtual_strain.add_bonds(model, state)
             assert state.broken_tension + state.broken_shear == 0
             move_free(model, state, GRAVITY)
             contact_forces(model, state)

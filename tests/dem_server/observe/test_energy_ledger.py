@@ -15,7 +15,7 @@ from dem_server.step import clock, neighbours
 from dem_server.step.bonds_made import add_parallel_bonds
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
-from dem_server.stones import bodies as stones
+from dem_server.stones import bodies
 from fdm_server.observe.energy_ledger import Ledger as GridLedger
 from fdm_server.step.gridpoint_pass import update_velocities
 from fdm_server.step.zone_pass import advance
@@ -156,8 +156,8 @@ def test_a_clump_that_is_hit_and_turns_loses_nothing_to_damping_that_is_not_ther
     xy = np.array([[0.0, 0.0], [0.06, 0.0], [0.0, 0.06], [0.06, 0.06], [0.119, 0.02]])
     model, state = loose_discs(xy, np.full(5, 0.03), stone=stone_grain())
     square = np.array([[-0.01, -0.01], [0.07, -0.01], [0.07, 0.07], [-0.01, 0.07]])
-    stones.mark(model, state, [square], 2700.0)
-    model = stones.make(model, state, [square], "clump")
+    bodies.mark(model, state, [square], 2700.0)
+    model = bodies.make(model, state, [square], "clump")
     neighbours.rebuild(model, state)
     model = clock.begin(model, state, None, 0.05)
     state.clumps.motion[0, 2:5] = 0.2, 0.0, 8.0

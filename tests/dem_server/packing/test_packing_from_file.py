@@ -11,8 +11,7 @@ from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.reader import build_scene
 from dem_server.effects import STONE
 from dem_server.effects.bond import BONDED
-from dem_server.packing import draw_apart as overlaps
-from dem_server.packing import packing_from_file as imported
+from dem_server.packing import draw_apart, packing_from_file
 
 R = 0.05
 STATIC = {"name": "rest", "kind": "discs", "damping": {"local": 0.7}, "until": {"ratio": 1e-6, "steps": 20000}}
@@ -67,7 +66,7 @@ def test_a_rigid_stone_of_overlapping_discs(tmp_path):
     along = np.array([np.cos(turn), np.sin(turn)])
     at = np.array([[1.0, 2.0], [1.0, 2.0] + s * along])
     lines = ["x,y,radius,material,stone", *(f"{x!r},{y!r},{R!r},stone,7" for x, y in at.tolist()), f"5.0,5.0,{R!r},soil,-1"]
-    model, state, _ = imported.free_discs(scene_of(written(tmp_path, lines), stone=ROCK))
+    model, state, _ = packing_from_file.free_discs(scene_of(written(tmp_path, lines), stone=ROCK))
     half = np.arccos(0.5 * s / R)
     lens = 2.0 * R**2 * half - 0.5 * s * np.sqrt(4.0 * R**2 - s**2)
     area = 2.0 * np.pi * R**2 - lens
@@ -88,7 +87,7 @@ def test_a_rigid_stone_falls_and_spins_as_its_discs_were_moving(tmp_path):
     at, centre, spin = np.array([[0.0, 0.0], [2.0 * R, 0.0], [0.0, 2.0 * R]]), np.array([2.0 * R, 2.0 * R]) / 3.0, 3.0
     rows = [[x, y, R, 1.0 - spin * (y - centre[1]), 2.0 + spin * (x - centre[0]), spin] for x, y in at]
     lines = ["x,y,radius,vx,vy,spin,stone", *(",".join(map(repr, map(float, row))) + ",0" for row in rows)]
-    _, state, _ = imported.free_discs(scene_of(written(tmp_path, lines), REAL, stone=ROCK))
+    _, state, _ = packing_from_file.free_discs(scene_of(written(tmp_path, lines), REAL, stone=ROCK))
     np.testing.assert_allclose(state.clumps.motion[0, 2:5], [1.0, 2.0, spin], rtol=1e-6)
 
 
@@ -96,7 +95,7 @@ def test_the_weight_of_a_stone_acts_at_its_centroid(tmp_path):
     """Three discs of different sizes, two of which overlap: else the stone would turn under its own weight."""
     rows = [[0.0, 0.0, R], [0.8 * R, 0.3 * R, 0.7 * R], [1.5 * R, 1.4 * R, 0.6 * R]]
     lines = ["x,y,radius,stone", *(",".join(map(repr, row)) + ",0" for row in rows)]
-    _, state, _ = imported.free_discs(scene_of(written(tmp_path, lines), stone=ROCK))
+    _, state, _ = packing_from_file.free_discs(scene_of(written(tmp_path, lines), stone=ROCK))
     centroid, by_areas = state.clumps.motion[0, :2], state.radius**2 @ state.x / (state.radius**2).sum()
     np.testing.assert_allclose(state.weight @ state.x / state.weight.sum(), centroid, atol=1e-9 * R)
     assert abs(centroid - by_areas).max() > 0.01 * R
@@ -111,14 +110,14 @@ def test_stones_of_a_file_need_laws(tmp_path, change, why):
 
 def test_a_cluster_is_bonded(tmp_path):
     lines = ["x,y,radius,stone", *(f"{x!r},0.0,{R!r},0" for x in (0.0, 2.0 * R, 4.001 * R))]
-    _, state, _ = imported.free_discs(scene_of(written(tmp_path, lines), stone=ROCK, body="cluster"))
+    _, state, _ = packing_from_file.free_discs(scene_of(written(tmp_path, lines), stone=ROCK, body="cluster"))
     assert (state.bond_state == 1).sum() == 2
     assert np.abs(state.force).max() < 1e-6 * 5e8 * R  # the one that stood apart is held where it is
 
 
 def test_stones_need_a_material(tmp_path):
     with pytest.raises(SceneError, match="no material"):
-        imported.free_discs(scene_of(written(tmp_path, ["x,y,radius,stone", "0,0,1,0"])))
+        packing_from_file.free_discs(scene_of(written(tmp_path, ["x,y,radius,stone", "0,0,1,0"])))
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +129,7 @@ def window():
 def test_the_packing_of_a_window_fits_into_its_ring(window, tmp_path):
     packing, ring = window
     scene = build_scene(tables([STATIC], {"file": disc_file(tmp_path, np.column_stack(packing[:2]), "x,y,radius")}))
-    assert imported.of_window(scene, ring).xy.tobytes() == packing.xy.tobytes()
+    assert packing_from_file.of_window(scene, ring).xy.tobytes() == packing.xy.tobytes()
 
 
 @pytest.mark.parametrize(("shift", "why"), [((0.02, 0.0), "overlaps of .* with the ring"), ((0.3, 0.0), "outside the window")])
@@ -139,7 +138,7 @@ def test_the_packing_of_another_window_is_refused(window, tmp_path, shift, why):
     rows = np.column_stack([packing.xy + shift, packing.radius])
     scene = build_scene(tables([STATIC], {"file": disc_file(tmp_path, rows, "x,y,radius")}))
     with pytest.raises(SceneError, match=why):
-        imported.of_window(scene, ring)
+        packing_from_file.of_window(scene, ring)
 
 
 def test_a_window_full_of_overlaps_is_refused(window, tmp_path):
@@ -148,16 +147,16 @@ def test_a_window_full_of_overlaps_is_refused(window, tmp_path):
     middle = np.hypot(*(packing.xy - packing.xy.mean(axis=0)).T) < 0.4
     scene = build_scene(tables([STATIC], {"file": disc_file(tmp_path, rows[middle], "x,y,radius")}))
     with pytest.raises(SceneError, match=r"pairs of discs overlap by more than 0.2 .* the worst by 0\.[3-7]"):
-        imported.of_window(scene, ring)
+        packing_from_file.of_window(scene, ring)
 
 
 def test_a_bonded_stone_keeps_the_shape_it_came_in(tmp_path):
     """Two discs that overlap by half, and a third a little apart: nothing is drawn apart, no contact carries a force."""
     lines = ["x,y,radius,stone", "0,0,0.05,0", "0.04,0.03,0.05,0", "0.145,0.03,0.05,0", "0.5,0,0.05,-1"]
     scene = scene_of(written(tmp_path, lines), stone=ROCK, body="cluster")
-    model, state, _ = imported.free_discs(scene)
+    model, state, _ = packing_from_file.free_discs(scene)
     before = state.x.copy()
-    model, told = overlaps.draw_apart(model, state)
+    model, told = draw_apart.draw_apart(model, state)
     assert told == {}
     np.testing.assert_array_equal(state.x, before)
     assert (state.bond_state == BONDED).sum() == 2

@@ -11,7 +11,7 @@ from numba import types
 from window_case import OBLIQUE, SQUARE, packed_with_stones
 
 from coupler_protocol.interface.ring import polygon_area
-from dem_server.insitu import virtual_strain as insitu
+from dem_server.insitu import virtual_strain
 from dem_server.insitu.contact_stress import mean_stress
 from dem_server.observe import energy
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
@@ -20,12 +20,12 @@ from dem_server.step import cells, neighbours
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.masses import safety
 from dem_server.step.motion import SPEED_CAP, move_free
-from dem_server.stones import bodies as stones
+from dem_server.stones import bodies
 
 
 def with_clumps(corners=OBLIQUE, seed=0):
     model, state, found = packed_with_stones(corners, seed)
-    model = stones.make(model, state, found.outlines, "clump")
+    model = bodies.make(model, state, found.outlines, "clump")
     return model, state
 
 
@@ -170,7 +170,7 @@ def test_mean_stress_is_the_boundary_stress():
     """Branches run between centroids of clumps; between their discs the stress comes out much too low."""
     model, state = with_clumps()
     for _ in range(30):
-        insitu.relax(model, state, 0.0, 300)
+        virtual_strain.relax(model, state, 0.0, 300)
         if unbalanced_ratio(model, state, 0.0) < 1e-8:
             break
     area = polygon_area(state.x[: model.ring])

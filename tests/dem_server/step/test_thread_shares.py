@@ -8,9 +8,8 @@ from bench.dense_box import FRICTION, dense_box
 
 from coupler_protocol.compiled import threads as team
 from dem_server.effects.bond import Bond
-from dem_server.insitu import virtual_strain as insitu
-from dem_server.step import cycle
-from dem_server.step import thread_shares as sharing
+from dem_server.insitu import virtual_strain
+from dem_server.step import cycle, thread_shares
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
 from dem_server.step.thread_shares import RUN, shares
@@ -23,7 +22,7 @@ def box():
     """22,500 discs, bonded, with velocities that break bonds and make new lists."""
     model, state = dense_box(6, 6, friction=FRICTION, bond=WEAK)
     contact_forces(model, state)
-    insitu.add_bonds(model, state)
+    virtual_strain.add_bonds(model, state)
     state.v[model.ring :] = np.random.default_rng(4).normal(0.0, 2e-4, (model.count - model.ring, 2))
     return model, state
 
@@ -41,7 +40,7 @@ def step_by_step(model, state, steps):
 
 def moved(box, threads, monkeypatch, advance, steps=40):
     model, state = deepcopy(box)
-    monkeypatch.setattr(sharing, "FEWEST", 4)  # threads share this box although it is too small for them to gain
+    monkeypatch.setattr(thread_shares, "FEWEST", 4)  # threads share this box although it is too small for them to gain
     team.set_size(threads)
     try:
         assert len(shares(model)) == threads

@@ -11,13 +11,13 @@ from coupler_protocol.interface.ring import polygon_area
 from dem_server.effects import SOIL, STONE
 from dem_server.effects.bond import BONDED
 from dem_server.effects.spring import SpringTable
-from dem_server.insitu import virtual_strain as insitu
+from dem_server.insitu import virtual_strain
 from dem_server.insitu.contact_stress import mean_stress
 from dem_server.insitu.hat_bins import bins_over
 from dem_server.observe import energy
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.pairs import contacts, listed_pairs
-from dem_server.stones import bodies as stones
+from dem_server.stones import bodies
 from dem_server.stones.polygons import moments
 
 TALL = 1.5 * SQUARE
@@ -35,8 +35,8 @@ def level_ground(corners):
 def brought(seed=0):
     model, state, found = packed_with_stones(TALL, seed)
     target = level_ground(TALL)
-    factor = insitu.match_weight(model, state, target)
-    insitu.bring_to_stress(model, state, target, GRAVITY)
+    factor = virtual_strain.match_weight(model, state, target)
+    virtual_strain.bring_to_stress(model, state, target, GRAVITY)
     return model, state, found, target, factor
 
 
@@ -46,7 +46,7 @@ def test_discs_belong_to_the_stone_their_centre_lies_in():
         inside = shapely.contains_xy(shapely.Polygon(outline), state.x)
         assert (inside == (state.stone == k)).all()
     assert (state.stone[: model.ring] == -1).all()
-    report = stones.report(model, state, found, TALL)
+    report = bodies.report(model, state, found, TALL)
     assert report["stones"] == len(found.outlines)
     assert report["stone_content"] == pytest.approx(0.45, rel=1e-12)
     inner = shapely.Polygon(TALL).buffer(-state.radius[: model.ring].max()).area  # where free discs are
@@ -56,7 +56,7 @@ def test_discs_belong_to_the_stone_their_centre_lies_in():
 def test_a_stone_weighs_its_polygon_and_the_soil_the_rest():
     model, state, found = packed_with_stones(TALL)
     target = level_ground(TALL)
-    insitu.match_weight(model, state, target)
+    virtual_strain.match_weight(model, state, target)
     held = np.bincount(state.stone[state.stone >= 0], state.weight[state.stone >= 0], len(found.outlines))
     expected = [2700.0 * polygon_area(outline) for outline in found.outlines]
     np.testing.assert_allclose(held[held > 0], np.array(expected)[held > 0], rtol=1e-12)
@@ -84,7 +84,7 @@ def test_stones_heavier_than_the_zones_are_refused():
     target = level_ground(TALL)
     target[:, 6] = 1000.0
     with pytest.raises(ValueError, match="weigh more than the zones"):
-        insitu.match_weight(model, state, target)
+        virtual_strain.match_weight(model, state, target)
 
 
 @pytest.mark.parametrize("body", ["clump", "cluster"])
@@ -93,14 +93,14 @@ def test_making_stones_changes_no_force(body):
     model, state, found, _, _ = brought()
     before = state.force[: model.ring].copy()
     stress = mean_stress(contacts(state), polygon_area(TALL))
-    model = stones.make(model, state, found.outlines, body)
+    model = bodies.make(model, state, found.outlines, body)
     scale = np.abs(before).max()
     np.testing.assert_allclose(state.force[: model.ring], before, atol=1e-10 * scale)
     assert (model.material[model.ring :] == np.where(state.stone[model.ring :] >= 0, STONE, SOIL)).all()
     assert unbalanced_ratio(model, state, GRAVITY) < 1e-5
-    insitu.add_bonds(model, state)
-    insitu.relax(model, state, GRAVITY, 300)
-    insitu.come_to_rest(model, state, GRAVITY)
+    virtual_strain.add_bonds(model, state)
+    virtual_strain.relax(model, state, GRAVITY, 300)
+    virtual_strain.come_to_rest(model, state, GRAVITY)
     assert state.broken_tension + state.broken_shear == 0
     assert unbalanced_ratio(model, state, GRAVITY) < 1e-6
     np.testing.assert_allclose(mean_stress(contacts(state), polygon_area(TALL)), stress, atol=1e-3 * np.abs(stress).max())
@@ -111,14 +111,14 @@ def test_making_stones_changes_no_force(body):
 def test_stones_become_stiffer_under_stress_without_a_jump(ratio, body):
     """Any ratio: no contact force changes by more than round-off, nothing moves, and the stress stays."""
     model, state, found = packed_with_stones(OBLIQUE)
-    insitu.match_weight(model, state, level_ground(OBLIQUE))
-    insitu.bring_to_stress(model, state, level_ground(OBLIQUE), GRAVITY)
+    virtual_strain.match_weight(model, state, level_ground(OBLIQUE))
+    virtual_strain.bring_to_stress(model, state, level_ground(OBLIQUE), GRAVITY)
     before = contacts(state)
     stress = mean_stress(before, polygon_area(OBLIQUE))
     spring, soil = model.law.spring, SOIL * 3 + SOIL
     stony = (np.arange(9) // 3 == STONE) | (np.arange(9) % 3 == STONE)  # contacts inside stones, between them, with soil and ring
     stiffer = SpringTable(*(np.where(stony, ratio * column[soil], column) for column in spring))
-    model = stones.make(replace(model, law=model.law._replace(spring=stiffer)), state, found.outlines, body)
+    model = bodies.make(replace(model, law=model.law._replace(spring=stiffer)), state, found.outlines, body)
     after, scale = contacts(state), before.normal_force.max()
     touched = (state.stone[after.disc_a] >= 0) | (state.stone[after.disc_b] >= 0)
     np.testing.assert_allclose(stiffer.normal[after.kind], np.where(touched, ratio, 1.0) * spring.normal[soil])
@@ -128,7 +128,7 @@ def test_stones_become_stiffer_under_stress_without_a_jump(ratio, body):
     assert (len(pairs[1]) < len(pairs[0])) == (body == "clump")  # a clump has no contacts inside
     stored, fastest = energy.stored(model, state), 0.0
     for _ in range(300):
-        insitu.relax(model, state, GRAVITY, 1)
+        virtual_strain.relax(model, state, GRAVITY, 1)
         fastest = max(fastest, energy.kinetic(model, state))
     assert fastest <= 1e-9 * stored
     assert unbalanced_ratio(model, state, GRAVITY) <= 1e-5
@@ -141,7 +141,7 @@ def test_stiffening_without_the_reference_gap_would_be_a_blow():
     model, state, *_ = brought()
     stress = mean_stress(contacts(state), polygon_area(TALL))
     gaps = state.reference_gap.copy()
-    stones.harden(model, state)
+    bodies.harden(model, state)
     pairs = contacts(state)
     assert np.abs(state.reference_gap - gaps).max() > 0.0
     force = model.law.spring.normal[state.kind[pairs.slot]] * (gaps - state.reference_gap)[pairs.slot]
@@ -151,7 +151,7 @@ def test_stiffening_without_the_reference_gap_would_be_a_blow():
 
 def test_clusters_are_bonded_whole():
     model, state, found = packed_with_stones(TALL)
-    model = stones.make(model, state, found.outlines, "cluster")
+    model = bodies.make(model, state, found.outlines, "cluster")
     pairs = listed_pairs(state)
     own = (state.stone[pairs.disc_a] >= 0) & (state.stone[pairs.disc_a] == state.stone[pairs.disc_b])
     assert (pairs.bond_state[own] == BONDED).all()
@@ -164,10 +164,10 @@ def test_clusters_are_bonded_whole():
 def test_with_stones_the_stress_is_still_that_of_the_zones(body):
     model, state, found = packed_with_stones(TALL)
     target = level_ground(TALL)
-    insitu.match_weight(model, state, target)
-    aim = insitu.aim_of(model, state, target)
-    before = insitu.bring_to_stress(model, state, target, GRAVITY)
-    assert insitu.stress_error(state, aim).tolist() == [before.error_xx, before.error_yy, before.error_xy]
-    model = stones.make(model, state, found.outlines, body)
-    insitu.come_to_rest(model, state, GRAVITY)
-    assert max(insitu.stress_error(state, aim, found.outlines)) < 0.05
+    virtual_strain.match_weight(model, state, target)
+    aim = virtual_strain.aim_of(model, state, target)
+    before = virtual_strain.bring_to_stress(model, state, target, GRAVITY)
+    assert virtual_strain.stress_error(state, aim).tolist() == [before.error_xx, before.error_yy, before.error_xy]
+    model = bodies.make(model, state, found.outlines, body)
+    virtual_strain.come_to_rest(model, state, GRAVITY)
+    assert max(virtual_strain.stress_error(state, aim, found.outlines)) < 0.05

@@ -7,7 +7,7 @@ import pytest
 from zone_cases import box, soil
 
 from coupler_protocol.exits import PhysicsFailed
-from fdm_server.coupling import common_step as agreement
+from fdm_server.coupling import common_step
 from fdm_server.effects.damping import Damping
 from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
@@ -34,48 +34,48 @@ def rim(model, sums=0.0, limit=1.0):
 def test_without_contacts_the_rim_asks_for_what_the_grid_does():
     model, state = ground(0.5)
     q = stable_step(model.grid.xy, model.zones, model.modulus, model.zone_density)
-    assert agreement.rim_step(model, state, rim(model)) == pytest.approx(q, rel=1e-12)
+    assert common_step.rim_step(model, state, rim(model)) == pytest.approx(q, rel=1e-12)
 
 
 def test_the_shortest_step_counts_and_the_whole_one_is_the_limit_from_then_on():
     model, state = ground(0.5)
     alone = state.dt
-    assert agreement.agree(model, state, [rim(model), rim(model, limit=0.3 * alone)]).step_factor == 1.0
+    assert common_step.agree(model, state, [rim(model), rim(model, limit=0.3 * alone)]).step_factor == 1.0
     assert state.dt == 0.3 * alone
     model, state = ground(0.5)
     stiff = rim(model, sums=1e13)
-    agreement.agree(model, state, [stiff])
+    common_step.agree(model, state, [stiff])
     assert state.dt == pytest.approx(0.5 * np.sqrt(2700.0 / (model.mass[stiff.nodes[0]] + 2e13)), rel=1e-12)
 
 
 def test_mass_on_the_rim_lets_steps_be_longer():
     model, state = ground(0.5)
     loaded = rim(model, sums=1e12)
-    before = agreement.rim_step(model, state, loaded)
+    before = common_step.rim_step(model, state, loaded)
     state.added_mass[loaded.nodes] = 3.0 * 2700.0
-    assert agreement.rim_step(model, state, loaded) == pytest.approx(2.0 * before, rel=1e-12)
+    assert common_step.rim_step(model, state, loaded) == pytest.approx(2.0 * before, rel=1e-12)
 
 
 def test_contacts_that_have_become_too_stiff_end_the_run():
     model, state = ground(0.5)
     found = rim(model)
-    model = agreement.agree(model, state, [found])
-    agreement.keep(model, state, [found], state.dt)
+    model = common_step.agree(model, state, [found])
+    common_step.keep(model, state, [found], state.dt)
     limit = 2700.0 / state.dt**2 - 0.5 * model.mass[found.nodes[0]]
     found.sums[1] = 0.999 * limit
-    agreement.keep(model, state, [found], state.dt)
+    common_step.keep(model, state, [found], state.dt)
     found.sums[1] = 1.001 * limit
     with pytest.raises(PhysicsFailed, match=r"rim of 'hole' have become so stiff, at \(3, 2\).*smaller step_factor"):
-        agreement.keep(model, state, [found], state.dt)
+        common_step.keep(model, state, [found], state.dt)
 
 
 def test_zones_that_have_become_too_thin_end_the_run():
     model, state = ground(0.9, large=True)
     found = rim(model)
-    model, agreed = agreement.agree(model, state, [found]), state.dt
+    model, agreed = common_step.agree(model, state, [found]), state.dt
     for width, ends in ((0.95, False), (0.8, True)):
         state.displacement[:, 0] = (width - 1.0) * model.grid.xy[:, 0]
         renew(model, state)
         assert (state.dt < agreed) == ends
     with pytest.raises(PhysicsFailed, match="zones have become so thin"):
-        agreement.keep(model, state, [found], agreed)
+        common_step.keep(model, state, [found], agreed)
