@@ -5,7 +5,7 @@ switches on; the scene reader finds it through the entry-point group `colluvium.
 belongs (`material.mohr_coulomb`, `grain.bond`, `damping`, ...).
 """
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -25,6 +25,20 @@ class Effect(Table):
 def quantity(default: Any = ..., *, unit: str = "-", meaning: str, **bounds: Any) -> Any:
     """Declare one key: its unit, what it means and its bounds (pydantic's ge, gt, le, lt, min_length, ...)."""
     return Field(default, description=meaning, json_schema_extra={"unit": unit}, **bounds)
+
+
+class History(NamedTuple):
+    """An array in which a law remembers something: its name in State, one number per `place`, what it means.
+
+    place: "pair", "zone" or "gridpoint"; what carries arrays of that place (a new contact list, a removed zone, a checkpoint, a
+    frame) carries this one by its declaration.
+    """
+
+    name: str
+    place: str
+    dtype: str = "f8"
+    unit: str = "-"
+    meaning: str = ""
 
 
 def increasing(value):
