@@ -17,7 +17,7 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from dem_server.insitu.contact_stress import share_inside
+from coupler_protocol.geometry import share_inside
 
 if TYPE_CHECKING:
     from colluvium.results.rank_file import Fields

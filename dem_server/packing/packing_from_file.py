@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 
 from coupler_protocol.files import disc_csv
+from coupler_protocol.geometry import moments
 from coupler_protocol.problems import unfit
 from dem_server.effects import SOIL, STONE
 from dem_server.model import SPIN, VX, build_model
@@ -22,7 +23,6 @@ from dem_server.step.clumps import make_clumps
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.neighbours import rebuild
 from dem_server.stones import bodies
-from dem_server.stones.polygons import moments
 
 QUARTER = 32  # corners of a quarter of a circle in a union
 

@@ -7,6 +7,7 @@ import pytest
 import shapely
 from window_case import OBLIQUE, SQUARE, packed_with_stones, stone_grain
 
+from coupler_protocol.geometry import moments
 from coupler_protocol.interface.ring import polygon_area
 from dem_server.effects import SOIL, STONE
 from dem_server.effects.bond import BONDED
@@ -18,7 +19,6 @@ from dem_server.observe import energy
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.pairs import contacts, listed_pairs
 from dem_server.stones import bodies
-from dem_server.stones.polygons import moments
 
 TALL = 1.5 * SQUARE
 GRAVITY = 9.81
