@@ -238,7 +238,7 @@ def report_command(options):
     """Draw the pictures of a run."""
     from colluvium import report
 
-    lacking = {}
+    lacking: dict[str, list[str]] = {}
     try:
         report.write(
             options.run_dir, options.out, other_path=options.run_dir_b, progress=print,

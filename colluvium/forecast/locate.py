@@ -165,7 +165,7 @@ def _places(there: Band, box: shapely.Polygon, size: np.ndarray) -> list[tuple[f
     near = np.flatnonzero(off < np.hypot(*half))
     moved = np.hypot(*(middles - (x0, y0) - half).T)
     order = near[np.lexsort((moved[near], np.maximum(off[near] - 0.5 * size.max(), 0.0)))]
-    return [(float(off[i]), *map(int, corners[i])) for i in order]
+    return [(float(off[i]), int(corners[i, 0]), int(corners[i, 1])) for i in order]
 
 
 # -- in words ------------------------------------------------------------------------------------------------------------

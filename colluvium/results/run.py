@@ -89,7 +89,7 @@ class Run:
         """Polygons (V, 2) of the stones as they were placed [m]; colluvium.results.stones moves them with their discs."""
         file = self._file(rank, "discrete")
         corners, start = file.constant("stone_corners"), file.constant("stone_start")
-        return [] if corners is None else np.split(corners, start[1:-1])
+        return [] if corners is None or start is None else np.split(corners, start[1:-1])
 
     def history(self, name: str, rank: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Steps and values of a history of one rank; none given: the continuum, or the discs where they are alone."""
