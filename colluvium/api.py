@@ -1,26 +1,40 @@
 """The Python interface: `colluvium.Scene.read(path)`, `colluvium.run(scene, out=...)`, `colluvium.resume(run_dir)`."""
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from coupler_protocol.files import restart
 from coupler_protocol.process import command_line
 from coupler_protocol.process.plugin import from_functions
 from coupler_protocol.scene.reader import build_scene, read_scene
 
+if TYPE_CHECKING:
+    from colluvium.results.run import Run
+
 
 class Scene:
     """Makes scenes: `Scene.read(path)` from a file, `Scene(format=1, seed=1, ...)` from tables given as keywords."""
 
-    def __new__(cls, **tables):
+    def __new__(cls, **tables: Any) -> Any:
         return build_scene(tables)
 
     @staticmethod
-    def read(path, overrides=()):
+    def read(path: str | Path, overrides: Sequence[str] = ()) -> Any:
         """The scene of a TOML file; raises coupler_protocol.problems.SceneError with every problem in it."""
         return read_scene(path, overrides)
 
 
-def run(scene, out, in_process=True, force=False, report="none", *, on_stage=None, on_step=None):
+def run(
+    scene: Any,
+    out: str | Path,
+    in_process: bool = True,
+    force: bool = False,
+    report: Any = "none",
+    *,
+    on_stage: Callable[[Any], None] | None = None,
+    on_step: tuple[int, Callable[[Any], None]] | None = None,
+) -> "Run":
     """Compute `scene` into the folder `out` and return its results (`colluvium.open_run`).
 
     in_process: both sides in threads of this process; otherwise one process each, bit-identical.
@@ -42,7 +56,7 @@ def run(scene, out, in_process=True, force=False, report="none", *, on_stage=Non
     return open_run(out)
 
 
-def resume(run_dir, in_process=True, report="none"):
+def resume(run_dir: str | Path, in_process: bool = True, report: Any = "none") -> "Run":
     """Go on with the run in `run_dir` after its last stage end that all processes have saved; returns its results.
 
     Raises a coupler_protocol.exits.RunEnded that says what went wrong, EnvironmentFailed where nothing is left to compute.
@@ -60,7 +74,7 @@ def resume(run_dir, in_process=True, report="none"):
     return open_run(out)
 
 
-def to_go_on(out):
+def to_go_on(out: Path) -> tuple[Any, restart.Origin]:
     """Scene of the run in the folder `out` and the stage end to go on from; what the process that ended left is removed."""
     scene = read_scene(out / "scene.json")
     origin = restart.last_saved(scene, out)
