@@ -1,4 +1,4 @@
-"""Geometry that servers and reports share: moments of polygons, lines in circles.
+"""Plane geometry that servers and reports share: loops of points, moments of polygons, lines in circles.
 
 Green's theorem turns integrals over a simple counter-clockwise polygon into sums over its edges, with
 c = x_i y_(i+1) - x_(i+1) y_i:
@@ -13,6 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+
+def segment_vectors(nodes: Array) -> Array:
+    """Vectors (K,2) from each node to the next along the closed loop [m]."""
+    return np.roll(nodes, -1, axis=0) - nodes
+
+
+def polygon_area(nodes: Array) -> float:
+    """Signed area [m2] of the loop, positive when it runs counter-clockwise."""
+    following = np.roll(nodes, -1, axis=0)
+    return 0.5 * float(np.sum(nodes[:, 0] * following[:, 1] - nodes[:, 1] * following[:, 0]))
 
 
 class Moments(NamedTuple):

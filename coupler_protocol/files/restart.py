@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from coupler_protocol import exits
 from coupler_protocol.problems import Problem, SceneError
+from coupler_protocol.scene.differences import first_difference
 
 END = "end of step"  # phase of a State from which steps can go on; any other is for a person to look at
 
@@ -118,8 +119,6 @@ def check(scene, origin):
 
 def check_scene(scene, earlier, index, path):
     """Raise SceneError where `scene` differs from the resolved `earlier` in more than title and stages after `index`."""
-    from coupler_protocol.wire.handshake import first_difference
-
     now = scene.resolved()
     mine, theirs = (resolved | {"title": "", "stage": resolved["stage"][: index + 1]} for resolved in (now, earlier))
     found = first_difference(mine, theirs, ("this scene", str(path)))

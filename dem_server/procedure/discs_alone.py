@@ -15,9 +15,9 @@ from coupler_protocol import exits
 from coupler_protocol.files import checkpoint, restart, run_json
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.process.plugin import Moment
+from coupler_protocol.process.trace import Stopwatch
 from coupler_protocol.scene.ending import Ending
 from coupler_protocol.scene.schedule import plan
-from coupler_protocol.timing import Stopwatch
 from dem_server.insitu import virtual_strain
 from dem_server.model import Model, State
 from dem_server.observe import energy, record, unbalanced_ratio

@@ -5,10 +5,13 @@ Rules that only a server knows come through the entry-point group `colluvium.rul
 
 from importlib.metadata import entry_points
 
-from coupler_protocol.disc_rules import DISC_RULES
+import numpy as np
+
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
 from coupler_protocol.scene.rules.stages import STAGE_RULES
 from coupler_protocol.scene.rules.windows import WINDOW_RULES
+
+LEAST = 4.0  # largest discs that must fit side by side into the shorter side of a window
 
 
 def broken_rules(scene):
@@ -109,12 +112,34 @@ def pairs_name_what_there_is(scene):
             yield at, f"says nothing about {names}", "add a table, for example friction = { coefficient = .. }"
 
 
+def largest_discs_fit(scene):
+    """A window is at least four of the largest discs across, where a grading says how large they are."""
+    if scene.discs is None or scene.discs.grading is None:
+        return
+    for i, window in enumerate(scene.window):
+        across, largest = across_of(scene, window), scene.discs.grading.largest
+        if across < 2.0 * LEAST * largest:
+            why = f"window {window.name!r} is {across:g} m across: too small for its largest discs, of {2.0 * largest:g} m"
+            yield ("window", i), why, f"largest diameter at most {across / LEAST:.3g} m, or a larger window"
+
+
+def across_of(scene, window):
+    """Shorter side of the rectangle round a window [m]; infinite where it is not said."""
+    if window.polygon is not None:
+        return float(np.ptp(np.array(window.polygon), axis=0).min())
+    if scene.grid is None or not scene.grid.zone_size or window.columns is None or window.rows is None:
+        return np.inf
+    return min(
+        (last - first + 1) * d for (first, last), d in zip((window.columns, window.rows), scene.grid.zone_size, strict=True)
+    )
+
+
 COMMON_RULES = (
     names_are_unique,
     stones_need_their_material,
     stones_are_drawn_or_mapped,
     pairs_name_what_there_is,
-    *DISC_RULES,
+    largest_discs_fit,
 )
 GRID_RULES = (
     grid_needs_material,

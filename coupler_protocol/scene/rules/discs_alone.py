@@ -1,4 +1,4 @@
-"""What a scene without a grid must fulfil, and what only such a scene may hold: one rule a function, as in scene_rules.py."""
+"""What a scene without a grid must fulfil, and what only such a scene may hold: one rule a function, as in between_tables.py."""
 
 from coupler_protocol.scene.tables.discs import names_of_walls
 

@@ -1,4 +1,4 @@
-"""What must hold between the stages of a scene: one rule a function, as in scene_rules.py."""
+"""What must hold between the stages of a scene: one rule a function, as in between_tables.py."""
 
 from coupler_protocol.scene.schedule import acting, beginning, large_strain
 from coupler_protocol.scene.tables.stages import GRID_ONLY

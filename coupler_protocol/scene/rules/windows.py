@@ -1,4 +1,4 @@
-"""What windows in a grid must fulfil as far as the scene alone tells: one rule a function, as in scene_rules.py.
+"""What windows in a grid must fulfil as far as the scene alone tells: one rule a function, as in between_tables.py.
 
 Where a polygon's zones lie only the grid knows: the rest is with the server that builds it
 (fdm_server/checks/grid_can_be_built.py).
