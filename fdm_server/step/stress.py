@@ -5,6 +5,8 @@ only one of, so they belong to the zone; sd = (xx - yy)/2 and xy belong to each 
 principal stresses are sm -+ r in the plane, with r = sqrt(sd^2 + xy^2), and zz across it; any of the three
 may be the middle one. Principal directions do not turn in a return. The changes of sm and zz that the returns
 of the four triangles ask for are averaged by area: without that, dilatant flow diverges.
+
+Rayleigh damping adds the rate of stress in a step to the stress that makes forces: `copy_stress` before, `add_rate` after.
 """
 
 from math import sqrt
@@ -148,3 +150,17 @@ def limit(b, m, share, mohr_coulomb, tension, stress, plastic, limited, softens)
         before = plastic[b, i]
         plastic[b, i] = now | ((before & NOW) << PAST) | (before & (NOW << PAST))
     return True
+
+
+@jit
+def copy_stress(b, stress, before):
+    """Keep the stresses of block b in `before` (1, 10 rows)."""
+    for k in range(STRESS_ROWS * LANES):
+        before[0, k] = stress[b, k]
+
+
+@jit
+def add_rate(b, stress, viscosity, before):
+    """Turn stresses before the step into those that make forces: stress + viscosity (stress - before)."""
+    for k in range(STRESS_ROWS * LANES):
+        before[0, k] = stress[b, k] + viscosity * (stress[b, k] - before[0, k])

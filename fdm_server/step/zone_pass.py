@@ -4,7 +4,6 @@ import numpy as np
 
 from coupler_protocol.compiled import threads
 from coupler_protocol.compiled.jit import jit
-from fdm_server.rates import add_rate, copy_stress
 from fdm_server.step import present_shape as shape
 from fdm_server.step.blocks import LANES
 from fdm_server.step.forces import corner_forces, sum_at_gridpoints
@@ -12,7 +11,7 @@ from fdm_server.step.large_strain import TURN_ROWS, half_turns, middle_shape, pr
 from fdm_server.step.safety import check_zones
 from fdm_server.step.softening import CURVES, OPENING_ROWS, SHEAR_ROWS, limit_softened
 from fdm_server.step.strain import STRAIN_ROWS, gather_increments, gather_velocities, strain_increments
-from fdm_server.step.stress import RETURN_ROWS, STRESS_ROWS, limit, load
+from fdm_server.step.stress import RETURN_ROWS, STRESS_ROWS, add_rate, copy_stress, limit, load
 from fdm_server.step.thread_parts import STRIP
 
 
