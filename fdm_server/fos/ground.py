@@ -21,7 +21,7 @@ from fdm_server.ground.initial_stress import initial_state
 from fdm_server.mesh.grid import build_grid
 from fdm_server.mesh.grid_sides import fixed_components
 from fdm_server.mesh.hole_ring import ANGLES
-from fdm_server.model import Model, State, model_of, new_state
+from fdm_server.model import Model, State, forget, model_of, new_state
 from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
 from fdm_server.step.safety import check_motion
 from fdm_server.step.zone_pass import advance
@@ -90,8 +90,8 @@ def begin_trial(scene, ground, factor):
     """Model and State that a trial begins with: strength divided by `factor`, or as it is where gravity is to grow."""
     materials = scene.material if scene.fos.by == "gravity" else reduced(scene.material, factor, scene.fos)
     model = _with_law(ground.model, scene, materials)
-    state, fresh = copy.deepcopy(ground.state), new_state(model)
-    state.plastic, state.plastic_shear = fresh.plastic, fresh.plastic_shear
+    state = copy.deepcopy(ground.state)
+    forget(model, state)
     return model, state
 
 

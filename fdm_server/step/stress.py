@@ -16,6 +16,7 @@ from fdm_server.effects import elastic as elastic_law
 from fdm_server.effects import mohr_coulomb as mohr_coulomb_law
 from fdm_server.effects import softening as softening_law
 from fdm_server.effects import tension as tension_law
+from fdm_server.effects.plastic_state import NOW, PAST
 from fdm_server.step.blocks import LANES
 from fdm_server.step.strain import DIFFERENCE, DILATION, GAMMA, T0, T1, T2, T3
 
@@ -26,8 +27,6 @@ STRESS_ROWS = 10
 NEW_SD, NEW_XY, CHANGE_SM, CHANGE_ZZ, FLOW = (4 * k * LANES for k in range(5))
 RETURN_ROWS = 20
 SHEARING = RETURN_ROWS * LANES  # with softening four more: plastic shear strain, share of the zone's
-SHEAR, TENSION = 1, 2  # plastic state now; the same two bits shifted by PAST: at an earlier step
-NOW, PAST = SHEAR | TENSION, 2
 
 pressure_increment = jit(elastic_law.pressure_increment, forceinline=True)
 shear_increment = jit(elastic_law.shear_increment, forceinline=True)
