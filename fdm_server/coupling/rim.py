@@ -113,7 +113,7 @@ class Rim:
 
     def carry(self, state, gravity, share):
         """Applied forces and added masses of the rim's gridpoints from the last FORCE; `share` is s above."""
-        added = self.sums if state.dt is None else self.inner_mass
+        added = self.inner_mass if state.in_real_time else self.sums
         _carry(
             self.nodes, self.force, added, share, gravity, self.inner_mass, self.reaction, self.reaction_mass,
             state.applied, state.added_mass,

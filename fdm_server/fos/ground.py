@@ -74,7 +74,7 @@ def settle(scene, stop=lambda: None, say=lambda steps, ratio: None):
     state = new_state(model)
     apply_loads(scene, model, state)
     steps = _settle(model, state, gravity, scene.fos.ratio, stop, say)
-    settlement = spread(model, state.displacement)
+    settlement = weighted_length(model, state.displacement)
     if scene.initial_stress is not None:
         state = initial_state(scene, model)
         apply_loads(scene, model, state)
@@ -112,7 +112,7 @@ def _settle(model, state, gravity, ratio, stop, say):
                 return settled
 
 
-def spread(model, motion):
+def weighted_length(model, motion):
     """Root mean square of the lengths of `motion` (N,2), weighted by the gridpoints' real masses."""
     return float(np.sqrt((model.weight_mass[:, None] * motion**2).sum() / model.weight_mass.sum()))
 

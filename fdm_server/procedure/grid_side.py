@@ -184,7 +184,7 @@ class ContinuumSide:
         if self.steps % self.scene.record.history == 0:
             values = record.history(self.model, self.state, stage.ratio, order.gravity_factor)
             values |= record.reactions(self.model, self.state, stage.leg.gravity * order.gravity_factor, stage.sides.holders)
-            values |= {} if self.state.dt is None else {"time": self.time}
+            values |= {"time": self.time} if self.state.in_real_time else {}
             self.recorder.history(self.steps, **values)
         if int(order.flags) & messages.RECORD:
             self.frame(stage.stage.name, order.gravity_factor)

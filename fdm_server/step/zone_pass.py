@@ -162,4 +162,4 @@ def advance(model, state):
     if inverted:
         check_zones(shape.present(model, state), model.zones, model.zone)
     if state.mass is not None:
-        shape.grow_older(model, state)
+        shape.count_step(model, state)
