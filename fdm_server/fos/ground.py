@@ -12,7 +12,7 @@ import numpy as np
 
 from coupler_protocol.problems import unfit
 from coupler_protocol.scene.scene import declared_effects
-from fdm_server.effects import law_from
+from fdm_server.effects import added_laws, law_from
 from fdm_server.fos.loading import apply_loads, boundaries, gravity_of, loads
 from fdm_server.fos.reduction import reduced
 from fdm_server.fos.verdict import SPANS_OF_SETTLING
@@ -70,6 +70,7 @@ def settle(scene, stop=lambda: None, say=lambda steps, ratio: None):
         raise unfit("stage", "nothing loads the ground", "add gravity = 9.81 to the first stage")
     if all(m.mohr_coulomb is None for m in scene.material):
         raise unfit("material", "no material can fail: none has a strength", "add mohr_coulomb = { .. } to a material")
+    _refuse_added_laws(scene)
     model = _model(scene, _elastic(scene.material))
     state = new_state(model)
     apply_loads(scene, model, state)
@@ -84,6 +85,15 @@ def settle(scene, stop=lambda: None, say=lambda steps, ratio: None):
     span = max(SHORTEST, LOOK * round(steps / SPANS_OF_SETTLING / LOOK))
     budget = scene.fos.steps or max(BUDGET, SETTLINGS * steps)
     return Ground(model, state, gravity, settlement, steps, span, budget)
+
+
+def _refuse_added_laws(scene):
+    """Raise SceneError where strength is to be divided by a factor that a law of another distribution knows nothing of."""
+    for i, m in enumerate(scene.material if scene.fos.by != "gravity" else ()):
+        for name in added_laws.declared():
+            if getattr(m, name, None) is not None:
+                why = f"material.{name} is not divided by the factor: it is a law of another distribution"
+                raise unfit(f"material[{i}].{name}", why, 'use [fos] by = "gravity", or remove the table')
 
 
 def begin_trial(scene, ground, factor):

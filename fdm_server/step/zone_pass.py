@@ -142,8 +142,10 @@ def advance(model, state):
     law, parts, xy = model.law, model.partition, shape.moving(model, state)
     stiffness_part = None if law.rayleigh is None else law.rayleigh.stiffness
     viscosity = None if stiffness_part is None else stiffness_part / state.dt
-    gather, stiffness = model.gather, Stiffness(model.pattern, law.elastic)
-    arrays = Arrays(state.velocity, state.displacement, state.stress, state.corner_force, state.force)
+    # plain tuples at the border: for a named one numba looks up its class at every call
+    geometry, gather = tuple(model.geometry), tuple(model.gather)
+    stiffness = tuple(Stiffness(model.pattern, law.elastic))
+    arrays = tuple(Arrays(state.velocity, state.displacement, state.stress, state.corner_force, state.force))
     memory = None if law.added is None else memories(law.added, state.memory)
 
     def move(first, last):
@@ -151,7 +153,7 @@ def advance(model, state):
 
     def strain(first, last):
         return zones_kernel(
-            first, last, model.geometry, gather, stiffness, arrays,
+            first, last, geometry, gather, stiffness, arrays,
             law.mohr_coulomb, law.tension, law.softening, state.plastic, state.plastic_shear, law.added, memory,
             viscosity, state.dt, xy,
         )  # fmt: skip
