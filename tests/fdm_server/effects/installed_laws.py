@@ -1,4 +1,4 @@
-"""A folder as `pip install` leaves it, with the law files of the folder laws/, and a scene of zones in simple shear under them."""
+"""A folder as `pip install` leaves it, with the law files of laws/, and a scene of zones in simple shear under them."""
 
 import os
 import shutil

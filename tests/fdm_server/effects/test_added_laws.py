@@ -1,4 +1,4 @@
-"""A continuum law is one file: of another distribution, declared by an entry point, compiled in and computed through the product."""
+"""A continuum law is one file: it comes from another distribution, is compiled in and computed through the product."""
 
 import json
 
