@@ -32,6 +32,12 @@ def declared_effects():
     return {point.name: point.load() for point in sorted(found, key=lambda p: p.name)}
 
 
+def distribution_of(place):
+    """Name of the distribution that declares the effect of this place; "" where nobody says."""
+    point = next((p for p in entry_points(group="colluvium.effects") if p.name == place), None)
+    return point.dist.name if point is not None and point.dist is not None else ""
+
+
 def _effect_fields(place):
     """Optional fields for the effects below `place` ("material" gives elastic, mohr_coulomb, ...)."""
     inside = {name.partition(".")[2]: cls for name, cls in declared_effects().items() if name.startswith(place + ".")}

@@ -29,6 +29,11 @@ def plastic_shear_strain(model, state):
     return from_blocks(state.plastic_shear, len(model.zone))[:, 0]
 
 
+def history(model, state, name):
+    """What a law remembers under this name in the active zones (A,)."""
+    return from_blocks(state.history(name), len(model.zone))[:, 0]
+
+
 def shear_strain(model, state):
     """Largest engineering shear strain (A,) [-] of the zones, from their displacement.
 

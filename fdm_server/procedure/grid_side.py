@@ -15,9 +15,10 @@ from coupler_protocol.scene.schedule import large_strain, leg_of
 from coupler_protocol.wire import messages
 from coupler_protocol.wire.handshake import resume_from, welcome_all
 from fdm_server.coupling.band_reached import bin_length
-from fdm_server.coupling.rim import Rim, open_windows, traction_difference
+from fdm_server.coupling.rim import Rim, open_windows
 from fdm_server.coupling.rim_growth import RimWatch
 from fdm_server.coupling.rim_stretch import StretchWatch
+from fdm_server.coupling.rim_traction import traction_difference
 from fdm_server.ground.boundaries_in_time import begin_stage
 from fdm_server.ground.excavation import excavations
 from fdm_server.ground.initial_stress import initial_state
@@ -183,7 +184,7 @@ class ContinuumSide:
         if self.steps % self.scene.record.history == 0:
             values = record.history(self.model, self.state, stage.ratio, order.gravity_factor)
             values |= record.reactions(self.model, self.state, stage.leg.gravity * order.gravity_factor, stage.sides.holders)
-            values |= {} if self.state.dt is None else {"time": self.time}
+            values |= {"time": self.time} if self.state.in_real_time else {}
             self.recorder.history(self.steps, **values)
         if int(order.flags) & messages.RECORD:
             self.frame(stage.stage.name, order.gravity_factor)

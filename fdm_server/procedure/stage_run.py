@@ -143,7 +143,7 @@ class StageRun:
         side, state = self.side, self.side.state
         if not self.rims:
             return side.model
-        if state.dt is None:
+        if not state.in_real_time:
             if self.pace.begins:
                 self.pace.heard(self.rims, masses(side.model, state))
             return side.model

@@ -45,6 +45,23 @@ def grid_needs_material(scene):
         yield ("material", 0), "every material has a region or a top", "let the first one fill the grid: leave out its region"
 
 
+def effects_of_discs_are_ours(scene):
+    """Laws of discs that another distribution declares: kernels of discs compute none of them."""
+    from coupler_protocol.scene.scene import declared_effects, distribution_of
+
+    discs = scene.discs
+    grains = {"soil": discs and discs.soil, "stone": discs and discs.stone}
+    holders = [(("discs", key), "grain", table) for key, table in grains.items()]
+    holders += [(("ring",), "grain", scene.ring), (("discs",), "discs", discs)]
+    holders += [(("discs", "pair", i), "grain", pair) for i, pair in enumerate(discs.pair if discs else [])]
+    for path, parent, table in holders:
+        for place in declared_effects() if table is not None else ():
+            key, owner = place.removeprefix(parent + "."), distribution_of(place)
+            if place.startswith(parent + ".") and owner not in ("", "colluvium") and getattr(table, key, None) is not None:
+                why = f"no kernel computes {place}, which distribution {owner!r} declares"
+                yield (*path, key), why, "remove the table; other distributions can add laws of material.NAME only"
+
+
 def names_are_unique(scene):
     """Materials, windows and stages are called by their names."""
     for table in ("material", "window", "stage"):
@@ -136,6 +153,7 @@ def across_of(scene, window):
 
 COMMON_RULES = (
     names_are_unique,
+    effects_of_discs_are_ours,
     stones_need_their_material,
     stones_are_drawn_or_mapped,
     pairs_name_what_there_is,
