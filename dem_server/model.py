@@ -6,14 +6,13 @@ contact remembers in arrays beside it: pair p is of the discs first[p] < second[
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from coupler_protocol.interface.ring import inner_share
 from dem_server.effects import RING, SOIL, Law, law_from
 from dem_server.effects.parallel_bond import ParallelBonds
-from dem_server.ring import inner_share
-from dem_server.step.clumps import Clumps
-from dem_server.step.walls import Walls
 
 X, Y, VX, VY, SPIN, RADIUS, MASS, INERTIA = range(8)  # columns of State.disc
 FX, FY, MOMENT = range(3)  # columns of State.load (a fourth keeps rows aligned)
@@ -45,6 +44,58 @@ class Model:
     def materials(self):
         """Number of materials; kinds of pairs are numbered a * materials + b."""
         return round(len(self.law.spring.normal) ** 0.5)
+
+
+class Clumps(NamedTuple):
+    """Rigid bodies of the State.
+
+    motion (c, 8): x, y, vx, vy, spin, angle, mass, inertia. The rest stays as it was made: body (n,) number of
+    each disc's clump or -1; start (c+1,), member (m,): discs of clump c are member[start[c]:start[c+1]]; offset
+    (m, 2) [m]; reach (c,) largest offset [m]; gyration (c,) squared radius of gyration [m2].
+    """
+
+    motion: np.ndarray
+    body: np.ndarray
+    start: np.ndarray
+    member: np.ndarray
+    offset: np.ndarray
+    reach: np.ndarray
+    gyration: np.ndarray
+
+
+class Servo(NamedTuple):
+    """Servos of all W walls of a State.
+
+    pressure (W,) [Pa], 0: the wall has none now; fastest (W,) [m/s]; average (W,): N; inward (W, 2): unit normals to the discs.
+    From the contacts: force (W,), averaged [N]; stiffness [N/m], dashpot [N s/m] (W,), of the last pass; length (W,): L of the
+    last step [m].
+    """
+
+    pressure: np.ndarray
+    fastest: np.ndarray
+    average: np.ndarray
+    inward: np.ndarray
+    force: np.ndarray
+    stiffness: np.ndarray
+    dashpot: np.ndarray
+    length: np.ndarray
+
+
+class Walls(NamedTuple):
+    """W walls of the State: `ends` (W, 4) x0, y0, x1, y1 [m], `velocity` (W, 2), `force` (W, 2) of the discs on each [N].
+
+    Histories (n, W): `normal`, `shear` [N], `rolled` [N m] (None without rolling resistance). summed_at (W, 4): `ends` when the
+    masses were last set; servo: None where no wall has one.
+    """
+
+    ends: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    normal: np.ndarray
+    shear: np.ndarray
+    rolled: np.ndarray | None
+    summed_at: np.ndarray
+    servo: Servo | None = None
 
 
 @dataclass

@@ -83,9 +83,9 @@ def halves(a, b):
     return 2.0 * a * b / (a + b) if a * b > 0.0 else 0.0
 
 
-def bond_radius(factor, ri, rj):
-    """R [m]."""
-    return factor * min(ri, rj)
+def bond_radius(factor, smaller):
+    """R [m]; smaller: radius of the smaller disc [m]."""
+    return factor * smaller
 
 
 def bending_stiffness(normal_stiffness, radius):

@@ -7,7 +7,7 @@ sum Fn^2 / 2 kn + Fs^2 / 2 ks, in rolling springs Mr^2 / 2 kr, in parallel bonds
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED
 from dem_server.step import walls
-from dem_server.step.stiffness import bending_stiffness, bond_radius, effective_radius, rolling_stiffness
+from dem_server.step.compiled_laws import bending_stiffness, bond_radius, effective_radius, rolling_stiffness
 
 
 @jit
@@ -39,7 +39,7 @@ def stored_kernel(disc, first, second, kind, normal, shear, rolled, parallel, sp
             total += over(rolled[p] ** 2, rolling_stiffness(spring.shear[k], effective_radius(ri, rj)))
         if parallel is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if parallel.state[p] == BONDED:
-                R = bond_radius(parallel_bond.radius[k], ri, rj)
+                R = bond_radius(parallel_bond.radius[k], min(ri, rj))
                 total += parallel.normal[p] ** 2 / (2.0 * R * parallel_bond.normal[k])
                 total += over(parallel.shear[p] ** 2, 2.0 * R * parallel_bond.shear[k])
                 total += parallel.moment[p] ** 2 / bending_stiffness(parallel_bond.normal[k], R)

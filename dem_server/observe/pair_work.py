@@ -8,7 +8,8 @@ from math import sqrt
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED
-from dem_server.step.contact_law import NOWHERE, bending_stiffness, bond_radius, effective_radius, rolling_stiffness
+from dem_server.step.compiled_laws import bending_stiffness, bond_radius, effective_radius, rolling_stiffness
+from dem_server.step.contact_law import NOWHERE
 
 
 @jit
@@ -57,7 +58,7 @@ def pair_losses(
             friction += tangential
         if glued is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if glued0[p] == BONDED and glued[p] != BONDED:
-                R = bond_radius(parallel_bond.radius[k], ri, rj)
+                R = bond_radius(parallel_bond.radius[k], min(ri, rj))
                 bonds += lost(2.0 * R * parallel_bond.normal[k], glue_normal0[p], glue_normal[p], stretch)
                 bonds += lost(2.0 * R * parallel_bond.shear[k], glue_shear0[p], glue_shear[p], slip)
                 bonds += lost(bending_stiffness(parallel_bond.normal[k], R), glue_moment0[p], glue_moment[p], turn)

@@ -15,31 +15,11 @@ radius of gyration of the polygon. By the Cauchy-Schwarz inequality over the fou
 of both bodies) omega^2 <= 4 sf^2, as for discs. Source: Itasca, PFC2D 3.1 Theory, "Clump logic".
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
-from dem_server.effects import damping as damping_law
-
-damped = jit(damping_law.damped)
-
-
-class Clumps(NamedTuple):
-    """Rigid bodies of the State.
-
-    motion (c, 8): x, y, vx, vy, spin, angle, mass, inertia. The rest stays as it was made: body (n,) number of
-    each disc's clump or -1; start (c+1,), member (m,): discs of clump c are member[start[c]:start[c+1]]; offset
-    (m, 2) [m]; reach (c,) largest offset [m]; gyration (c,) squared radius of gyration [m2].
-    """
-
-    motion: np.ndarray
-    body: np.ndarray
-    start: np.ndarray
-    member: np.ndarray
-    offset: np.ndarray
-    reach: np.ndarray
-    gyration: np.ndarray
+from dem_server.model import Clumps
+from dem_server.step.compiled_laws import damped
 
 
 def make_clumps(body, xy, centroid, gyration):

@@ -10,12 +10,10 @@ change momentum: there the step shortens (cycle.py). Discs of a clump move with 
 
 from coupler_protocol.compiled import threads
 from coupler_protocol.compiled.jit import jit
-from dem_server.effects import damping as damping_law
 from dem_server.model import CAPS
 from dem_server.step.clumps import move_clumps
+from dem_server.step.compiled_laws import damped
 from dem_server.step.thread_shares import shares
-
-damped = jit(damping_law.damped)
 
 SPEED_CAP = 0.1  # of the smallest radius, a step
 

@@ -14,17 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
-from dem_server.effects import parallel_bond as parallel_law
-from dem_server.effects import rolling as rolling_law
 from dem_server.effects.bond import BONDED
+from dem_server.effects.pair_stiffness import pair_dashpots, pair_stiffness
+from dem_server.effects.rolling import effective_radius
+from dem_server.step.compiled_laws import dashpots_of_pair, stiffness_of_pair
+from dem_server.step.compiled_laws import effective_radius as reduced_radius
 from dem_server.step.contact_law import NOWHERE
 from dem_server.step.walls import add_to_sums
-
-effective_radius = jit(rolling_law.effective_radius)
-rolling_stiffness = jit(rolling_law.rolling_stiffness)
-bond_radius = jit(parallel_law.bond_radius)
-bending_stiffness = jit(parallel_law.bending_stiffness)
-
 
 REACH = 0.6  # of the smallest radius: walls within it count; discs and walls both move before the next sum
 
@@ -64,19 +60,15 @@ def set_pair_masses(model, state):
 def pair_stiffnesses(model, state, pairs):
     """kn + 2 cn / dt, ks + 2 cs / dt [N/m] and kr [N m] of listed pairs (m,), dt the next step."""
     law, kind, slot = model.law, pairs.kind, pairs.slot
-    kn, ks, kr = law.spring.normal[kind], law.spring.shear[kind] * law.has_shear, np.zeros(len(kind))
     ri, rj = state.radius[pairs.disc_a], state.radius[pairs.disc_b]
-    if law.rolling is not None:
-        kr = rolling_law.rolling_stiffness(ks, rolling_law.effective_radius(ri, rj))
-    if law.parallel_bond is not None:
-        bonded = state.parallel.state[slot] == BONDED
-        R = bonded * law.parallel_bond.radius[kind] * np.minimum(ri, rj)
-        kn, ks = kn + 2.0 * R * law.parallel_bond.normal[kind], ks + 2.0 * R * law.parallel_bond.shear[kind]
-        kr = kr + parallel_law.bending_stiffness(law.parallel_bond.normal[kind], R)
+    bonded = 0.0 if state.parallel is None else state.parallel.state[slot] == BONDED
+    spring = law.spring._replace(shear=law.spring.shear * law.has_shear)
+    size = effective_radius(ri, rj), np.minimum(ri, rj)
+    kn, ks, kr = pair_stiffness(kind, *size, bonded, spring, law.rolling, law.parallel_bond)
     if law.dashpot is not None:
-        root = 2.0 / state.next_dt * state.root_mass[slot]
-        kn, ks = kn + root * law.dashpot.normal[kind], ks + root * law.dashpot.shear[kind]
-    return kn, ks, kr
+        cn, cs = pair_dashpots(kind, 2.0 / state.next_dt * state.root_mass[slot], law.dashpot)
+        kn, ks = kn + cn, ks + cs
+    return kn, ks, np.zeros(len(kind)) + kr
 
 
 @jit
@@ -91,21 +83,18 @@ def add_up(
         d = max((dx * dx + dy * dy) ** 0.5, NOWHERE)
         nx, ny = dx / d, dy / d
         nx2 = nx * nx
-        kn, ks, kr = spring.normal[k], spring.shear[k], 0.0
-        if rolling is not None:
-            kr += rolling_stiffness(ks, effective_radius(disc[i, 5], disc[j, 5]))
-        if parallel_bond is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-            if parallel.state[p] == BONDED:
-                R = bond_radius(parallel_bond.radius[k], disc[i, 5], disc[j, 5])
-                kn += 2.0 * R * parallel_bond.normal[k]
-                ks += 2.0 * R * parallel_bond.shear[k]
-                kr += bending_stiffness(parallel_bond.normal[k], R)
+        bonded = False
+        if parallel is not None:
+            bonded = parallel.state[p] == BONDED
+        ri, rj = disc[i, 5], disc[j, 5]
+        kn, ks, kr = stiffness_of_pair(k, reduced_radius(ri, rj), min(ri, rj), bonded, spring, rolling, parallel_bond)
         cn = cs = 0.0
         if dashpot is not None:
             root = 1.0
             if root_mass is not None:
                 root = root_mass[p]
-            cn, cs = root * dashpot.normal[k], root * 2.0 * dashpot.shear[k]
+            cn, cs = dashpots_of_pair(k, root, dashpot)
+            cs *= 2.0
         for a in (i, j):
             stiff[a, 0] += kn * nx2 + ks * (1.0 - nx2)
             stiff[a, 1] += kn * (1.0 - nx2) + ks * nx2

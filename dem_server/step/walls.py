@@ -10,43 +10,23 @@ discs; a wall has the material "ring", takes after the disc where the scene has 
 two walls meet at an angle of less than 180 degrees on the discs' side a disc may touch both.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects import RING
-from dem_server.effects import dashpot as dashpot_law
-from dem_server.effects import friction as friction_law
-from dem_server.effects import rolling as rolling_law
-from dem_server.effects import spring as spring_law
-from dem_server.step.servo import Servo, steer
-
-normal_force = jit(spring_law.normal_force)
-shear_force = jit(spring_law.shear_force)
-slip_limit = jit(friction_law.slip_limit)
-clipped = jit(friction_law.clipped)
-rolling_stiffness = jit(rolling_law.rolling_stiffness)
-rolling_moment = jit(rolling_law.rolling_moment)
-rolling_limit = jit(rolling_law.rolling_limit)
-viscous_force = jit(dashpot_law.viscous_force)
-
-
-class Walls(NamedTuple):
-    """W walls of the State: `ends` (W, 4) x0, y0, x1, y1 [m], `velocity` (W, 2), `force` (W, 2) of the discs on each [N].
-
-    Histories (n, W): `normal`, `shear` [N], `rolled` [N m] (None without rolling resistance). summed_at (W, 4): `ends` when the
-    masses were last set; servo: None where no wall has one.
-    """
-
-    ends: np.ndarray
-    velocity: np.ndarray
-    force: np.ndarray
-    normal: np.ndarray
-    shear: np.ndarray
-    rolled: np.ndarray | None
-    summed_at: np.ndarray
-    servo: Servo | None = None
+from dem_server.effects.pair_stiffness import pair_dashpots, pair_stiffness
+from dem_server.model import Walls
+from dem_server.step.compiled_laws import (
+    clipped,
+    normal_force,
+    rolling_limit,
+    rolling_moment,
+    rolling_stiffness,
+    shear_force,
+    slip_limit,
+    viscous_force,
+)
+from dem_server.step.servo import steer
 
 
 def make_walls(ends, velocity, model, servo=None):
@@ -166,13 +146,13 @@ def add_to_sums(model, state, found, reach, with_masses):
     state.walls.summed_at[:] = state.walls.ends
     law, (disc, _, normal, distance) = model.law, near(state, reach)
     kind = wall_kinds(model)[model.material[disc]]
-    kn, ks, r = law.spring.normal[kind], law.spring.shear[kind], state.radius[disc]
-    kr = 0.0 if law.rolling is None else ks * r * r
+    r = state.radius[disc]
+    kn, ks, kr = pair_stiffness(kind, r, r, 0.0, law.spring, law.rolling, None)
     nx2, ny2 = normal[:, 0] ** 2, normal[:, 1] ** 2
     np.add.at(found.discs, disc, np.column_stack([kn * nx2 + ks * ny2, kn * ny2 + ks * nx2, ks * r * r + kr]))
     if law.dashpot is not None:
-        root = np.sqrt(_mass(state, disc)) if with_masses else 1.0
-        cn, cs = root * law.dashpot.normal[kind], root * 2.0 * law.dashpot.shear[kind]
+        cn, cs = pair_dashpots(kind, np.sqrt(_mass(state, disc)) if with_masses else 1.0, law.dashpot)
+        cs = 2.0 * cs
         np.add.at(found.disc_dashpots, disc, np.column_stack([np.maximum(cn, cs), cs * r * r]))
     if state.clumps is None:
         return

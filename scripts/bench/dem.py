@@ -26,7 +26,6 @@ from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
 from dem_server.effects.spring import Spring
-from dem_server.insitu import virtual_strain
 from dem_server.model import build_model
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.packing import packing
@@ -68,7 +67,7 @@ class Case:
             advance(model, state, 0.0, 50)
             stop(state)
         if model.law.bond is not None:
-            virtual_strain.add_bonds(model, state)
+            bonds_made.add_bonds(model, state)
         if model.law.parallel_bond is not None:
             bonds_made.add_parallel_bonds(model, state)
         advance(model, state, 0.0, 50)
