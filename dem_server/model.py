@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol.interface.ring import inner_share
-from dem_server.effects import RING, SOIL, Law, law_from
-from dem_server.effects.parallel_bond import ParallelBonds
+from dem_server.effects import RING, SOIL, Law, histories, law_from
 
 X, Y, VX, VY, SPIN, RADIUS, MASS, INERTIA = range(8)  # columns of State.disc
 FX, FY, MOMENT = range(3)  # columns of State.load (a fourth keeps rows aligned)
@@ -34,6 +33,11 @@ class Model:
     density: np.ndarray
     smallest_radius: float
     real_time: float | None = None
+
+    @property
+    def in_real_time(self):
+        """Whether a step takes seconds; else the mode is static and it counts 1."""
+        return self.real_time is not None
 
     @property
     def count(self):
@@ -98,17 +102,25 @@ class Walls(NamedTuple):
     servo: Servo | None = None
 
 
-@dataclass
-class State:
+class Listed(NamedTuple):
+    """The list of pairs as kernels take it: fields of State."""
+
+    first: np.ndarray
+    second: np.ndarray
+    parts: np.ndarray
+    kind: np.ndarray
+
+
+@dataclass(kw_only=True)
+class State(histories.OfPairs):
     """What changes. Static mode: a step takes dt = 1, so velocities are displacements [m], spins turns [rad].
     In real time dt (of the last step) and next_dt are in seconds, and masses and inertia are the real ones.
 
     disc (n, 8): x, y, vx, vy, spin, radius, mass, inertia in one record of 64 bytes a disc; load (n, 4):
     contact forces [N] and moment [N m]; weight (n,) mass that gravity acts on [kg/m], for control discs the
     share inside the ring; origin (n, 2) where displacements count from; angle (n,) [rad]. The list (m,): first and second
-    disc, kind of pair, normal (compression positive) and shear force [N], reference gap [m], bond state, rolling moment
-    [N m], root of the pair's mass for dashpots, parallel bonds. parts (P, 2): runs of the list in the order in which they
-    are summed. listed_at (n, 2): where the discs were when the list was made.
+    disc, kind of pair, and what the effects declare that pairs remember (effects/histories.py). parts (P, 2): runs of the
+    list in the order in which they are summed. listed_at (n, 2): where the discs were when the list was made.
     counters: list builds, bonds broken in tension, in shear, capped velocities. stone (n,): number of the
     stone each disc belongs to, -1 for soil; clumps: the stones as rigid bodies; walls.
     """
@@ -123,20 +135,14 @@ class State:
     second: np.ndarray
     parts: np.ndarray
     kind: np.ndarray
-    normal: np.ndarray
-    shear: np.ndarray | None
-    reference_gap: np.ndarray | None
-    bond_state: np.ndarray | None
     counters: np.ndarray
     stone: np.ndarray | None = None
     clumps: Clumps | None = None
-    rolled: np.ndarray | None = None
-    root_mass: np.ndarray | None = None
-    parallel: ParallelBonds | None = None
     walls: Walls | None = None
     dt: float = 1.0
     next_dt: float = 1.0
 
+    listed = property(lambda self: Listed(self.first, self.second, self.parts, self.kind), doc="the list of pairs")
     x = property(lambda self: self.disc[:, X : Y + 1], doc="positions (n, 2) [m], a view")
     v = property(lambda self: self.disc[:, VX : VY + 1], doc="velocities (n, 2) [m/step or m/s], a view")
     spin = property(lambda self: self.disc[:, SPIN], doc="spins (n,) [rad/step or rad/s], a view")
@@ -186,12 +192,6 @@ def new_state(model, xy, radius, reference_gap=True):
         second=np.zeros(0, dtype=np.uint32),
         parts=np.zeros((0, 2), dtype=np.uint64),
         kind=np.zeros(0, dtype=np.uint32),
-        normal=np.zeros(0),
-        shear=np.zeros(0) if law.has_shear else None,
-        reference_gap=np.zeros(0) if reference_gap else None,
-        bond_state=np.zeros(0, dtype=np.int8) if law.bond is not None else None,
         counters=np.zeros(4, dtype=np.int64),
-        rolled=np.zeros(0) if law.rolling is not None else None,
-        root_mass=np.zeros(0) if law.dashpot is not None else None,
-        parallel=ParallelBonds(np.zeros(0, dtype=np.int8), *np.zeros((4, 0))) if law.parallel_bond is not None else None,
+        **histories.empty(law, reference_gap),
     )

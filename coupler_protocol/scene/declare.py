@@ -31,7 +31,7 @@ class History(NamedTuple):
     """An array in which a law remembers something: its name in State, one number per `place`, what it means.
 
     place: "pair", "zone" or "gridpoint"; what carries arrays of that place (a new contact list, a removed zone, a checkpoint, a
-    frame) carries this one by its declaration.
+    frame) carries this one by its declaration. recorded: its name in frames; "": frames do not hold it.
     """
 
     name: str
@@ -39,6 +39,7 @@ class History(NamedTuple):
     dtype: str = "f8"
     unit: str = "-"
     meaning: str = ""
+    recorded: str = ""
 
 
 def increasing(value):

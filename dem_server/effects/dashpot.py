@@ -18,7 +18,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from coupler_protocol.scene.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, History, quantity
 from dem_server.effects.pairs import by_kind
 
 
@@ -29,6 +29,9 @@ class Dashpot(Effect):
     normal: float = quantity(meaning="fraction of critical damping of the gap; the smaller one of a pair counts", ge=0, le=10)
     shear: float = quantity(0.0, meaning="fraction of critical damping of slip; the smaller one of a pair counts", ge=0, le=10)
     tension: bool = quantity(False, meaning="the normal dashpot may pull at a contact that is not bonded")
+
+
+HISTORIES = (History("root_mass", "pair", unit="kg^0.5", meaning="sqrt(m) of Eqs (1), set with the masses of the discs"),)
 
 
 class DashpotTable(NamedTuple):

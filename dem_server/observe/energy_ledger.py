@@ -29,10 +29,11 @@ within a step, and what dashpots take.
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from dem_server.effects import histories
 from dem_server.observe import energy
 from dem_server.observe.pair_work import pair_losses
 from dem_server.step.clumps import resultant
-from dem_server.step.contact_pass import NO_BONDS, make_current
+from dem_server.step.contact_pass import make_current
 
 GRAVITY, RING, DAMPING = range(3)
 NAMES = ("kinetic", "stored", "friction", "bonds", "damping", "masses", "gravity", "ring", "error")
@@ -161,14 +162,12 @@ class Ledger:
     def keep_contacts(self, model, state):
         """Before contact forces change: what they were, in the order of the list that `contact_forces` will use."""
         make_current(model, state)
-        self.before = tuple(None if taken is None else taken.copy() for taken in remembered(state))
+        self.before = histories.copied(state)
 
     def book_contacts(self, model, state):
         """After contact forces have changed."""
-        friction, bonds = pair_losses(
-            state.disc, state.first, state.second, state.kind, state.dt, *remembered(state), *self.before,
-            model.law.spring, model.law.parallel_bond,
-        )  # fmt: skip
+        law, after = model.law, histories.history_of(state)
+        friction, bonds = pair_losses(state.disc, state.listed, state.dt, self.before, after, law.spring, law.parallel_bond)
         self.friction += friction
         self.bonds += bonds
 
@@ -188,9 +187,3 @@ def count_back(old, moved, ratio):
     """Velocities (b,3) a whole step before those of the records `moved` (b,8), from those `ratio` of a step nearer."""
     now = moved[:, 2:5]
     old[:] = now - (now - old) * ratio
-
-
-def remembered(state):
-    """Forces and bonds of the listed pairs, None where the effect is absent."""
-    glue = state.parallel or NO_BONDS
-    return state.normal, state.shear, state.rolled, state.bond_state, glue.state, glue.normal, glue.shear, glue.moment

@@ -117,5 +117,5 @@ def safe_limit(model, state, rim):
     sums = spring_sums(springs_of(model, state, rim, listed=True))
     own = np.maximum(sums.bodies / bodies.mass, sums.rotations / bodies.inertia)
     worst, damping = int(np.argmax(own)), model.law.damping
-    alpha, dt = 0.0 if damping is None else damping.local, None if model.real_time is None else state.next_dt
+    alpha, dt = 0.0 if damping is None else damping.local, None if not model.in_real_time else state.next_dt
     return limit(own[worst], alpha, dt, bodies.name(worst), bodies.xy[worst])

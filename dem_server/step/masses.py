@@ -39,7 +39,7 @@ def safety(damping):
 
 def set_masses(model, state):
     """Set mass and inertia of all discs and clumps, and in real time the step, from the listed pairs."""
-    if model.real_time is None:
+    if not model.in_real_time:
         set_static_masses(model, state)
         set_pair_masses(model, state)
     else:

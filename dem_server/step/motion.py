@@ -27,7 +27,7 @@ def move_free(model, state, gravity):
     taken = arguments(model, state, gravity)
     fast = 0 if state.clumps is None else move_clumps(*taken, kick, dt)[0]
     fast += sum(found[0] for found in threads.each(lambda a, b: move(a, b, *taken, kick, dt), shares(model)))
-    if model.real_time is None:
+    if not model.in_real_time:
         state.counters[CAPS] += fast
     state.dt = state.next_dt
     return fast
@@ -35,7 +35,7 @@ def move_free(model, state, gravity):
 
 def arguments(model, state, gravity):
     """What `move` and `move_clumps` take before the times of kick and drift."""
-    cap = model.real_time is None
+    cap = not model.in_real_time
     fastest = SPEED_CAP * model.smallest_radius / state.next_dt
     return state.disc, state.load, state.weight, state.angle, model.law.damping, state.clumps, gravity, fastest, cap
 

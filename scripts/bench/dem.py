@@ -23,6 +23,7 @@ from coupler_protocol.scene.reader import read_scene
 from coupler_protocol.scene.tables.grading import Grading
 from dem_server.effects.damping import Damping
 from dem_server.effects.dashpot import Dashpot
+from dem_server.effects.histories import history_of
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
 from dem_server.effects.spring import Spring
@@ -32,7 +33,7 @@ from dem_server.packing import packing
 from dem_server.packing.alone_window import rim_of
 from dem_server.pairs import contacts as contacts_of
 from dem_server.pairs import listed_pairs
-from dem_server.step import bonds_made, contact_pass
+from dem_server.step import bonds_made
 from dem_server.step.contact_pass import contact_forces, force_pass
 from dem_server.step.cycle import advance, stop
 from dem_server.step.neighbours import rebuild
@@ -80,7 +81,7 @@ class Case:
         """Seconds of one force pass, from `times` of them over discs that stand still, so that no force changes."""
         stop(self.state)
         model, state = self.model, self.state
-        arguments = (*contact_pass.arguments(model, state), state.counters, *contact_pass.laws_of(model), state.dt, None)
+        arguments = (state.disc, state.load, state.listed, history_of(state), model.law, state.dt, state.counters, None)
         passes(1, arguments)
         return repeated(lambda: passes(times, arguments), 1, 1, warm_up=0)[0] / times
 
