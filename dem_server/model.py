@@ -14,6 +14,7 @@ from coupler_protocol.interface.ring import inner_share
 from dem_server.effects import RING, SOIL, Law, histories, law_from
 
 X, Y, VX, VY, SPIN, RADIUS, MASS, INERTIA = range(8)  # columns of State.disc
+ANGLE = 5  # of Clumps.motion, whose other columns are those of a disc
 FX, FY, MOMENT = range(3)  # columns of State.load (a fourth keeps rows aligned)
 BUILDS, TENSION_BREAKS, SHEAR_BREAKS, CAPS = range(4)  # places in State.counters
 

@@ -8,6 +8,7 @@ from math import sqrt
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED
+from dem_server.model import RADIUS, SPIN, VX, VY, X, Y
 from dem_server.step.compiled_laws import bending_stiffness, bond_radius, effective_radius, rolling_stiffness
 from dem_server.step.contact_law import NOWHERE
 
@@ -21,18 +22,20 @@ def lost(k, before, after, way):
 @jit
 def ways(i, j, disc, dt):
     """Change of the gap [m], slip [m] and relative turn [rad] of discs i and j in the step that ends."""
-    dx, dy = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
-    du, dv = (disc[j, 2] - disc[i, 2]) * dt, (disc[j, 3] - disc[i, 3]) * dt
+    dx, dy = disc[j, X] - disc[i, X], disc[j, Y] - disc[i, Y]
+    du, dv = (disc[j, VX] - disc[i, VX]) * dt, (disc[j, VY] - disc[i, VY]) * dt
     d = sqrt(dx * dx + dy * dy)
     inv = 1.0 / max(d, NOWHERE)
     nx, ny = dx * inv, dy * inv
     vn, vt = du * nx + dv * ny, dv * nx - du * ny
-    lever = 0.5 * (d - disc[i, 5] - disc[j, 5])
+    lever = 0.5 * (d - disc[i, RADIUS] - disc[j, RADIUS])
     a, b = 0.5 * vn * inv, 0.125 * (vt * inv) * (vt * inv)
-    slip = vt * (1.0 + a + a * a - b) - (disc[i, 4] * (disc[i, 5] + lever) + disc[j, 4] * (disc[j, 5] + lever)) * dt
+    slip = (
+        vt * (1.0 + a + a * a - b) - (disc[i, SPIN] * (disc[i, RADIUS] + lever) + disc[j, SPIN] * (disc[j, RADIUS] + lever)) * dt
+    )
     before2 = (dx - du) * (dx - du) + (dy - dv) * (dy - dv)
     stretch = (du * (2.0 * dx - du) + dv * (2.0 * dy - dv)) / max(d + sqrt(before2), NOWHERE)  # d - before, without cancellation
-    return stretch, slip, (disc[j, 4] - disc[i, 4]) * dt
+    return stretch, slip, (disc[j, SPIN] - disc[i, SPIN]) * dt
 
 
 @jit
@@ -71,7 +74,7 @@ def pair_losses(disc, listed, dt, before, after, spring, parallel_bond):
     friction = bonds = 0.0
     for p in range(len(listed.first)):
         i, j, k = listed.first[p], listed.second[p], listed.kind[p]
-        ri, rj = disc[i, 5], disc[j, 5]
+        ri, rj = disc[i, RADIUS], disc[j, RADIUS]
         stretch, slip, turn = ways(i, j, disc, dt)
         tangential = lost_of(p, spring.shear[k], before.shear, after.shear, slip)
         kr = rolling_stiffness(spring.shear[k], effective_radius(ri, rj))

@@ -10,7 +10,7 @@ import numpy as np
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED, BROKEN_SHEAR, BROKEN_TENSION
-from dem_server.model import SHEAR_BREAKS, TENSION_BREAKS
+from dem_server.model import FX, FY, MOMENT, RADIUS, SHEAR_BREAKS, SPIN, TENSION_BREAKS, VX, VY, X, Y
 from dem_server.step import scratch_rows
 from dem_server.step.contact_law import law_of_block
 
@@ -48,10 +48,10 @@ def gather(p0, m, first, second, disc, f):
     """What the law needs of both discs."""
     for q in range(m):
         i, j = first[p0 + q], second[p0 + q]
-        f[scratch_rows.DX + q], f[scratch_rows.DY + q] = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
-        f[scratch_rows.DU + q], f[scratch_rows.DV + q] = disc[j, 2] - disc[i, 2], disc[j, 3] - disc[i, 3]
-        f[scratch_rows.RI + q], f[scratch_rows.RJ + q] = disc[i, 5], disc[j, 5]
-        f[scratch_rows.WI + q], f[scratch_rows.WJ + q] = disc[i, 4], disc[j, 4]
+        f[scratch_rows.DX + q], f[scratch_rows.DY + q] = disc[j, X] - disc[i, X], disc[j, Y] - disc[i, Y]
+        f[scratch_rows.DU + q], f[scratch_rows.DV + q] = disc[j, VX] - disc[i, VX], disc[j, VY] - disc[i, VY]
+        f[scratch_rows.RI + q], f[scratch_rows.RJ + q] = disc[i, RADIUS], disc[j, RADIUS]
+        f[scratch_rows.WI + q], f[scratch_rows.WJ + q] = disc[i, SPIN], disc[j, SPIN]
 
 
 @jit(forceinline=True, borrows=True)
@@ -140,12 +140,12 @@ def scatter(p0, m, first, second, load, f):
     for q in range(m):
         i, j = first[p0 + q], second[p0 + q]
         px, py = f[scratch_rows.PX + q], f[scratch_rows.PY + q]
-        load[i, 0] -= px
-        load[i, 1] -= py
-        load[i, 2] -= f[scratch_rows.MI + q]
-        load[j, 0] += px
-        load[j, 1] += py
-        load[j, 2] -= f[scratch_rows.MJ + q]
+        load[i, FX] -= px
+        load[i, FY] -= py
+        load[i, MOMENT] -= f[scratch_rows.MI + q]
+        load[j, FX] += px
+        load[j, FY] += py
+        load[j, MOMENT] -= f[scratch_rows.MJ + q]
 
 
 @jit(forceinline=True, borrows=True)

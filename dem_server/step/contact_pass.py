@@ -9,6 +9,7 @@ import numpy as np
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.histories import history_of
+from dem_server.model import X, Y
 from dem_server.step import neighbours, scratch_rows, walls
 from dem_server.step.contact_blocks import add_parts, table_of
 from dem_server.step.thread_crew import meet, part_of, work_together
@@ -48,7 +49,7 @@ def farthest(disc, listed_at):
     """How far any disc is from where it was when the list was made [m]; infinite if one is nowhere."""
     largest = 0.0
     for i in range(len(disc)):
-        dx, dy = disc[i, 0] - listed_at[i, 0], disc[i, 1] - listed_at[i, 1]
+        dx, dy = disc[i, X] - listed_at[i, 0], disc[i, Y] - listed_at[i, 1]
         moved = dx * dx + dy * dy
         largest = max(largest, moved if moved == moved else np.inf)
     return largest**0.5

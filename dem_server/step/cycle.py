@@ -148,7 +148,7 @@ def shorten(model, state):
         raise ArithmeticError(f"a disc, stone or wall moves at {speed:.3g} m/s: too fast for any sensible time step")
 
 
-@jit
+@jit(borrows=True)
 def cycle(
     steps, kick, dt, bodies, pace, listed, history, law, clumps, walls, material, materials, begin, end, counters, crew
 ):  # fmt: skip

@@ -10,7 +10,7 @@ change momentum: there the step shortens (cycle.py). Discs of a clump move with 
 
 from coupler_protocol.compiled import threads
 from coupler_protocol.compiled.jit import jit
-from dem_server.model import CAPS
+from dem_server.model import CAPS, FX, FY, INERTIA, MASS, MOMENT, SPIN, VX, VY, X, Y
 from dem_server.step.clumps import move_clumps
 from dem_server.step.compiled_laws import damped
 from dem_server.step.thread_shares import shares
@@ -51,15 +51,15 @@ def move(first, last, disc, load, weight, angle, damping, clumps, gravity, faste
         if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if clumps.body[i] >= 0:
                 continue
-        fx, fy, m = load[i, 0], load[i, 1] - weight[i] * gravity, load[i, 2]
-        u, v, w = disc[i, 2], disc[i, 3], disc[i, 4]
+        fx, fy, m = load[i, FX], load[i, FY] - weight[i] * gravity, load[i, MOMENT]
+        u, v, w = disc[i, VX], disc[i, VY], disc[i, SPIN]
         if damping is not None:
             alpha = damping.local
             fx, fy, m = damped(fx, u, alpha), damped(fy, v, alpha), damped(m, w, alpha)
-        each = kick / disc[i, 6]
+        each = kick / disc[i, MASS]
         u += fx * each
         v += fy * each
-        w += m / disc[i, 7] * kick
+        w += m / disc[i, INERTIA] * kick
         speed2 = u * u + v * v
         if speed2 > fastest * fastest:
             fast += 1
@@ -69,8 +69,8 @@ def move(first, last, disc, load, weight, angle, damping, clumps, gravity, faste
                 v *= scale
                 speed2 = fastest * fastest
         largest = max(largest, speed2)
-        disc[i, 0] += u * dt
-        disc[i, 1] += v * dt
-        disc[i, 2], disc[i, 3], disc[i, 4] = u, v, w
+        disc[i, X] += u * dt
+        disc[i, Y] += v * dt
+        disc[i, VX], disc[i, VY], disc[i, SPIN] = u, v, w
         angle[i] += w * dt
     return fast, largest

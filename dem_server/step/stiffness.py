@@ -17,6 +17,7 @@ from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED
 from dem_server.effects.pair_stiffness import pair_dashpots, pair_stiffness
 from dem_server.effects.rolling import effective_radius
+from dem_server.model import MASS, RADIUS, X, Y
 from dem_server.step.compiled_laws import dashpots_of_pair, stiffness_of_pair
 from dem_server.step.compiled_laws import effective_radius as reduced_radius
 from dem_server.step.contact_law import NOWHERE
@@ -79,14 +80,14 @@ def add_up(
     """Kernel of `sums`; matrix (c, 4): xx, yy, xy of Eq (2) and the sum of the rotation."""
     for p in range(len(first)):
         i, j, k = first[p], second[p], kind[p]
-        dx, dy = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
+        dx, dy = disc[j, X] - disc[i, X], disc[j, Y] - disc[i, Y]
         d = max((dx * dx + dy * dy) ** 0.5, NOWHERE)
         nx, ny = dx / d, dy / d
         nx2 = nx * nx
         bonded = False
         if parallel is not None:
             bonded = parallel.state[p] == BONDED
-        ri, rj = disc[i, 5], disc[j, 5]
+        ri, rj = disc[i, RADIUS], disc[j, RADIUS]
         kn, ks, kr = stiffness_of_pair(k, reduced_radius(ri, rj), min(ri, rj), bonded, spring, rolling, parallel_bond)
         cn = cs = 0.0
         if dashpot is not None:
@@ -98,19 +99,19 @@ def add_up(
         for a in (i, j):
             stiff[a, 0] += kn * nx2 + ks * (1.0 - nx2)
             stiff[a, 1] += kn * (1.0 - nx2) + ks * nx2
-            stiff[a, 2] += ks * disc[a, 5] ** 2 + kr
+            stiff[a, 2] += ks * disc[a, RADIUS] ** 2 + kr
             if viscous is not None:
                 viscous[a, 0] += max(cn, cs)
-                viscous[a, 1] += cs * disc[a, 5] ** 2
+                viscous[a, 1] += cs * disc[a, RADIUS] ** 2
         if clumps is None:
             continue
-        arm = 0.5 * (d + disc[i, 5] - disc[j, 5])
-        x, y = disc[i, 0] + arm * nx, disc[i, 1] + arm * ny
+        arm = 0.5 * (d + disc[i, RADIUS] - disc[j, RADIUS])
+        x, y = disc[i, X] + arm * nx, disc[i, Y] + arm * ny
         for a in (i, j):
             c = clumps.body[a]
             if c < 0:
                 continue
-            lx, ly = x - clumps.motion[c, 0], y - clumps.motion[c, 1]
+            lx, ly = x - clumps.motion[c, X], y - clumps.motion[c, Y]
             matrix[c, 0] += kn * nx * nx + ks * ny * ny
             matrix[c, 1] += kn * ny * ny + ks * nx * nx
             matrix[c, 2] += (kn - ks) * nx * ny
@@ -139,9 +140,9 @@ def pair_masses(disc, first, second, clumps, ring, root_mass):
         for a in (first[p], second[p]):
             if a < ring:
                 continue
-            mass = disc[a, 6]
+            mass = disc[a, MASS]
             if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
                 if clumps.body[a] >= 0:
-                    mass = clumps.motion[clumps.body[a], 6]
+                    mass = clumps.motion[clumps.body[a], MASS]
             inverse += 1.0 / mass
         root_mass[p] = inverse**-0.5

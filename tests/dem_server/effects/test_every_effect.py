@@ -19,7 +19,7 @@ from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.friction import Friction
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
-from dem_server.model import State
+from dem_server.model import SPIN, VX, State
 from dem_server.observe import energy, record
 from dem_server.step import bonds_made, neighbours
 from dem_server.step.contact_pass import contact_forces
@@ -43,14 +43,14 @@ ALONE = {"friction": None, "bond": None, "damping": None}
 EVERY = pytest.mark.parametrize("effect", EFFECTS)
 
 
-def discs_with(effect, spacing=1.99 * R):
+def discs_with(effect, spacing=1.99 * R, fraction=0.05):
     """Model and State, in real time, of an oblique square of four discs with the effect, bonded where it bonds."""
     turn = np.array([[np.cos(0.4), np.sin(0.4)], [-np.sin(0.4), np.cos(0.4)]])
     xy = spacing * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]) @ turn
     model, state = loose_discs(xy, np.full(4, R), effect == "bond", **ALONE | CASES[effect])
     if effect == "parallel_bond":
         bonds_made.add_parallel_bonds(model, state, lambda pairs: np.ones(len(pairs.slot), dtype=bool))
-    return in_real_time(model, state, 0.05), state
+    return in_real_time(model, state, fraction), state
 
 
 def set_going(state):
@@ -90,8 +90,8 @@ def test_every_effect_has_a_case_and_every_declaration_an_effect():
 def test_no_force_without_motion_and_overlap(effect):
     model, state = discs_with(effect, spacing=2.0 * R * (1.0 + 1e-9))
     advance(model, state, 0.0, 5)
-    assert not state.load.any()
-    assert not state.disc[:, 2:5].any()
+    assert np.abs(state.load).max() < 1e-2  # [N]; bonds see the gaps of 6e-11 m
+    assert np.abs(state.disc[:, VX : SPIN + 1]).max() < 1e-6
 
 
 @EVERY
@@ -115,9 +115,8 @@ def test_it_acts(effect):
 
 @EVERY
 def test_momentum_stays_and_energy_does_not_grow(effect):
-    model, state = discs_with(effect)
+    model, state = discs_with(effect, fraction=0.005)
     set_going(state)
-    contact_forces(model, state)
 
     def momenta():
         linear = state.mass @ state.v
@@ -129,7 +128,7 @@ def test_momentum_stays_and_energy_does_not_grow(effect):
 
     before, least = momenta(), total()
     for _ in range(40):
-        advance(model, state, 0.0, 10)
+        advance(model, state, 0.0, 50)
         assert total() <= least * 1.02
         least = min(least, total())
     np.testing.assert_allclose(momenta(), before, rtol=1e-9, atol=1e-9 * np.abs(before).max())
@@ -161,7 +160,7 @@ def test_a_new_list_carries_all_that_pairs_remember(effect):
         array[:] = rng.integers(1, 4, len(array)) if array.dtype == np.int8 else rng.normal(size=len(array))
         known[name] = dict(zip(zip(state.first.tolist(), state.second.tolist(), strict=True), array.tolist(), strict=True))
     pairs = len(state.first)
-    state.x[:] *= 0.75  # now diagonals are listed too
+    state.x[:] *= 0.7  # now diagonals are listed too
     neighbours.rebuild(model, state)
     assert len(state.first) > pairs
     at = list(zip(state.first.tolist(), state.second.tolist(), strict=True))
@@ -217,10 +216,8 @@ def both(tmp_path_factory):
     """Arrays of all cases, compiled and interpreted."""
     folder, root = tmp_path_factory.mktemp("cases"), Path(__file__).parents[3]
     for disabled in "01":
-        environment = os.environ | {
-            "NUMBA_DISABLE_JIT": disabled,
-            "PYTHONPATH": os.pathsep.join((str(root), str(root / "scripts"))),
-        }
+        folders = os.pathsep.join((str(root), str(root / "scripts")))
+        environment = os.environ | {"NUMBA_DISABLE_JIT": disabled, "PYTHONPATH": folders}
         subprocess.run([sys.executable, __file__, folder / disabled], env=environment, check=True)
     return [dict(np.load(f"{folder / disabled}.npz")) for disabled in "01"]
 
