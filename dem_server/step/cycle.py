@@ -148,7 +148,7 @@ def shorten(model, state):
         raise ArithmeticError(f"a disc, stone or wall moves at {speed:.3g} m/s: too fast for any sensible time step")
 
 
-@jit(borrows=True)
+@jit
 def cycle(
     steps, kick, dt, bodies, pace, listed, history, law, clumps, walls, material, materials, begin, end, counters, crew
 ):  # fmt: skip
@@ -160,15 +160,18 @@ def cycle(
     """
     disc, load, weight, angle, listed_at = bodies
     gravity, fastest, cap, leeway = pace
+    damping, spring, friction, rolling, dashpot = law.damping, law.spring, law.friction, law.rolling, law.dashpot
+    if walls is not None:
+        servo = walls.servo  # opened here: in the loop every opening would count references
     fast, fresh, step, moved = 0, True, 0, leeway
     first_of_all = True
     if crew is not None:
         first_of_all = crew.rank == 0
     while step < steps and fresh and (fast == 0 or cap):
-        fast, quickest = move(begin, end, disc, load, weight, angle, law.damping, clumps, gravity, fastest, cap, kick, dt)
+        fast, quickest = move(begin, end, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt)
         if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if first_of_all:
-                more, other = move_clumps(disc, load, weight, angle, law.damping, clumps, gravity, fastest, cap, kick, dt)
+                more, other = move_clumps(disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt)
                 fast += more
                 quickest = max(quickest, other)
         if cap:
@@ -176,7 +179,7 @@ def cycle(
         strayed = False
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if first_of_all:
-                strayed = move_walls(walls, walls.servo, listed_at, leeway, dt)
+                strayed = move_walls(walls, servo, listed_at, leeway, dt)
         if crew is not None:
             fast, quickest, strayed = over_all_threads(crew, fast, quickest, strayed)
         if strayed:
@@ -190,8 +193,7 @@ def cycle(
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if fresh and first_of_all:
                 wall_pass(
-                    disc, load, dt, walls, walls.servo, material, materials, clumps, law.spring, law.friction, law.rolling,
-                    law.dashpot,
+                    disc, load, dt, walls, servo, material, materials, clumps, spring, friction, rolling, dashpot
                 )  # fmt: skip
         if crew is not None:
             meet(crew)
