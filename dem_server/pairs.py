@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 
 from dem_server.effects.bond import BONDED
-from dem_server.model import Y
 
 
 class Contacts(NamedTuple):
@@ -92,4 +91,4 @@ def body_centres(state):
     if state.clumps is None:
         return state.x
     body = state.clumps.body
-    return np.where(body[:, None] >= 0, state.clumps.motion[body, : Y + 1], state.x)
+    return np.where(body[:, None] >= 0, state.clumps.motion[body, :2], state.x)
