@@ -6,6 +6,7 @@ several arrays of one effect under one field: `parallel.gap` is field `gap` of S
 """
 
 from dataclasses import field, make_dataclass
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -47,6 +48,7 @@ OfPairs = make_dataclass(
     kw_only=True,
     namespace={"__module__": __name__},
 )  # the part of State that pairs remember
+_arrays_of = attrgetter(*PairHistory._fields)  # called in every step
 
 
 def histories_of(law, reference_gap=True):
@@ -71,7 +73,7 @@ def empty(law, reference_gap=True):
 
 def history_of(state):
     """The PairHistory of a State: its arrays, not copies."""
-    return PairHistory(*[getattr(state, name) for name in PairHistory._fields])
+    return PairHistory._make(_arrays_of(state))
 
 
 def each_array(change, value):

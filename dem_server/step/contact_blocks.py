@@ -194,9 +194,28 @@ def count(before, now, counters):
 
 
 @jit
-def table_of(spring, friction, bond, rolling, dashpot, parallel_bond):
+def table_of(law):
     """Parameters of all effects in one array (rows, kinds), each in the row that it has in the scratch memory."""
-    table = np.zeros((scratch_rows.COUNT, len(spring.normal)))
+    table = np.zeros((scratch_rows.COUNT, kinds_of(law)))
+    fill_table_of(law, table)
+    return table
+
+
+@jit(borrows=True)
+def kinds_of(law):
+    """Number of kinds of pairs."""
+    return len(law.spring.normal)
+
+
+@jit(borrows=True)
+def fill_table_of(law, table):
+    """Open the law for `fill_table`."""
+    fill_table(law.spring, law.friction, law.bond, law.rolling, law.dashpot, law.parallel_bond, table)
+
+
+@jit(borrows=True)
+def fill_table(spring, friction, bond, rolling, dashpot, parallel_bond, table):
+    """Rows of `table_of`."""
     put(spring.normal, scratch_rows.KN, table)
     put(spring.shear, scratch_rows.KS, table)
     if friction is not None:
@@ -216,7 +235,6 @@ def table_of(spring, friction, bond, rolling, dashpot, parallel_bond):
         put(parallel_bond.tension, scratch_rows.GLUE_TENSION, table)
         put(parallel_bond.cohesion, scratch_rows.GLUE_COHESION, table)
         put(parallel_bond.radius, scratch_rows.GLUE_RADIUS, table)
-    return table
 
 
 @jit

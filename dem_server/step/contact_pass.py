@@ -55,11 +55,16 @@ def farthest(disc, listed_at):
     return largest**0.5
 
 
+@jit(borrows=True)
+def number_of_parts(listed):
+    """How many parts the list has."""
+    return len(listed.parts)
+
+
 @jit
 def force_pass(disc, load, listed, history, law, dt, counters, crew):
     """Loads of all discs from all listed pairs, by one thread (`crew` None) or by all of the crew that call it together."""
-    table = table_of(law.spring, law.friction, law.bond, law.rolling, law.dashpot, law.parallel_bond)
-    f, parts = np.empty(scratch_rows.SIZE), len(listed.parts)
+    table, f, parts = table_of(law), np.empty(scratch_rows.SIZE), number_of_parts(listed)
     if crew is None:
         load[:] = 0.0
         add_parts(0, parts, disc, load, listed, history, counters, law, dt, table, f)
