@@ -75,6 +75,14 @@ def build_ring(nodes, radius):
     return Ring(nodes, xy, r, seg0, seg1, w0, node, arc)
 
 
+def inner_share(ring_xy):
+    """Share of each control disc's area inside the ring (R,): the chain's interior angle over a full turn."""
+    ahead = np.roll(ring_xy, -1, axis=0) - ring_xy
+    back = np.roll(ring_xy, 1, axis=0) - ring_xy
+    cross = ahead[:, 0] * back[:, 1] - ahead[:, 1] * back[:, 0]
+    return np.mod(np.arctan2(cross, (ahead * back).sum(axis=1)), 2.0 * np.pi) / (2.0 * np.pi)
+
+
 def node_shares(ring):
     """Shares N (R,2) of a disc's force on the two nodes of its segment and their indices (R,2).
 

@@ -32,8 +32,10 @@ from dem_server.insitu.packing_strength import friction_sine, inside_cone, tensi
 from dem_server.insitu.stone_stress import circle_stress_with_stones
 from dem_server.insitu.zone_stress import imbalance, stress_field
 from dem_server.model import SHEAR_BREAKS, SPIN, TENSION_BREAKS, VX
+from dem_server.observe.coordination import coordination, porosity
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
-from dem_server.pairs import contacts, coordination, porosity
+from dem_server.pairs import contacts
+from dem_server.step.bonds_made import add_bonds
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
 
@@ -205,19 +207,6 @@ def stress_error(state, aim, outlines=None):
         pairs = contacts(state)
         found = circle_stress(state.x[pairs.disc_a], pairs, aim.centres, aim.radius)
     return np.sqrt(((found - aim.stress) ** 2).mean(axis=0)) / np.abs(aim.stress[:, 1]).mean()
-
-
-def add_bonds(model, state):
-    """Bond all closed contacts, the ring's too, whose materials have bonds; return how many.
-
-    A contact whose shear force is already beyond the bond's strength stays unbonded: its bond would break
-    at once.
-    """
-    pairs = contacts(state)
-    strength = model.law.bond.shear[pairs.kind]
-    chosen = pairs.slot[(pairs.gap < 0.0) & (strength > 0.0) & (np.abs(pairs.shear_force) <= strength)]
-    state.bond_state[chosen] = BONDED
-    return len(chosen)
 
 
 def forget_breakage(state):

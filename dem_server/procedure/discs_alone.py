@@ -18,7 +18,6 @@ from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import Stopwatch
 from coupler_protocol.scene.ending import Ending
 from coupler_protocol.scene.schedule import plan
-from dem_server.insitu import virtual_strain
 from dem_server.model import Model, State
 from dem_server.observe import energy, record, unbalanced_ratio
 from dem_server.packing import alone_window, draw_apart
@@ -87,7 +86,7 @@ class DiscsAlone:
             self.model, left = draw_apart.draw_apart(self.model, self.state)
             self.report |= left
         if self.model.law.bond is not None:
-            virtual_strain.add_bonds(self.model, self.state)
+            bonds_made.add_bonds(self.model, self.state)
         if self.model.law.parallel_bond is not None:
             bonds_made.add_parallel_bonds(self.model, self.state)
         self.state.origin[:] = self.state.x

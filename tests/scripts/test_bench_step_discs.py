@@ -78,8 +78,8 @@ def test_the_box_is_dense_and_at_rest_and_as_large_as_it_says(bench):
     from bench.dem import SIZES, Case
     from bench.dense_box import FRICTION, IN_TILE, dense_box, tile
 
+    from dem_server.observe.coordination import coordination
     from dem_server.observe.unbalanced_ratio import unbalanced_ratio
-    from dem_server.pairs import coordination
 
     assert all(across * up * IN_TILE == size for size, (across, up) in SIZES.items())
     case = Case(*dense_box(2, 1, friction=FRICTION))

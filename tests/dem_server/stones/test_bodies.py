@@ -18,6 +18,7 @@ from dem_server.insitu.hat_bins import bins_over
 from dem_server.observe import energy
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.pairs import contacts, listed_pairs
+from dem_server.step import bonds_made
 from dem_server.stones import bodies
 
 TALL = 1.5 * SQUARE
@@ -98,7 +99,7 @@ def test_making_stones_changes_no_force(body):
     np.testing.assert_allclose(state.force[: model.ring], before, atol=1e-10 * scale)
     assert (model.material[model.ring :] == np.where(state.stone[model.ring :] >= 0, STONE, SOIL)).all()
     assert unbalanced_ratio(model, state, GRAVITY) < 1e-5
-    virtual_strain.add_bonds(model, state)
+    bonds_made.add_bonds(model, state)
     virtual_strain.relax(model, state, GRAVITY, 300)
     virtual_strain.come_to_rest(model, state, GRAVITY)
     assert state.broken_tension + state.broken_shear == 0
