@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_zones import SOFT, elastic_slope, highest, stiffness
+from stiffness_by_steps import SOFT, elastic_slope, highest, stiffness
 
 from fdm_server.effects.elastic import Elastic
 from fdm_server.model import new_state
