@@ -17,6 +17,8 @@ from pathlib import Path
 import numba
 from numba.extending import overload
 
+from coupler_protocol.compiled.cache_files import lock_cache
+
 _ROOT = Path(__file__).resolve().parents[2]
 _SHARED = tuple(
     _ROOT / "coupler_protocol" / name for name in ("compiled/jit.py", "compiled/waiting_words.py", "interface/mapping.py")
@@ -78,7 +80,7 @@ def jit(function=None, *, package=None, borrows=False, **options):
     if borrows:
         options["_nrt"] = False
     numba.config.CACHE_DIR = cache_folder(package)
-    return numba.njit(**{"cache": True, "nogil": True, "error_model": "numpy", **options})(function)
+    return lock_cache(numba.njit(**{"cache": True, "nogil": True, "error_model": "numpy", **options})(function))
 
 
 def by_type(stand_in):

@@ -1,4 +1,4 @@
-"""What the workloads share: medians of timings that never overlap, observed orders, and the picture of error against time.
+"""What the workloads share: medians of timings that never overlap and the picture of error against time.
 
 A workload is a module beside this one, such as `accuracy/w1_holes.py`, with
 
@@ -16,8 +16,6 @@ import statistics
 import tempfile
 import time
 from pathlib import Path
-
-import numpy as np
 
 LOCK = Path(tempfile.gettempdir()) / "colluvium-timing.lock"
 
@@ -44,15 +42,6 @@ def timed(compute, repeats=3):
             seconds.append(time.perf_counter() - begin)
     middle = statistics.median(seconds)
     return middle, (max(seconds) - min(seconds)) / middle, result
-
-
-def order(sizes, errors):
-    """Observed order p of error ~ size^p: slope of the straight line through the logarithms (None: fewer than two errors > 0)."""
-    sizes, errors = np.asarray(sizes, dtype=np.float64), np.abs(np.asarray(errors, dtype=np.float64))
-    use = (errors > 0.0) & np.isfinite(errors)
-    if use.sum() < 2:
-        return None
-    return float(np.polyfit(np.log(sizes[use]), np.log(errors[use]), 1)[0])
 
 
 def curves(axes, rows, label="method"):

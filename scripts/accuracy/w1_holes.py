@@ -9,8 +9,9 @@ seconds are steps times the seconds a step takes with it on the same quadrilater
 from math import pi
 
 from verification.continuum import kirsch, salencon
+from verification.orders import order
 
-from accuracy.common import curves, order, timed
+from accuracy.common import curves, timed
 from colluvium.figures.style import styled
 
 TITLE = "circular holes: zone size, mixed discretisation, unbalanced ratio"

@@ -10,8 +10,9 @@ from math import log
 from pathlib import Path
 
 import numpy as np
+from verification.orders import order
 
-from accuracy.common import curves, order, timed
+from accuracy.common import curves, timed
 from colluvium.figures.style import styled
 from coupler_protocol.scene.reader import read_scene
 from fdm_server.fos.bracket import NoBracket, search

@@ -9,8 +9,9 @@ from itertools import product
 
 import numpy as np
 from verification.coupling import chain, restitution, waves
+from verification.orders import order
 
-from accuracy.common import curves, order, timed
+from accuracy.common import curves, timed
 from colluvium.figures.style import styled
 
 TITLE = "a disc on a bar, a wave, a chain: step and half disc's mass"

@@ -9,9 +9,10 @@ over sum |P| l and over the sum of the discs' powers. Seconds are those of steps
 from itertools import product
 
 import numpy as np
+from verification.orders import order
 
 from accuracy import uniform
-from accuracy.common import curves, order, timed
+from accuracy.common import curves, timed
 from colluvium.figures.style import styled
 
 TITLE = "a uniform stress through the interface: discs a segment, their offset, the mapping"

@@ -1,7 +1,5 @@
 """A stage ends by the state of the band, at the frame in which a report finds it, in one process and in two."""
 
-import subprocess
-
 import numpy as np
 import pytest
 
@@ -9,8 +7,9 @@ import colluvium
 from colluvium.results import band_states as states
 from colluvium.results import failure
 from coupler_protocol.criteria import shear_band_states
-from tests.conftest import command
-from tests.integration.test_two_processes import FILES, differing
+from tests.commands import run_colluvium
+from tests.integration.short_runs import FILES
+from tests.same_bits import differing
 
 FAILING = (
     "stage.0.until.ratio=1e-4",
@@ -65,7 +64,7 @@ def test_the_continuum_saw_what_was_recorded_to_the_bit(run, ended):
 def test_two_processes_end_at_the_same_step_with_the_same_bits(ended, tmp_path, configs):
     words = [word for pair in FAILING for word in ("--set", pair)]
     arguments = ["run", configs / "quick_slope.toml", "--out", tmp_path / "run", "--quiet", *words]
-    done = subprocess.run(command("colluvium.cli", *arguments), capture_output=True, text=True, timeout=300)
+    done = run_colluvium(*arguments)
     assert done.returncode == 0, done.stderr
     assert "band enters" in done.stdout
     for name in FILES:
@@ -76,7 +75,7 @@ def test_a_branch_from_the_coupled_state_ends_there_too(ended, tmp_path, configs
     words = [word for pair in FAILING for word in ("--set", pair)]
     words += ["--in-process", "--quiet", "--from", f"{ended[0]}@couple"]
     arguments = ["run", configs / "quick_slope.toml", "--out", tmp_path / "run", *words]
-    done = subprocess.run(command("colluvium.cli", *arguments), capture_output=True, text=True, timeout=300)
+    done = run_colluvium(*arguments)
     assert done.returncode == 0, done.stderr
     for name in FILES[2:]:
         assert differing(tmp_path / "run" / name, ended[0] / name) == [], name

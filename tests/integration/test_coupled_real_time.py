@@ -1,7 +1,6 @@
 """Coupled stages in real time: one step for both sides, the same bits in one process, in two and after a restart."""
 
 import copy
-import subprocess
 import tomllib
 
 import numpy as np
@@ -10,8 +9,8 @@ import pytest
 import colluvium
 from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.scene.reader import SceneError, build_scene
-from tests.conftest import command
-from tests.integration.test_two_processes import differing
+from tests.commands import run_colluvium
+from tests.same_bits import differing
 
 SIDES = ("fdm.rank0", "dem.rank1")
 REAL = ("sway", "go on")
@@ -82,8 +81,7 @@ def test_velocities_begin_at_rest_and_discs_move_with_the_rim(straight):
 
 
 def test_two_processes_give_the_bits_of_one(straight, scene_file, tmp_path):
-    arguments = command("colluvium.cli", "run", scene_file, "--out", tmp_path / "two", "--quiet")
-    done = subprocess.run(arguments, capture_output=True, text=True)
+    done = run_colluvium("run", scene_file, "--out", tmp_path / "two", "--quiet")
     assert done.returncode == 0, done.stderr
     for side in SIDES:
         for stage in (*REAL, "rest"):
@@ -94,7 +92,7 @@ def test_two_processes_give_the_bits_of_one(straight, scene_file, tmp_path):
 def test_a_restart_gives_the_bits_of_the_straight_run(straight, scene_file, tmp_path, stage):
     """Into real time, from one step to another, and out of it."""
     options = ["--out", tmp_path / "run", "--from", f"{straight.folders[0]}@{stage}", "--in-process", "--quiet"]
-    done = subprocess.run(command("colluvium.cli", "run", scene_file, *options), capture_output=True, text=True)
+    done = run_colluvium("run", scene_file, *options)
     assert done.returncode == 0, done.stderr
     for side in SIDES:
         assert differing(straight.folders[0] / f"{side}.rest.h5", tmp_path / "run" / f"{side}.rest.h5") == []
@@ -146,8 +144,7 @@ def test_sub_steps_have_the_same_bits_in_two_processes_and_after_a_restart(divid
     scene = tmp_path / "scene.json"
     scene.write_text((divided.folders[0] / "scene.json").read_text())
     for out, how in ((tmp_path / "two", ()), (tmp_path / "again", ("--from", f"{divided.folders[0]}@sway", "--in-process"))):
-        words = command("colluvium.cli", "run", scene, "--out", out, *how, "--quiet")
-        done = subprocess.run(words, capture_output=True, text=True)
+        done = run_colluvium("run", scene, "--out", out, *how, "--quiet")
         assert done.returncode == 0, done.stderr
         for side in SIDES:
             assert differing(divided.folders[0] / f"{side}.rest.h5", out / f"{side}.rest.h5") == []

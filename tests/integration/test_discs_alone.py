@@ -1,7 +1,6 @@
 """Scenes without a grid, from the scene to the files: laboratory cases with closed forms, piles, restart, refusals."""
 
 import json
-import subprocess
 
 import numpy as np
 import pytest
@@ -24,7 +23,7 @@ from coupler_protocol.scene.reader import build_scene
 from dem_server.packing.alone_window import fill
 from dem_server.pairs import contacts
 from dem_server.step.contact_pass import contact_forces
-from tests.conftest import command
+from tests.commands import run_colluvium
 
 G, R = 9.81, 0.03
 GROUND = {"ends": [[-2.0, 0.0], [4.0, 0.0]]}
@@ -192,7 +191,7 @@ def test_all_problems_of_a_file_are_told_before_anything_is_written(tmp_path):
     path.write_text(json.dumps(scene))
     out.mkdir()
     (out / "dem.rank1.vtkhdf").write_text("earlier results")
-    done = subprocess.run(command("colluvium.cli", "run", path, "--out", out, "--force"), capture_output=True, text=True)
+    done = run_colluvium("run", path, "--out", out, "--force")
     assert done.returncode == 3
     assert [file.name for file in out.iterdir()] == ["dem.rank1.vtkhdf"]
 

@@ -9,7 +9,7 @@ import pytest
 
 import colluvium
 from colluvium.results.rank_file import NotRecordedError
-from tests.integration.test_two_processes import differing
+from tests.same_bits import differing
 
 GRID = ("kinetic", "strain", "plastic", "damping", "external", "gravity", "masses", "error")
 DISCS = ("kinetic", "stored", "friction", "bonds", "damping", "masses", "gravity", "ring", "error")

@@ -1,7 +1,6 @@
 """Several steps between exchanges: the same answer, the same bits however it is run, and back to one where it must not be."""
 
 import copy
-import subprocess
 import tomllib
 from types import SimpleNamespace
 
@@ -15,8 +14,8 @@ from coupler_protocol.files import checkpoint
 from coupler_protocol.wire import messages
 from dem_server.procedure.window_side import DiscreteSide
 from dem_server.run import steps_between
-from tests.conftest import command
-from tests.integration.test_two_processes import differing
+from tests.commands import run_colluvium
+from tests.same_bits import differing
 
 SIDES = ("fdm.rank0", "dem.rank1")
 
@@ -78,8 +77,7 @@ def test_places_of_the_rim_agree_where_forces_are_exchanged(straight):
 
 
 def test_two_processes_give_the_bits_of_one(straight, scene_file, tmp_path):
-    arguments = command("colluvium.cli", "run", scene_file, "--out", tmp_path / "two", "--quiet")
-    done = subprocess.run(arguments, capture_output=True, text=True)
+    done = run_colluvium("run", scene_file, "--out", tmp_path / "two", "--quiet")
     assert done.returncode == 0, done.stderr
     for side in SIDES:
         assert differing(straight.folders[0] / f"{side}.overload.h5", tmp_path / "two" / f"{side}.overload.h5") == []
@@ -87,7 +85,7 @@ def test_two_processes_give_the_bits_of_one(straight, scene_file, tmp_path):
 
 def test_a_restart_gives_the_bits_of_the_straight_run(straight, scene_file, tmp_path):
     options = ["--out", tmp_path / "run", "--from", f"{straight.folders[0]}@couple", "--in-process", "--quiet"]
-    done = subprocess.run(command("colluvium.cli", "run", scene_file, *options), capture_output=True, text=True)
+    done = run_colluvium("run", scene_file, *options)
     assert done.returncode == 0, done.stderr
     for side in SIDES:
         assert differing(straight.folders[0] / f"{side}.overload.h5", tmp_path / "run" / f"{side}.overload.h5") == []

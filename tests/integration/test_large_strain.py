@@ -1,21 +1,19 @@
 """Large strain with a window: both sides agree where the rim is, and a zone that turns inside out ends the run cleanly."""
 
 import json
-import subprocess
 
 import numpy as np
 import pytest
 
 from colluvium import open_run
 from coupler_protocol.files import checkpoint
-from tests.conftest import command
+from tests.commands import run_colluvium
 
 
 def run(configs, out, *overrides):
     """quick_slope.toml in one process, with overrides."""
     sets = [word for pair in overrides for word in ("--set", pair)]
-    arguments = ["run", configs / "quick_slope.toml", "--out", out, "--in-process", "--quiet", *sets]
-    return subprocess.run(command("colluvium.cli", *arguments), capture_output=True, text=True, timeout=300)
+    return run_colluvium("run", configs / "quick_slope.toml", "--out", out, "--in-process", "--quiet", *sets)
 
 
 def test_the_rim_is_at_the_same_place_for_discs_and_zones(tmp_path, configs):

@@ -1,7 +1,6 @@
 """Softening, damping and real time through whole runs: going on from a stage's end, and a blow-up that is stopped and saved."""
 
 import json
-import subprocess
 import tomllib
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 import colluvium
 from coupler_protocol import exits
 from coupler_protocol.scene.reader import build_scene
-from tests.conftest import command
+from tests.commands import run_colluvium
 
 SOFT = {"strain": [1e-5, 1e-3], "cohesion": [2e3, 0.0], "friction": [20.0, 15.0], "tension": [0.0, 0.0]}
 
@@ -35,8 +34,7 @@ def test_going_on_in_real_time_gives_the_bits_of_the_straight_run(scene_data, tm
     path = tmp_path / "scene.json"
     path.write_text(json.dumps(scene_data), encoding="utf-8")
     for words in (["--out", "one"], ["--out", "two", "--from", "one@shaken"]):
-        run = command("colluvium.cli", "run", path, "--in-process", "--quiet", *words)
-        done = subprocess.run(run, capture_output=True, text=True, timeout=300, cwd=tmp_path)
+        done = run_colluvium("run", path, "--in-process", "--quiet", *words, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
     with colluvium.open_run(tmp_path / "one") as one, colluvium.open_run(tmp_path / "two") as two:
         a, b = one.zones(-1), two.zones(-1)

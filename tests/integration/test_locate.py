@@ -1,13 +1,12 @@
 """A discarded stage of kind locate leaves every later bit as it was, and `colluvium check` computes it by itself."""
 
 import json
-import subprocess
 import tomllib
 
 import pytest
 
 import colluvium
-from tests.conftest import command
+from tests.commands import run_colluvium
 
 LOOK = '[[stage]]\nname = "locate"\ngravity_factor = 12.0\nuntil = { steps = 1600 }\ndiscard = true\n'
 
@@ -22,7 +21,7 @@ def scene(configs, tmp_path):
 
 
 def check(*arguments):
-    done = subprocess.run(command("colluvium.cli", "check", *arguments), capture_output=True, text=True, timeout=200)
+    done = run_colluvium("check", *arguments, timeout=200)
     assert done.returncode == 0, done.stderr
     return done
 
@@ -48,8 +47,7 @@ def test_nothing_is_computed_where_nothing_asks_for_it(scene, configs):
 
 
 def test_a_grid_that_cannot_be_computed_ends_with_its_exit_code(scene):
-    words = command("colluvium.cli", "check", scene, "--quiet", "--set", "stage.locate.gravity_factor=1e12")
-    done = subprocess.run(words, capture_output=True, text=True, timeout=200)
+    done = run_colluvium("check", scene, "--quiet", "--set", "stage.locate.gravity_factor=1e12", timeout=200)
     assert done.returncode == 6
     assert "--no-locate leaves it out" in done.stderr
 

@@ -2,7 +2,6 @@
 
 import json
 import re
-import subprocess
 import tomllib
 from pathlib import Path
 
@@ -14,8 +13,9 @@ from dem_server.model import Model as DiscModel
 from dem_server.model import State as DiscState
 from fdm_server.model import Model as GridModel
 from fdm_server.model import State as GridState
-from tests.conftest import command
-from tests.integration.test_two_processes import FILES, SHORT, differing, overrides
+from tests.commands import run_colluvium
+from tests.integration.short_runs import FILES, SHORT, overrides
+from tests.same_bits import differing
 
 PUSH = """
 EVERY = 10
@@ -56,9 +56,7 @@ def test_a_file_changes_the_same_bits_in_one_process_and_two(tmp_path, configs):
     words = ["run", configs / "quick_slope.toml", "--quiet", *overrides()]
     ways = {"two": ["--plugin", path], "one": ["--plugin", path, "--in-process"], "plain": ["--in-process"]}
     for name, more in ways.items():
-        done = subprocess.run(
-            command("colluvium.cli", *words, *more, "--out", tmp_path / name), capture_output=True, text=True, timeout=300
-        )
+        done = run_colluvium(*words, *more, "--out", tmp_path / name)
         assert done.returncode == 0, done.stderr
     for name in FILES:
         assert differing(tmp_path / "one" / name, tmp_path / "two" / name) == [], name
@@ -94,7 +92,7 @@ def test_functions_cannot_be_called_in_other_processes(tmp_path, configs):
 
 def test_a_plugin_that_cannot_be_run_ends_the_run_at_once(tmp_path, configs):
     arguments = ["run", configs / "quick_slope.toml", "--plugin", tmp_path / "none.py", "--out", tmp_path / "o"]
-    done = subprocess.run(command("colluvium.cli", *arguments), capture_output=True, text=True, timeout=120)
+    done = run_colluvium(*arguments, timeout=120)
     assert done.returncode == 4
     assert "cannot be run: FileNotFoundError" in done.stderr
 

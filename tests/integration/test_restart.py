@@ -14,17 +14,18 @@ import pytest
 from colluvium import open_run, resume
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.files import checkpoint
-from tests.conftest import command
-from tests.integration.test_two_processes import SHORT, STONES, children_of, coupled_frames, differing, overrides, wait_for
+from tests.commands import command, finished, run_colluvium
+from tests.integration.short_runs import SHORT, STONES, children_of, coupled_frames, overrides, wait_for
+from tests.same_bits import differing
 
 STAGES = ("equilibrium", "fill", "couple", "overload")
 SIDES = ("fdm.rank0", "dem.rank1")
 LARGE = ("grid.large_strain=true", *STONES)
 
 
-def colluvium(*arguments):
-    """Run a command of colluvium; returns what it left."""
-    return subprocess.run(command("colluvium.cli", *arguments, "--quiet"), capture_output=True, text=True, timeout=300)
+def quietly(*words):
+    """The process of `colluvium WORDS --quiet` once it has ended."""
+    return run_colluvium(*words, "--quiet")
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +37,7 @@ def scene(configs):
 def straight(tmp_path_factory, scene):
     """The short run without a stop, in small strain."""
     out = tmp_path_factory.mktemp("small")
-    done = colluvium("run", scene, "--out", out, "--force", "--in-process", *overrides())
+    done = quietly("run", scene, "--out", out, "--force", "--in-process", *overrides())
     assert done.returncode == 0, done.stderr
     return out
 
@@ -45,7 +46,7 @@ def straight(tmp_path_factory, scene):
 def straight_large(tmp_path_factory, scene):
     """The same in large strain and with stones."""
     out = tmp_path_factory.mktemp("large")
-    done = colluvium("run", scene, "--out", out, "--force", "--in-process", *overrides(*LARGE))
+    done = quietly("run", scene, "--out", out, "--force", "--in-process", *overrides(*LARGE))
     assert done.returncode == 0, done.stderr
     return out
 
@@ -85,7 +86,7 @@ def test_so_does_one_with_stones_in_large_strain(tmp_path, scene, straight_large
 
 def branch(out, scene, before, stage, *options):
     """Branch off the run `before` without changing anything, and compare."""
-    done = colluvium("run", scene, "--out", out, "--from", f"{before}@{stage}", *options)
+    done = quietly("run", scene, "--out", out, "--from", f"{before}@{stage}", *options)
     assert done.returncode == 0, done.stderr
     first = STAGES.index(stage) + 1
     for later in STAGES[first:]:
@@ -108,9 +109,9 @@ def test_so_does_one_after_an_excavation(tmp_path, configs):
     (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
     changes = ("stage.3.until.steps=120", "stage.3.excavate.over=100", "stage.3.large_strain=true")
     more = [word for pair in (*SHORT[:3], *changes, "record.every=50") for word in ("--set", pair)]
-    done = colluvium("run", tmp_path / "scene.toml", "--out", tmp_path / "straight", "--in-process", *more)
+    done = quietly("run", tmp_path / "scene.toml", "--out", tmp_path / "straight", "--in-process", *more)
     assert done.returncode == 0, done.stderr
-    done = colluvium("run", tmp_path / "scene.toml", "--out", tmp_path / "run", "--from", f"{tmp_path / 'straight'}@pit", *more)
+    done = quietly("run", tmp_path / "scene.toml", "--out", tmp_path / "run", "--from", f"{tmp_path / 'straight'}@pit", *more)
     assert done.returncode == 0, done.stderr
     for side in SIDES:
         assert differing(tmp_path / "straight" / f"{side}.load.h5", tmp_path / "run" / f"{side}.load.h5") == []
@@ -131,25 +132,25 @@ def test_a_killed_run_is_resumed_and_reads_as_one_run(tmp_path, scene, straight)
         launcher.wait()
     for side in SIDES:
         (out / f"{side}.overload.h5").unlink(missing_ok=True)  # a fast machine may have got there before it was killed
-    done = colluvium("resume", out)
+    done = quietly("resume", out)
     assert done.returncode == 0, done.stderr
     assert "after stage 'couple'" in done.stderr
     assert (out / "fdm.rank0.part1.vtkhdf").exists()
     assert_equal_runs(straight, out, 0)
     for side in SIDES:
         assert differing(straight / f"{side}.overload.h5", out / f"{side}.overload.h5") == []
-    again = colluvium("resume", out)
+    again = quietly("resume", out)
     assert again.returncode == 4
     assert "nothing is left to compute" in again.stderr
 
 
 def test_a_run_resumed_twice_from_ever_earlier_ends_is_still_one_run(tmp_path, scene, straight):
     out = tmp_path / "run"
-    assert colluvium("run", scene, "--out", out, "--in-process", *overrides()).returncode == 0
+    assert quietly("run", scene, "--out", out, "--in-process", *overrides()).returncode == 0
     for gone in (["overload"], ["couple", "overload"]):
         for path in [out / f"{side}.{stage}.h5" for side in SIDES for stage in gone]:
             path.unlink()
-        assert colluvium("resume", out, "--in-process").returncode == 0
+        assert quietly("resume", out, "--in-process").returncode == 0
         assert_equal_runs(straight, out, 0)
     assert sorted(path.name for path in out.glob("fdm*.vtkhdf")) == [
         "fdm.rank0.part1.vtkhdf",
@@ -175,7 +176,7 @@ def test_a_run_is_resumed_from_python(tmp_path, scene, straight, in_process):
 
 def test_a_branch_may_change_later_stages(tmp_path, scene, straight):
     more = ["--set", "stage.3.gravity_factor.to=1.5"]
-    done = colluvium("run", scene, "--out", tmp_path / "run", "--in-process", "--from", f"{straight}@couple", *overrides(), *more)
+    done = quietly("run", scene, "--out", tmp_path / "run", "--in-process", "--from", f"{straight}@couple", *overrides(), *more)
     assert done.returncode == 0, done.stderr
     assert json.loads((tmp_path / "run" / "run.json").read_text())["stages"][-1]["gravity_factor"] == 1.5
     assert differing(straight / "fdm.rank0.overload.h5", tmp_path / "run" / "fdm.rank0.overload.h5")
@@ -192,32 +193,32 @@ def test_a_branch_may_change_later_stages(tmp_path, scene, straight):
 )
 def test_anything_else_is_refused_by_its_name_before_anything_is_written(tmp_path, scene, straight, stage, override, code, words):
     more = [*overrides(), "--set", override]
-    done = colluvium("run", scene, "--out", tmp_path / "run", "--from", f"{straight}@{stage}", *more)
+    done = quietly("run", scene, "--out", tmp_path / "run", "--from", f"{straight}@{stage}", *more)
     assert done.returncode == code
     assert words in done.stderr
     assert not (tmp_path / "run").exists()
 
 
 def test_a_run_is_not_overwritten_by_its_own_branch(scene, straight):
-    done = colluvium("run", scene, "--out", straight, "--force", "--from", f"{straight}@couple", *overrides())
+    done = quietly("run", scene, "--out", straight, "--force", "--from", f"{straight}@couple", *overrides())
     assert done.returncode == 4
     assert "colluvium resume" in done.stderr
 
 
 def test_sides_that_go_on_from_different_runs_are_kept_apart(tmp_path, scene, straight):
     """Started by hand: the continuum goes on from one run, the discs from another one of the same scene."""
-    assert colluvium("run", scene, "--out", tmp_path / "other", "--in-process", *overrides()).returncode == 0
+    assert quietly("run", scene, "--out", tmp_path / "other", "--in-process", *overrides()).returncode == 0
     grid = [scene, "--bind", "tcp://127.0.0.1:0", "--out", tmp_path / "a", "--from", f"{straight}@couple", *overrides()]
     discs = [scene, "--connect", tmp_path / "a" / "endpoint", "--out", tmp_path / "b", *overrides()]
     fdm = subprocess.Popen(command("fdm_server", *grid, "--quiet"), stderr=subprocess.PIPE, text=True)
     try:
         for origin in (["--from", f"{tmp_path / 'other'}@couple"], ["--from", f"{straight}@fill"], []):
             wrong = command("dem_server", *discs, *origin, "--force", "--quiet")
-            done = subprocess.run(wrong, capture_output=True, text=True, timeout=60)
+            done = finished(wrong, timeout=60)
             assert done.returncode == 5
             assert "one side begins elsewhere" in done.stderr
         right = command("dem_server", *discs, "--from", f"{straight}@couple", "--force", "--quiet")
-        assert subprocess.run(right, capture_output=True, text=True, timeout=120).returncode == 0
+        assert finished(right, timeout=120).returncode == 0
         assert fdm.wait(30) == 0
     finally:
         fdm.kill()

@@ -5,92 +5,25 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-from tests.conftest import command
-
-SHORT = (
-    "stage.0.until.steps=400",
-    "stage.2.handover=100",
-    "stage.2.until.steps=200",
-    "stage.3.gravity_factor.over=100",
-    "stage.3.until.steps=150",
-    "record.every=50",
-    "link.give_up=3.0",
-    "link.timeout=1.0",
+from tests.commands import command, finished, run_colluvium
+from tests.integration.short_runs import (
+    FILES,
+    LONG,
+    STONES,
+    alive,
+    children_of,
+    coupled_frames,
+    end,
+    overrides,
+    start_servers,
+    wait_for,
 )
-FILES = ("fdm.rank0.vtkhdf", "dem.rank1.vtkhdf", "fdm.rank0.overload.h5", "dem.rank1.overload.h5")
-
-
-def overrides(*more):
-    return [word for pair in (*SHORT, *more) for word in ("--set", pair)]
-
-
-def bits(data):
-    """Bits of a data set; an empty one (an effect that is absent) has none."""
-    value = data[()]
-    return b"" if isinstance(value, h5py.Empty) else value.tobytes()
-
-
-def differing(a, b):
-    """Names of data sets that are not the same bits in two HDF5 files."""
-    names = []
-    with h5py.File(a) as fa, h5py.File(b) as fb:
-
-        def collect(name, item):
-            if isinstance(item, h5py.Dataset):
-                other = fb.get(name)
-                if other is None or other.shape != item.shape or bits(other) != bits(item):
-                    names.append(name)
-
-        fa.visititems(collect)
-        mine, theirs = [], []
-        fa.visit(mine.append)
-        fb.visit(theirs.append)
-    return names + sorted(set(mine) ^ set(theirs))
-
-
-def start_servers(scene, fdm_out, dem_out, *more):
-    """Both servers by hand, as in two shells."""
-    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    extra = overrides(*more)
-    fdm = subprocess.Popen(
-        command("fdm_server", scene, "--bind", "tcp://127.0.0.1:0", "--out", fdm_out, "--quiet", *extra), **options
-    )
-    dem = subprocess.Popen(
-        command("dem_server", scene, "--connect", fdm_out / "endpoint", "--rank", 1, "--out", dem_out, "--quiet", *extra),
-        **options,
-    )
-    return fdm, dem
-
-
-def wait_for(condition, seconds, what):
-    """Wait until condition() holds."""
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, f"waited {seconds} s for {what}"
-        time.sleep(0.05)
-
-
-def coupled_frames(path):
-    """Frames a discrete process has written so far."""
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            return int(file["VTKHDF/Steps"].attrs["NSteps"])
-    except (OSError, KeyError):
-        return 0
-
-
-def end(*processes):
-    for process in processes:
-        if process.poll() is None:
-            process.kill()
-        process.communicate()
+from tests.same_bits import differing
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +32,7 @@ def twin(tmp_path_factory, configs):
     out = tmp_path_factory.mktemp("twin")
     scene = configs / "quick_slope.toml"
     arguments = ["run", scene, "--out", out, "--force", "--in-process", "--quiet", *overrides()]
-    done = subprocess.run(command("colluvium.cli", *arguments), capture_output=True, text=True, timeout=300)
+    done = run_colluvium(*arguments)
     assert done.returncode == 0, done.stderr
     return out
 
@@ -118,24 +51,17 @@ def test_servers_started_by_hand_equal_the_in_process_twin_bit_for_bit(tmp_path,
 
 def test_launched_run_equals_the_in_process_twin_bit_for_bit(tmp_path, configs, twin):
     arguments = ["run", configs / "quick_slope.toml", "--out", tmp_path / "run", "--quiet", *overrides()]
-    done = subprocess.run(command("colluvium.cli", *arguments), capture_output=True, text=True, timeout=300)
+    done = run_colluvium(*arguments)
     assert done.returncode == 0, done.stderr
     for name in FILES:
         assert differing(tmp_path / "run" / name, twin / name) == [], name
-
-
-STONES = (
-    "discs.radius=0.045",
-    "stones={content=0.4,size={mean=0.25,sigma=0.35,min=0.15,max=0.6},gap=0.02}",
-    "discs.stone={density=2700.0,spring={normal=5e8,shear=5e8},friction={coefficient=1.0},bond={tension=1e6,shear=1e6}}",
-)
 
 
 @pytest.mark.parametrize("body", ["clump", "cluster"])
 def test_stones_are_the_same_bits_in_one_process_and_two(tmp_path, configs, body):
     words = ["run", configs / "quick_slope.toml", "--quiet", *overrides(*STONES, f"stones.body={body}")]
     for more in (["--out", tmp_path / "two"], ["--out", tmp_path / "one", "--in-process"]):
-        done = subprocess.run(command("colluvium.cli", *words, *more), capture_output=True, text=True, timeout=300)
+        done = run_colluvium(*words, *more)
         assert done.returncode == 0, done.stderr
     for name in FILES:
         assert differing(tmp_path / "one" / name, tmp_path / "two" / name) == [], name
@@ -149,12 +75,9 @@ def test_stones_are_the_same_bits_in_one_process_and_two(tmp_path, configs, body
 
 def test_another_seed_gives_other_bits(tmp_path, configs, twin):
     arguments = ["run", configs / "quick_slope.toml", "--out", tmp_path / "run", "--quiet", *overrides("seed=2")]
-    done = subprocess.run(command("colluvium.cli", *arguments), capture_output=True, text=True, timeout=300)
+    done = run_colluvium(*arguments)
     assert done.returncode == 0, done.stderr
     assert differing(tmp_path / "run" / FILES[1], twin / FILES[1])
-
-
-LONG = ("stage.3.until.steps=10000000", "stage.3.until.ratio=1e-12")
 
 
 @pytest.mark.parametrize("victim", ["discs", "grid"])
@@ -177,27 +100,6 @@ def test_a_killed_peer_ends_the_other_side_with_a_clear_message(tmp_path, config
             assert "was lost" in info["reason"]
     finally:
         end(fdm, dem)
-
-
-def children_of(pid):
-    """Process ids of the children of a process, from /proc."""
-    found = []
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            try:
-                status = (entry / "stat").read_text().rpartition(")")[2].split()
-            except OSError:
-                continue
-            if int(status[1]) == pid:
-                found.append(int(entry.name))
-    return found
-
-
-def alive(pid):
-    try:
-        return (Path("/proc") / str(pid) / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 @pytest.fixture
@@ -249,7 +151,7 @@ def test_servers_of_another_tree_in_the_current_folder_are_not_taken(tmp_path, c
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text("raise SystemExit(99)\n")
     words = [sys.executable, "-P", "-m", "colluvium.cli", "run", configs / "quick_slope.toml", "--out", tmp_path / "run"]
-    done = subprocess.run([*map(str, words), *overrides(), "--quiet"], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    done = finished([*words, *overrides(), "--quiet"], cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
 
@@ -257,9 +159,7 @@ def test_a_bad_scene_ends_the_run_before_anything_is_written(tmp_path, configs):
     text = (configs / "quick_slope.toml").read_text().replace("bulk", "bulc").replace("height = 12.0", "height = -12.0")
     bad = tmp_path / "bad.toml"
     bad.write_text(text)
-    done = subprocess.run(
-        command("colluvium.cli", "run", bad, "--out", tmp_path / "run"), capture_output=True, text=True, timeout=60
-    )
+    done = run_colluvium("run", bad, "--out", tmp_path / "run", timeout=60)
     assert done.returncode == 3
     line = next(i for i, row in enumerate(text.splitlines(), 1) if "bulc" in row)
     assert f"bad.toml:{line}: material[0].elastic.bulc: unknown key" in done.stderr
@@ -271,9 +171,7 @@ def test_a_bad_scene_ends_the_run_before_anything_is_written(tmp_path, configs):
 def test_results_are_not_overwritten_without_force(tmp_path, configs, quick_run):
     out, _ = quick_run
     before = (out / "run.json").read_bytes()
-    done = subprocess.run(
-        command("colluvium.cli", "run", configs / "quick_slope.toml", "--out", out), capture_output=True, text=True, timeout=60
-    )
+    done = run_colluvium("run", configs / "quick_slope.toml", "--out", out, timeout=60)
     assert done.returncode == 4
     assert "--force" in done.stderr
     assert (out / "run.json").read_bytes() == before
@@ -283,12 +181,7 @@ def test_results_are_not_overwritten_without_force(tmp_path, configs, quick_run)
 def test_a_computation_that_blows_up_stops_both_sides_and_saves(tmp_path, configs, factor):
     out = tmp_path / "run"
     blow = overrides(f"stage.3.gravity_factor.to={factor}", "stage.3.gravity_factor.over=20")
-    done = subprocess.run(
-        command("colluvium.cli", "run", configs / "quick_slope.toml", "--out", out, "--quiet", *blow),
-        capture_output=True,
-        text=True,
-        timeout=200,
-    )
+    done = run_colluvium("run", configs / "quick_slope.toml", "--out", out, "--quiet", *blow, timeout=200)
     assert done.returncode == 6, done.stderr
     assert (out / "fdm.rank0.stopped.h5").exists()
     assert (out / "dem.rank1.stopped.h5").exists()

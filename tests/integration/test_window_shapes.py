@@ -1,7 +1,6 @@
 """Coupled runs of windows that are no rectangles: they come to rest on both codes, and uniform stress passes them."""
 
 import json
-import subprocess
 
 import numpy as np
 import pytest
@@ -9,8 +8,8 @@ import pytest
 import colluvium
 from colluvium import closing
 from coupler_protocol.exits import PHYSICS, PhysicsFailed
-from tests.conftest import command
-from tests.integration.test_two_processes import differing
+from tests.commands import run_colluvium
+from tests.same_bits import differing
 from tests.window_scenes import BOX, CIRCLE, L_SHAPE, RING, SECTOR, STRESS, uniform
 
 SHAPES = {"L": (BOX, L_SHAPE), "circle": (BOX, CIRCLE), "sector": (RING, SECTOR)}
@@ -81,9 +80,7 @@ def test_two_processes_give_the_bits_of_one_for_an_oblique_l(tmp_path, configs):
     short = [f"stage.{i}.until.steps={n}" for i, n in until.items()] + ["stage.2.handover=50", "record.every=50"]
     words = ["run", configs / "quick_notch.toml", "--quiet", *(word for pair in short for word in ("--set", pair))]
     for name, more in (("one", ["--in-process"]), ("two", [])):
-        done = subprocess.run(
-            command("colluvium.cli", *words, *more, "--out", tmp_path / name), capture_output=True, text=True, timeout=300
-        )
+        done = run_colluvium(*words, *more, "--out", tmp_path / name)
         assert done.returncode == 0, done.stderr
     for name in ("fdm.rank0.vtkhdf", "dem.rank1.vtkhdf", "fdm.rank0.overload.h5", "dem.rank1.overload.h5"):
         assert differing(tmp_path / "one" / name, tmp_path / "two" / name) == [], name

@@ -1,20 +1,17 @@
 """configs/dawson_slope.toml, griffiths_lane.toml and paper_slope.toml through `colluvium fos`, as a user would run them."""
 
 import json
-import subprocess
 
 import pytest
 
-from tests.conftest import command
+from tests.commands import run_colluvium
 
 PNG = b"\x89PNG"
 
 
 def fos(scene, out, *arguments):
     """(fos.json, standard output) of a search."""
-    done = subprocess.run(
-        command("colluvium.cli", "fos", scene, "--out", out, "--quiet", *arguments), capture_output=True, text=True, timeout=300
-    )
+    done = run_colluvium("fos", scene, "--out", out, "--quiet", *arguments)
     assert done.returncode == 0, done.stderr
     return json.loads((out / "fos.json").read_text()), done.stdout
 

@@ -1,18 +1,15 @@
 """configs/footing.toml and configs/hole.toml: run as a user would, against closed forms."""
 
-import subprocess
-
 import numpy as np
 import pytest
 
 from colluvium import open_run
-from tests.conftest import command
+from tests.commands import run_colluvium
 
 
 def outcome(scene, out):
     """Results of a shipped scene, computed from the command line; to be used with `with`."""
-    words = command("colluvium.cli", "run", scene, "--out", out, "--quiet")
-    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
+    done = run_colluvium("run", scene, "--out", out, "--quiet")
     assert done.returncode == 0, done.stderr
     return open_run(out)
 
@@ -58,8 +55,7 @@ def test_grids_without_a_profile_are_drawn(tmp_path, configs, name):
     pytest.importorskip("matplotlib")
     pytest.importorskip("cmcrameri")
     outcome(configs / f"{name}.toml", tmp_path).close()
-    words = command("colluvium.cli", "report", tmp_path)
-    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
+    done = run_colluvium("report", tmp_path)
     assert done.returncode == 0, done.stderr
     drawn = {path.name for path in (tmp_path / "report").iterdir()}
     assert {"mesh.png", "stress.png", "displacement.png", "histories.png", "report.html"} <= drawn

@@ -1,19 +1,16 @@
 """configs/layered_slope.toml: at rest under its weight, then under a load upon its crest."""
 
-import subprocess
-
 import numpy as np
 import pytest
 
 from colluvium import open_run
-from tests.conftest import command
+from tests.commands import run_colluvium
 
 PROFILE = [[0.0, 8.0, 13.0, 15.5, 18.0, 34.0], [5.0, 5.0, 9.2, 9.2, 13.0, 13.0]]
 
 
 def test_the_bottom_carries_what_lies_on_it(tmp_path, configs):
-    words = command("colluvium.cli", "run", configs / "layered_slope.toml", "--out", tmp_path, "--quiet")
-    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
+    done = run_colluvium("run", configs / "layered_slope.toml", "--out", tmp_path, "--quiet")
     assert done.returncode == 0, done.stderr
     with open_run(tmp_path) as run:
         rest, load = run.info["stages"]

@@ -1,7 +1,6 @@
 """configs/mapped_stones.toml from the command line: stones traced from a photograph, by the numbers of the map."""
 
 import json
-import subprocess
 
 import numpy as np
 import pytest
@@ -9,18 +8,18 @@ import pytest
 from colluvium import open_run
 from colluvium.figures import mesostructure
 from coupler_protocol.interface.ring import polygon_area
-from tests.conftest import ROOT, command
+from tests.commands import ROOT, run_colluvium
 
 
-def colluvium(*arguments):
+def colluvium_at_root(*arguments):
     """Run from the folder that paths in the scene count from."""
-    return subprocess.run(command("colluvium.cli", *arguments), capture_output=True, text=True, timeout=300, cwd=ROOT)
+    return run_colluvium(*arguments, cwd=ROOT)
 
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory, configs):
     out = tmp_path_factory.mktemp("mapped") / "run"
-    done = colluvium("run", configs / "mapped_stones.toml", "--out", out, "--quiet")
+    done = colluvium_at_root("run", configs / "mapped_stones.toml", "--out", out, "--quiet")
     assert done.returncode == 0, done.stderr
     return out, done
 
@@ -65,10 +64,10 @@ def test_it_rests_with_its_weight_on_the_ground(ran):
 
 
 def test_check_names_a_missing_map(configs):
-    done = colluvium("check", configs / "mapped_stones.toml", "--set", "stones.file=gone.geojson")
+    done = colluvium_at_root("check", configs / "mapped_stones.toml", "--set", "stones.file=gone.geojson")
     assert done.returncode == 3
     assert "gone.geojson: there is no such file" in done.stderr + done.stdout
-    done = colluvium("check", configs / "mapped_stones.toml")
+    done = colluvium_at_root("check", configs / "mapped_stones.toml")
     assert done.returncode == 0
     assert "as mapped in configs/mapped_stones.geojson" in done.stdout
 

@@ -1,20 +1,18 @@
 """configs/paper_slope.toml up to the coupled state and the first steps of the overload."""
 
-import subprocess
-
 import numpy as np
 import pytest
 import shapely
 
 from colluvium import open_run
-from tests.conftest import command
+from tests.commands import run_colluvium
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory, configs):
     out = tmp_path_factory.mktemp("paper")
     words = ["run", configs / "paper_slope.toml", "--out", out, "--force", "--quiet", "--set", "stage.overload.until.steps=1500"]
-    done = subprocess.run(command("colluvium.cli", *words), capture_output=True, text=True, timeout=400)
+    done = run_colluvium(*words, timeout=400)
     assert done.returncode == 0, done.stderr
     with open_run(out) as found:
         yield found

@@ -1,17 +1,15 @@
 """configs/paper_slope_steps.toml: every stage begins and ends; the first is held at rest. Later ones are cut short here."""
 
-import subprocess
-
 import pytest
 
 from colluvium import open_run
-from tests.conftest import command
+from tests.commands import run_colluvium
 
 
 def test_five_g_is_borne(tmp_path, configs):
     short = [word for i in range(4, 9) for word in ("--set", f"stage.{i}.until.steps=40")]
     words = ["run", configs / "paper_slope_steps.toml", "--out", tmp_path / "run", "--quiet", *short]
-    done = subprocess.run(command("colluvium.cli", *words), capture_output=True, text=True, timeout=400)
+    done = run_colluvium(*words, timeout=400)
     assert done.returncode == 0, done.stderr
     with open_run(tmp_path / "run") as run:
         rows = {row["name"]: row for row in run.info["stages"]}

@@ -1,17 +1,14 @@
 """configs/quick_biaxial.toml from the command line: pressures held, and a peak friction angle where eight seeds have it."""
 
-import subprocess
-
 import numpy as np
 import pytest
 
 from colluvium import open_run
-from tests.conftest import command
+from tests.commands import run_colluvium
 
 
 def computed(configs, out, *more):
-    words = command("colluvium.cli", "run", configs / "quick_biaxial.toml", "--out", out, "--quiet", *more)
-    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
+    done = run_colluvium("run", configs / "quick_biaxial.toml", "--out", out, "--quiet", *more)
     assert done.returncode == 0, done.stderr
 
 

@@ -1,13 +1,11 @@
 """configs/quick_excavation.toml and quick_surcharge.toml, branched off the coupled state of quick_slope.toml."""
 
-import subprocess
-
 import numpy as np
 import pytest
 
 from colluvium import open_run
 from coupler_protocol.files import checkpoint
-from tests.conftest import command
+from tests.commands import run_colluvium
 
 WEIGHT = 2700.0 * 9.81  # of the soil [N/m3]
 
@@ -19,7 +17,7 @@ def outcome(tmp_path_factory, configs, quick_run):
     def compute(scene, stage):
         out, before = tmp_path_factory.mktemp(scene) / "run", quick_run[0]
         arguments = ["run", configs / f"{scene}.toml", "--out", out, "--from", f"{before}@couple", "--quiet"]
-        done = subprocess.run(command("colluvium.cli", *arguments), capture_output=True, text=True, timeout=300)
+        done = run_colluvium(*arguments)
         assert done.returncode == 0, done.stderr
         with open_run(out) as run:
             assert run.info["stages"][-1]["ended_by"].startswith("ratio")

@@ -1,7 +1,5 @@
 """configs/quick_notch.toml, an L of discs along an oblique face: what it must give."""
 
-import subprocess
-
 import numpy as np
 import pytest
 import shapely
@@ -9,7 +7,7 @@ import shapely
 from colluvium import open_run
 from colluvium.results.window_fields import bins, mean_stress, outline_of
 from coupler_protocol.interface.ring import polygon_area
-from tests.conftest import command
+from tests.commands import run_colluvium
 from tests.scenes.continuity import discs_that_move_with_gridpoints
 
 
@@ -17,7 +15,7 @@ from tests.scenes.continuity import discs_that_move_with_gridpoints
 def run(tmp_path_factory, configs):
     out = tmp_path_factory.mktemp("notch") / "run"
     arguments = ["run", configs / "quick_notch.toml", "--out", out, "--quiet"]
-    done = subprocess.run(command("colluvium.cli", *arguments), capture_output=True, text=True, timeout=300)
+    done = run_colluvium(*arguments)
     assert done.returncode == 0, done.stderr
     with open_run(out) as found:
         yield found

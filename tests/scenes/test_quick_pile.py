@@ -1,28 +1,22 @@
 """configs/quick_pile.toml from the command line: a pile of discs without a grid, gone on with from its collapse."""
 
-import subprocess
-
 import numpy as np
 import pytest
 
 from colluvium import open_run
-from tests.conftest import command
-
-
-def colluvium(*arguments):
-    return subprocess.run(command("colluvium.cli", *arguments), capture_output=True, text=True, timeout=300)
+from tests.commands import run_colluvium
 
 
 @pytest.fixture(scope="module")
 def pile(tmp_path_factory, configs):
     out = tmp_path_factory.mktemp("pile") / "run"
-    done = colluvium("run", configs / "quick_pile.toml", "--out", out, "--quiet")
+    done = run_colluvium("run", configs / "quick_pile.toml", "--out", out, "--quiet")
     assert done.returncode == 0, done.stderr
     return out
 
 
 def test_check_says_what_it_is(configs):
-    done = colluvium("check", configs / "quick_pile.toml")
+    done = run_colluvium("check", configs / "quick_pile.toml")
     assert done.returncode == 0, done.stderr
     assert "discs alone" in done.stdout
     assert "real time" in done.stdout
@@ -49,14 +43,16 @@ def test_the_pile(pile):
 
 def test_a_run_goes_on_from_a_stage(pile, configs, tmp_path):
     more = ["--set", "stage.2.until={steps=100}"]
-    done = colluvium("run", configs / "quick_pile.toml", "--from", f"{pile}@collapse", "--out", tmp_path / "b", "--quiet", *more)
+    done = run_colluvium(
+        "run", configs / "quick_pile.toml", "--from", f"{pile}@collapse", "--out", tmp_path / "b", "--quiet", *more
+    )
     assert done.returncode == 0, done.stderr
     with open_run(tmp_path / "b") as run:
         assert run.info["stages"][-1]["steps"] == 100
 
 
 def test_its_report(pile, tmp_path):
-    done = colluvium("report", pile, "--out", tmp_path)
+    done = run_colluvium("report", pile, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "report.html").exists()
     assert (tmp_path / "force_chains.png").exists()

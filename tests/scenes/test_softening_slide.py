@@ -1,20 +1,17 @@
 """The slide in softening soil: it fails because it softens, moves no faster than it can fall, and its energies add up."""
 
-import subprocess
-
 import numpy as np
 import pytest
 
 from colluvium import open_run
-from tests.conftest import command
+from tests.commands import run_colluvium
 
 KEPT = ("--set", "material.0.softening.cohesion=[12e3, 12e3]", "--set", "material.0.softening.tension=[5e3, 5e3]")
 
 
 def computed(configs, out, *words):
     scene = configs / "softening_slide.toml"
-    run = command("colluvium.cli", "run", scene, "--out", out, "--in-process", "--quiet", *words)
-    done = subprocess.run(run, capture_output=True, text=True, timeout=300)
+    done = run_colluvium("run", scene, "--out", out, "--in-process", "--quiet", *words)
     assert done.returncode == 0, done.stderr
     return open_run(out)
 

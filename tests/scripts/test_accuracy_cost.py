@@ -5,7 +5,8 @@ import json
 import accuracy_cost
 import numpy as np
 import pytest
-from accuracy.common import order, timed
+from accuracy.common import timed
+from verification.orders import order
 
 
 def test_order_is_the_slope_of_the_logarithms():

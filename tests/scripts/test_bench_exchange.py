@@ -1,18 +1,13 @@
 """The benchmark of the exchange runs on a small scene and reports all it promises (no seconds asserted)."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.commands import run_script
 
 
 def test_all_four_times_are_measured(tmp_path, configs):
-    words = [ROOT / "scripts" / "bench_exchange.py", configs / "quick_slope.toml", "--steps", "40", "--repeats", "1"]
-    done = subprocess.run(
-        [sys.executable, *map(str, words), "--json", str(tmp_path / "rows.json")], capture_output=True, text=True, timeout=200
-    )
+    words = [configs / "quick_slope.toml", "--steps", "40", "--repeats", "1", "--json", tmp_path / "rows.json"]
+    done = run_script("bench_exchange.py", *words, timeout=200)
     assert done.returncode == 0, done.stderr
     rows = json.loads((tmp_path / "rows.json").read_text())
     assert [row["name"] for row in rows][:4] == ["continuum alone", "discs alone", "bare round trip", "coupled step"]

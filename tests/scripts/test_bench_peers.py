@@ -1,9 +1,6 @@
 """The comparison with other engines runs with whatever is installed, and compares the same work (no seconds asserted)."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +8,8 @@ from bench.peers import ENGINES
 from bench.peers.compare import box_rows
 from bench.peers.engine import Outcome, PeerError
 
-ROOT = Path(__file__).resolve().parents[2]
-SCRIPT = ROOT / "scripts" / "bench_peers.py"
+from tests.commands import run_script
+
 BOXES = ["dense box, friction", "dense box, friction, contact bonds"]
 
 
@@ -20,8 +17,7 @@ BOXES = ["dense box, friction", "dense box, friction, contact bonds"]
 def told(tmp_path_factory):
     """What a fast run says, and its rows by name."""
     file = tmp_path_factory.mktemp("peers") / "rows.json"
-    words = [SCRIPT, "--fast", "--repeats", "1", "--json", file]
-    done = subprocess.run([sys.executable, *map(str, words)], capture_output=True, text=True, timeout=600)
+    done = run_script("bench_peers.py", "--fast", "--repeats", "1", "--json", file, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout, {row["name"]: row for row in json.loads(file.read_text())}
 
@@ -118,6 +114,6 @@ def test_an_engine_that_fails_is_named_and_leaves_the_others_alone(monkeypatch):
 
 
 def test_boxes_that_do_not_exist_are_refused():
-    done = subprocess.run([sys.executable, str(SCRIPT), "--sizes", "2500,77"], capture_output=True, text=True, timeout=60)
+    done = run_script("bench_peers.py", "--sizes", "2500,77", timeout=60)
     assert done.returncode == 2
     assert "no such box: 77; there are 2500, 10000, 50000, 200000" in done.stderr

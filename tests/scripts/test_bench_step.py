@@ -1,25 +1,19 @@
 """The benchmark of a step runs and reports all it promises (no seconds asserted); what it counts and compares is right."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
-import pytest
+from bench.laws import FULL, Box
+from bench.operations import operations
+from bench.scalar_zone import step_of_zones
 
-ROOT = Path(__file__).resolve().parents[2]
-
-
-@pytest.fixture
-def bench(monkeypatch):
-    """The folder of scripts on the path."""
-    monkeypatch.syspath_prepend(ROOT / "scripts")
+from fdm_server.step.blocks import from_blocks
+from fdm_server.step.stress import limit
+from tests.commands import run_script
 
 
 def test_every_row_has_its_companion(tmp_path):
-    words = [ROOT / "scripts" / "bench_step.py", "--fdm", "--fast", "--repeats", "2", "--json", tmp_path / "rows.json"]
-    done = subprocess.run([sys.executable, *map(str, words)], capture_output=True, text=True, timeout=300)
+    done = run_script("bench_step.py", "--fdm", "--fast", "--repeats", "2", "--json", tmp_path / "rows.json")
     assert done.returncode == 0, done.stderr
     rows = json.loads((tmp_path / "rows.json").read_text())
     assert all(row["value"] > 0.0 and row["companion"]["triad_GB_per_s"] > 0.0 for row in rows)
@@ -31,12 +25,7 @@ def test_every_row_has_its_companion(tmp_path):
     assert elastic < memory["laws: elastic, local, large strain"]
 
 
-def test_the_scalar_loop_computes_what_the_kernels_compute(bench):
-    from bench.laws import FULL, Box
-    from bench.scalar_zone import step_of_zones
-
-    from fdm_server.step.blocks import from_blocks
-
+def test_the_scalar_loop_computes_what_the_kernels_compute():
     case = Box(40, 40, FULL, flowing=True)
     model, state = case.model, case.state
     laws = [tuple(p[0]) for p in model.material_law[:3]]
@@ -51,9 +40,7 @@ def test_the_scalar_loop_computes_what_the_kernels_compute(bench):
     assert np.array_equal(plastic, from_blocks(state.plastic, case.zones)[:, 0])
 
 
-def test_operations_are_counted_in_loops_and_calls_and_effects(bench):
-    from bench.operations import operations
-
+def test_operations_are_counted_in_loops_and_calls_and_effects():
     counted = operations(_inner, per="LANES")
     assert counted == {"flops": 3, "divisions": 1}
     assert operations(_outer, per="LANES", present=("effect",)) == {"flops": 2 * 3 + 1, "divisions": 2, "roots": 1}
@@ -72,11 +59,7 @@ def _outer(a, effect):
             a[i] = sqrt(a[i] + effect)  # noqa: F821
 
 
-def test_what_is_absent_in_a_caller_is_absent_in_what_it_calls(bench):
-    from bench.operations import operations
-
-    from fdm_server.step.stress import limit
-
+def test_what_is_absent_in_a_caller_is_absent_in_what_it_calls():
     laws = ("mohr_coulomb", "tension")
     assert operations(limit, present=laws)["roots"] == 8
     assert operations(limit, present=(*laws, "softens"))["roots"] == 12  # those of plastic shear strain

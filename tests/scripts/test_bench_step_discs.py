@@ -1,26 +1,20 @@
 """The benchmark of the discs runs and reports all it promises (no seconds asserted); what it compares is the same."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
-import pytest
+from bench.dem import SIZES, Case, ScalarCase
+from bench.dense_box import FRICTION, IN_TILE, dense_box, tile
 
-ROOT = Path(__file__).resolve().parents[2]
-SCRIPT = ROOT / "scripts" / "bench_step.py"
-
-
-@pytest.fixture
-def bench(monkeypatch):
-    """The folder of scripts on the path."""
-    monkeypatch.syspath_prepend(ROOT / "scripts")
+from dem_server.observe.coordination import coordination
+from dem_server.observe.unbalanced_ratio import unbalanced_ratio
+from dem_server.pairs import listed_pairs
+from dem_server.step.cycle import advance
+from tests.commands import run_script
 
 
 def test_every_row_has_its_companion(tmp_path):
-    words = [SCRIPT, "--dem", "--fast", "--repeats", "2", "--json", tmp_path / "rows.json"]
-    done = subprocess.run([sys.executable, *map(str, words)], capture_output=True, text=True, timeout=300)
+    done = run_script("bench_step.py", "--dem", "--fast", "--repeats", "2", "--json", tmp_path / "rows.json")
     assert done.returncode == 0, done.stderr
     rows = json.loads((tmp_path / "rows.json").read_text())
     assert all(row["value"] > 0.0 and row["companion"]["triad_GB_per_s"] > 0.0 for row in rows)
@@ -42,18 +36,12 @@ def test_every_row_has_its_companion(tmp_path):
 
 
 def test_one_of_both_codes_must_be_named():
-    done = subprocess.run([sys.executable, str(SCRIPT), "--fast"], capture_output=True, text=True, timeout=60)
+    done = run_script("bench_step.py", "--fast", timeout=60)
     assert done.returncode == 2
     assert "--fdm, --dem or both" in done.stderr
 
 
-def test_the_scalar_loop_computes_what_the_kernels_compute(bench):
-    from bench.dem import Case, ScalarCase
-    from bench.dense_box import FRICTION, dense_box
-
-    from dem_server.pairs import listed_pairs
-    from dem_server.step.cycle import advance
-
+def test_the_scalar_loop_computes_what_the_kernels_compute():
     case = Case(*dense_box(1, 1, friction=FRICTION))
     model, state = case.model, case.state
     rng = np.random.default_rng(7)
@@ -74,13 +62,7 @@ def test_the_scalar_loop_computes_what_the_kernels_compute(bench):
     np.testing.assert_allclose(scalar.x, state.x, rtol=1e-12)
 
 
-def test_the_box_is_dense_and_at_rest_and_as_large_as_it_says(bench):
-    from bench.dem import SIZES, Case
-    from bench.dense_box import FRICTION, IN_TILE, dense_box, tile
-
-    from dem_server.observe.coordination import coordination
-    from dem_server.observe.unbalanced_ratio import unbalanced_ratio
-
+def test_the_box_is_dense_and_at_rest_and_as_large_as_it_says():
     assert all(across * up * IN_TILE == size for size, (across, up) in SIZES.items())
     case = Case(*dense_box(2, 1, friction=FRICTION))
     assert case.free == 2 * IN_TILE

@@ -2,11 +2,11 @@
 
 import importlib.util
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests.commands import run_script
 
 SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "studies" / "paper_study.py"
 
@@ -23,8 +23,8 @@ def study():
 def test_every_case_and_state_is_reported(tmp_path):
     pytest.importorskip("matplotlib")
     pytest.importorskip("cmcrameri")
-    words = [sys.executable, SCRIPT, "--fast", "--seeds", "1", "--json", tmp_path / "study.json", "--pictures", tmp_path]
-    done = subprocess.run([*map(str, words)], capture_output=True, text=True, timeout=300)
+    words = ["--fast", "--seeds", "1", "--json", tmp_path / "study.json", "--pictures", tmp_path]
+    done = run_script("studies/paper_study.py", *words)
     assert done.returncode == 0, done.stderr
     results = json.loads((tmp_path / "study.json").read_text())
     assert list(results) == ["stressed", "unstressed", "paper mapping", "light discs"]

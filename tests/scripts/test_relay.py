@@ -17,8 +17,8 @@ import relay
 
 import colluvium
 from coupler_protocol.wire.link_tcp import endpoint_from
-from tests.conftest import command
-from tests.integration.test_two_processes import differing
+from tests.commands import command, finished
+from tests.same_bits import differing
 
 SCRIPT = Path(relay.__file__)
 
@@ -100,7 +100,7 @@ def test_both_servers_have_the_same_bits_through_it(configs, tmp_path):
     grid = subprocess.Popen(command("fdm_server", scene, "--bind", "tcp://127.0.0.1:0", "--out", out[0], "--quiet"))
     with relayed(endpoint_from(str(out[0] / "endpoint"), 60.0), 0.5) as endpoint:
         words = command("dem_server", scene, "--connect", endpoint, "--rank", 1, "--out", out[1], "--quiet")
-        discs = subprocess.run(words, capture_output=True, text=True)
+        discs = finished(words)
         assert (discs.returncode, grid.wait(60.0)) == (0, 0), discs.stderr
     for folder, name in zip(out, ("fdm.rank0.couple.h5", "dem.rank1.couple.h5"), strict=True):
         assert differing(tmp_path / "direct" / name, folder / name) == []

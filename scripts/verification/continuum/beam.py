@@ -9,9 +9,9 @@ Beam theory itself is good to some tenths of a per cent here (the held end canno
 """
 
 import numpy as np
-from accuracy.common import order
 
 from verification import as_a_run
+from verification.orders import order
 from verification.verdict_rows import row
 
 NAME = "cantilever"

@@ -11,10 +11,10 @@ Inner radius a = 1 m, outer radius b = 2 m, free outside; K = 200 MPa, G = 100 M
 from math import log
 
 import numpy as np
-from accuracy.common import order
 
 from verification import as_a_run
 from verification.continuum.holes import AXES, norm, polar, ring_grid, seen
+from verification.orders import order
 from verification.verdict_rows import row
 
 NAME = "thick cylinder"

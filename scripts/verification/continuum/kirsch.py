@@ -13,11 +13,11 @@ square, by area within 4a, of all stress components over p.
 """
 
 import numpy as np
-from accuracy.common import order
 
 from fdm_server.mesh.grid import centroids
 from verification import as_a_run
 from verification.continuum.holes import AXES, edge_forces, hole, norm, polar, ring_grid, seen, settle
+from verification.orders import order
 from verification.verdict_rows import row
 
 NAME = "Kirsch hole"

@@ -16,12 +16,12 @@ flow in the plane only; this needs the initial stress across to stay between the
 """
 
 import numpy as np
-from accuracy.common import order
 
 from fdm_server.mesh.grid import areas
 from fdm_server.observe import fields
 from verification import as_a_run
 from verification.continuum.holes import AXES, OUTER, edge_forces, hole, norm, outward, polar, ring_grid, seen, settle
+from verification.orders import order
 from verification.verdict_rows import row
 
 NAME = "Salencon hole"

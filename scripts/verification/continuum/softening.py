@@ -10,9 +10,9 @@ The strength of a step is that at its beginning, so the error is of first order 
 """
 
 import numpy as np
-from accuracy.common import order
 
 from verification import as_a_run
+from verification.orders import order
 from verification.verdict_rows import row
 
 NAME = "softening"

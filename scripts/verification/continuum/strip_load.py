@@ -12,11 +12,11 @@ y = H - b, where the jump of the load at x = b is not seen: root of the mean squ
 """
 
 import numpy as np
-from accuracy.common import order
 
 from fdm_server.mesh.grid import centroids
 from fdm_server.observe import fields
 from verification import as_a_run
+from verification.orders import order
 from verification.verdict_rows import row
 
 NAME = "strip load"

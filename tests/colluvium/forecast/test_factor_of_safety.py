@@ -1,27 +1,21 @@
 """`colluvium fos` on a small slope: every trial is kept, the frames are there, the rules are told, mistakes are named."""
 
 import json
-import subprocess
 
 import numpy as np
 import pytest
 
 from colluvium import open_run
-from tests.conftest import command
+from tests.commands import run_colluvium
 
 COARSE = ("--set", "grid.zone_size=1.25", "--set", "fos.resolution=0.01")
-
-
-def fos(*arguments):
-    """The finished process of a search."""
-    return subprocess.run(command("colluvium.cli", "fos", *arguments), capture_output=True, text=True, timeout=300)
 
 
 @pytest.fixture(scope="module")
 def searched(tmp_path_factory, configs):
     """(folder, content of fos.json, what was printed) of two meshes by --meshes."""
     out = tmp_path_factory.mktemp("fos") / "out"
-    done = fos(configs / "dawson_slope.toml", "--meshes", 2, "--out", out, *COARSE)
+    done = run_colluvium("fos", configs / "dawson_slope.toml", "--meshes", 2, "--out", out, *COARSE)
     assert done.returncode == 0, done.stderr
     return out, json.loads((out / "fos.json").read_text()), done
 
@@ -64,17 +58,17 @@ def test_rules_and_criterion_are_told(searched):
 
 
 def test_mistakes_are_named_before_anything_is_computed(configs, tmp_path):
-    done = fos(configs / "dawson_slope.toml", "--out", tmp_path / "out", "--set", "fos.bracket=[2.0,1.0]")
+    done = run_colluvium("fos", configs / "dawson_slope.toml", "--out", tmp_path / "out", "--set", "fos.bracket=[2.0,1.0]")
     assert done.returncode == 3
     assert "[low, high] with low < high" in done.stderr
     diagonals = ("--set", 'grid.fit="diagonals"', "--set", "fos.zone_sizes=[0.77]")
-    done = fos(configs / "dawson_slope.toml", "--out", tmp_path / "out", *diagonals)
+    done = run_colluvium("fos", configs / "dawson_slope.toml", "--out", tmp_path / "out", *diagonals)
     assert done.returncode == 3
     assert "fos.zone_sizes" in done.stderr
 
 
 def test_discs_alone_have_no_factor(configs, tmp_path):
-    done = fos(configs / "quick_pile.toml", "--out", tmp_path / "out")
+    done = run_colluvium("fos", configs / "quick_pile.toml", "--out", tmp_path / "out")
     assert done.returncode == 3
     assert "grid: discs alone have no factor of safety" in done.stderr
     assert not (tmp_path / "out").exists()
@@ -82,17 +76,17 @@ def test_discs_alone_have_no_factor(configs, tmp_path):
 
 def test_ground_that_cannot_fail(configs, tmp_path):
     """Rock without a strength: said at once. A strength no factor reaches: no bracket, exit 6."""
-    done = fos(configs / "dawson_slope.toml", "--out", tmp_path / "a", "--set", "material.0={name='rock',density=2000.0,"
-               "elastic={bulk=1e8,shear=3e7}}")  # fmt: skip
+    scene, rock = configs / "dawson_slope.toml", "material.0={name='rock',density=2000.0,elastic={bulk=1e8,shear=3e7}}"
+    done = run_colluvium("fos", scene, "--out", tmp_path / "a", "--set", rock)
     assert done.returncode == 3
     assert "none has a strength" in done.stderr
-    done = fos(configs / "dawson_slope.toml", "--out", tmp_path / "b", *COARSE, "--set", "fos.zone_sizes=[1.25]",
-               "--set", "material.0.mohr_coulomb.cohesion=1e9")  # fmt: skip
+    strong = ("--set", "fos.zone_sizes=[1.25]", "--set", "material.0.mohr_coulomb.cohesion=1e9")
+    done = run_colluvium("fos", scene, "--out", tmp_path / "b", *COARSE, *strong)
     assert done.returncode == 6
     assert "fails in the steps given" in done.stderr
 
 
 def test_results_are_not_overwritten(configs, searched):
-    done = fos(configs / "dawson_slope.toml", "--out", searched[0], *COARSE)
+    done = run_colluvium("fos", configs / "dawson_slope.toml", "--out", searched[0], *COARSE)
     assert done.returncode == 4
     assert "--force" in done.stderr

@@ -14,7 +14,7 @@ from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.wire import frames, link_tcp
 from coupler_protocol.wire.lockstep import Conversation, Hub
 from coupler_protocol.wire.messages import FORCE, GO, HELLO, PACKED, REJECT, VELOCITY
-from tests.conftest import command
+from tests.commands import command, finished
 from tests.peer import SESSION, Beside, Peer, clocks
 
 ANY = "tcp://127.0.0.1:*"
@@ -270,7 +270,7 @@ def test_an_endpoint_is_read_from_its_file_once_it_is_there(tmp_path):
 
 def test_the_server_refuses_an_address_that_others_can_reach(tmp_path, configs):
     arguments = command("fdm_server", configs / "quick_slope.toml", "--bind", "tcp://0.0.0.0:0", "--out", tmp_path / "out")
-    done = subprocess.run(arguments, capture_output=True, text=True, timeout=60)
+    done = finished(arguments, timeout=60)
     assert done.returncode == 4
     assert "can be reached from other machines" in done.stderr
     assert "--insecure" in done.stderr

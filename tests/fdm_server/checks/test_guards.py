@@ -2,8 +2,6 @@
 
 import copy
 import json
-import subprocess
-import sys
 import tomllib
 
 import numpy as np
@@ -24,6 +22,7 @@ from fdm_server.step.gridpoint_pass import update_velocities
 from fdm_server.step.present_shape import begin_large_strain
 from fdm_server.step.safety import Unstable
 from fdm_server.step.zone_pass import advance
+from tests.commands import run_colluvium
 
 BENCH = [(0, 4), (4, 4), (12, 12), (20, 12)]
 
@@ -242,8 +241,7 @@ def test_a_stage_in_real_time_runs_to_its_second_and_says_so(alone, tmp_path):
     alone["record"] = {"every": 40, "history": 10, "energy": True}
     path = tmp_path / "scene.json"
     path.write_text(json.dumps(alone), encoding="utf-8")
-    command = [sys.executable, "-m", "colluvium.cli", "run", str(path), "--out", str(tmp_path / "out"), "--in-process", "--quiet"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    done = run_colluvium("run", path, "--out", tmp_path / "out", "--in-process", "--quiet")
     assert done.returncode == 0, done.stderr
     about = json.loads((tmp_path / "out" / "run.json").read_text(encoding="utf-8"))
     stage = about["stages"][1]

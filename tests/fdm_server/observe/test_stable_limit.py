@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from stiffness_by_steps import SOFT, elastic_slope, highest, stiffness
 
 from fdm_server.effects.elastic import Elastic
 from fdm_server.model import new_state
 from fdm_server.observe import stable_limit
 from fdm_server.step.present_shape import begin_large_strain
-from tests.fdm_server.step.test_zone_pass import SOFT, elastic_slope, highest, stiffness
 
 
 @pytest.mark.parametrize("shake", [0.0, 0.5])

@@ -1,30 +1,17 @@
 """Counts reference counting inside loops of compiled kernels: a count in a loop made a kernel four times slower.
 
-Compiled code that comes from the disk cache cannot be inspected: run this with an empty NUMBA_CACHE_DIR.
+Code that comes from the disk cache cannot be inspected: see inspected_kernels.py.
 """
 
 import re
-import sys
 
 import numpy as np
-from numba.core.dispatcher import Dispatcher
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 COUNTED = re.compile(r"call void @NRT_(incref|decref)\b")
 LABEL = re.compile(r'^("[^"]+"|[-\w.$]+):')
 TARGET = re.compile(r'label %("[^"]+"|[-\w.$]+)')
-
-
-def kernels(*packages):
-    """All compiled functions of the packages that were used in this process: {name: dispatcher}."""
-    found = {}
-    for name, module in list(sys.modules.items()):
-        if name.partition(".")[0] in packages:
-            for value in vars(module).values():
-                if isinstance(value, Dispatcher) and value.signatures:
-                    found[f"{value.py_func.__module__}.{value.py_func.__name__}"] = value
-    return found
 
 
 def counts_in_loops(dispatcher):
