@@ -289,7 +289,7 @@ class DiscreteSide:
         if self.substeps > 1:
             found |= {"share": found["share"] / self.substeps, "dt": self.step}
         self.limits.append({"stage": name} | found)
-        log.info("stage %s: the discs are stable up to %s", name, in_words(found))
+        log.info("stage %s: safe step limit of the discs as a multiple of the step in use: %s", name, in_words(found))
 
     def _note_opening(self):
         """Keep how far the ring opened in the stage that ends, if that deserves a warning."""
