@@ -83,7 +83,7 @@ class DiscsAlone:
         self.model, self.state, self.stones, self.report = alone_window.fill(self.scene, self._note)
         self.state.walls = walls_of_scene.walls_of(self.scene, self.model, self.state)
         contact_forces(self.model, self.state)
-        if self.scene.discs.file is not None and self.scene.stage[1].time == "static":
+        if self.scene.discs.file is not None and not self.scene.stage[1].in_real_time:
             self.model, left = draw_apart.draw_apart(self.model, self.state)
             self.report |= left
         if self.model.law.bond is not None:
@@ -125,7 +125,7 @@ class DiscsAlone:
 
     def _in_time_of(self, stage):
         """The model in the stage's mode, with the stage's damping."""
-        factor = (stage.step_factor or self.scene.discs.time_step) if stage.time == "real" else None
+        factor = (stage.step_factor or self.scene.discs.time_step) if stage.in_real_time else None
         self.model = clock.begin(self.model, self.state, stage.damping or self.scene.discs.damping, factor)
         return self.model
 
@@ -208,8 +208,8 @@ class DiscsAlone:
             "name": stage.name,
             "kind": stage.kind,
             "steps": steps,
-            "time": seconds if stage.time == "real" else None,
-            "time_step": self.state.dt if stage.time == "real" else None,
+            "time": seconds if stage.in_real_time else None,
+            "time_step": self.state.dt if stage.in_real_time else None,
             "ended_by": ended_by,
             "gravity": leg.gravity,
             "gravity_factor": leg.factor(steps - 1),
