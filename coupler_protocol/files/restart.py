@@ -58,6 +58,22 @@ def attributes(scene, stage, phase, step, session, factor, **more):
     return named | {key: json.dumps(value) for key, value in {"scene": scene.resolved(), **more}.items()}
 
 
+def named(plugin):
+    """Attribute that names the functions of a user with which a State was computed."""
+    return {} if plugin is None else {"plugin": plugin.name}
+
+
+def check_plugin(scene, origin, plugin):
+    """Raise EnvironmentFailed where a run that was computed with functions of a user would go on without any."""
+    from coupler_protocol.files import checkpoint
+
+    found = checkpoint.attributes(origin.path(processes(scene, index_of(scene, origin))[0])).get("plugin")
+    if found and plugin is None:
+        name = json.loads(found)
+        again = "on_stage or on_step" if name == "functions" else f"--plugin {name}"
+        raise exits.EnvironmentFailed(f"{origin} was computed with the plugin {name}: give it again ({again})")
+
+
 def index_of(scene, origin):
     """Number of the stage to go on from; raises EnvironmentFailed where the scene has no such stage, or none after it."""
     names = [stage.name for stage in scene.stage]

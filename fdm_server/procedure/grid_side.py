@@ -54,6 +54,7 @@ class ContinuumSide:
         self.time = 0.0  # [s]; static steps count as 1
         self.earlier = []  # rows of run.json of the stages before `origin`
         self.results = []
+        self.stage = None  # the StageRun in which the run is
         self.warnings = []  # of all stages so far
         self.recorder = None
         self.farewells = {}
@@ -75,7 +76,9 @@ class ContinuumSide:
             for index, stage in enumerate(self.scene.stage):
                 if index >= begin:
                     self.watch.begin(stage.name)
-                    KINDS[stage.kind](self, StageRun(self, index, stage, leg_of(stage, *self.gravity)))
+                    self.stage = StageRun(self, index, stage, leg_of(stage, *self.gravity))
+                    KINDS[stage.kind](self, self.stage)
+                    self.stage = None
             reason = "all stages done"
             if self.coupled:
                 self.farewells = {rim.talk.rank: rim.talk.say_stop(reason) for rim in self.rims}
@@ -157,10 +160,11 @@ class ContinuumSide:
         log.info("stage %s", result)
         self.progress(stage.stage.name, f"done: {result['ended_by']}", self.steps, None, stage.ratio, stage.factor, now=True)
 
-    def rows(self):
-        """Rows of run.json of all stages that are done."""
-        continuum = [times.as_dict() for times in self.watch.stages][: len(self.results)]
-        return self.earlier + stage_rows(self.results, continuum, [f.get("stages", []) for f in self.farewells.values()])
+    def rows(self, unfinished=()):
+        """Rows of run.json of all stages that are done, and of those `unfinished`."""
+        results = [*self.results, *unfinished]
+        continuum = [times.as_dict() for times in self.watch.stages][: len(results)]
+        return self.earlier + stage_rows(results, continuum, [f.get("stages", []) for f in self.farewells.values()])
 
     def summary(self):
         """Stages for run.json, as far as they got, and what the discs reported."""
@@ -168,7 +172,7 @@ class ContinuumSide:
             "steps": self.steps,
             "gridpoints": len(self.grid.xy),
             "zones": len(self.grid.zones),
-            "stages": self.rows(),
+            "stages": self.rows([self.stage.outcome()] if self.stage and len(self.results) < len(self.watch.stages) else []),
             **({"warnings": self.warnings} if self.warnings else {}),
             "windows": [
                 {"name": rim.window.name, "rank": rim.talk.rank, "control_nodes": len(rim.nodes)}

@@ -180,8 +180,8 @@ class StageRun:
         self.side.watch.stages[-1].steps += 1
         self.ended = self._last_step
 
-    def result(self):
-        """Outcome for run.json and the closing table."""
+    def outcome(self):
+        """Row of run.json so far; `ended_by` is "" where the stage did not reach its end."""
         return {
             "name": self.stage.name,
             "kind": self.stage.kind,
@@ -196,5 +196,9 @@ class StageRun:
             "bonds_broken": [int(rim.answer.broken) for rim in self.rims],
             **(self.pace.report() if self.rims else {}),
             **(self.stretch.report() if self.stretch else {}),
-            "reactions": reactions(self.side.model, self.side.state, self.leg.at(max(0, self.done - 1)), self.sides.holders),
         }
+
+    def result(self):
+        """Row of run.json and the closing table at the end of the stage."""
+        gravity = self.leg.at(max(0, self.done - 1))
+        return self.outcome() | {"reactions": reactions(self.side.model, self.side.state, gravity, self.sides.holders)}
