@@ -43,7 +43,7 @@ def run(scene, out, in_process=True, force=False, report="none", *, on_stage=Non
 def resume(run_dir, in_process=True, report="none", *, on_stage=None, on_step=None):
     """Go on with the run in `run_dir` after its last stage end that all processes have saved; returns its results.
 
-    on_stage, on_step: as in `run`; a run that was computed with functions must be given them again.
+    on_stage, on_step: as in `run`; give those of the run again. EnvironmentFailed also where it had a plugin file and gets none.
     Raises a coupler_protocol.exits.RunEnded that says what went wrong, EnvironmentFailed where nothing is left to compute.
     """
     from colluvium.results.run import open_run

@@ -269,27 +269,33 @@ def test_the_closing_table_of_discs_alone(tmp_path):
         assert "ring" not in first
 
 
-def test_a_run_with_a_plugin_names_it_and_is_not_resumed_without_it(tmp_path):
+@pytest.mark.parametrize("name", ["functions", "look.py"])
+def test_a_run_with_a_plugin_names_it_and_does_not_lose_it_in_silence(tmp_path, caplog, name):
     file = disc_file(tmp_path, [[0.0, 1.0, R, 0.0, 0.0, 0.0]])
-    stages = [{"name": name, "kind": "discs", "gravity": G, "until": {"steps": 3}} for name in ("fall", "go")]
-    seen = []
+    stages = [{"name": stage, "kind": "discs", "gravity": G, "until": {"steps": 3}} for stage in ("fall", "go")]
+    seen, out = [], tmp_path / "run"
+    out.mkdir()
 
     def look(moment):
         seen.append((moment.stage, moment.step))
-        if moment.stage == "go" and len(seen) == 6:
+        if len(seen) == 5:
             raise Interrupted("enough")
 
-    out = tmp_path / "run"
-    scene = colluvium.Scene(**scene_of(stages, window=False, file=file))
     with pytest.raises(Interrupted):
-        colluvium.run(scene, out, on_step=(1, look))
+        run(build_scene(scene_of(stages, window=False, file=file)), out, plugin=Plugin(name, look))
     info = json.loads((out / "run.json").read_text(encoding="utf-8"))
-    assert info["plugin"] == "functions"
+    assert info["plugin"] == name
     assert [row["name"] for row in info["stages"]] == ["fill", "fall", "go"]
-    with pytest.raises(EnvironmentFailed, match="computed with the plugin functions: give it again"):
-        colluvium.resume(out)
-    with colluvium.resume(out, on_step=(1, look)) as run:
-        assert run.info["plugin"] == "functions"
-        (before,) = run.info["attempts"]
-        assert (before["plugin"], before["exit_code"], before["reason"]) == ("functions", 130, "enough")
-    assert seen[-1] == ("go", 6)
+    if name == "look.py":
+        with pytest.raises(EnvironmentFailed, match=r"computed with the plugin look.py: give it again \(--plugin look.py\)"):
+            colluvium.resume(out)
+        assert (out / "run.json").exists()
+        kept = {"on_step": (1, look)}
+    else:
+        kept = {}
+    with colluvium.resume(out, **kept) as found:
+        (before,) = found.info["attempts"]
+        assert (before["plugin"], before["exit_code"], before["reason"]) == (name, 130, "enough")
+        assert found.info.get("plugin") == ("functions" if kept else None)
+    assert ("the run goes on without them" in caplog.text) == (not kept)
+    assert len(seen) == (8 if kept else 5)
