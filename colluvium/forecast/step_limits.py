@@ -72,7 +72,7 @@ def exact_of_run(scene, folder):
 
     found = {}
     for index, stage in enumerate(scene.stage):
-        if stage.time == "real" and scene.coupling.substeps > 1:
+        if stage.in_real_time and scene.coupling.substeps > 1:
             continue
         paths = [Path(folder) / f"{name}.{stage.name}.h5" for name in restart.processes(scene, index)]
         if restart.coupled(scene, index) and all(path.is_file() for path in paths):

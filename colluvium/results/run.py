@@ -38,6 +38,9 @@ class Run:
         if not self.files:
             raise FileNotFoundError(f"no file NAME.rankN.vtkhdf in {' or '.join(map(str, folders))}")
         self.info = _first_json(folders, "run.json")
+        for row in self.info.get("stages", ()):
+            if "time" in row:  # as runs of discs alone before version 0.2 called it
+                row["seconds_simulated"] = row.pop("time")
         self.scene = _first_json(folders, "scene.json")
         self.stages = self._order_stages()
         self.frames, self._rows = self._join_frames()

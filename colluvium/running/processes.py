@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from coupler_protocol import exits
-from coupler_protocol.files.run_json import name_the_cause, write_json
+from coupler_protocol.files.run_json import name_the_cause, write
 
 GRACE = 15.0  # seconds a process gets to end by itself before it is killed
 ECHO = 10.0  # seconds in which an error of the other side follows the one that caused it
@@ -21,7 +21,7 @@ ECHO = 10.0  # seconds in which an error of the other side follows the one that 
 def own_files(out):
     """Names of files of an earlier run in `out`."""
     out = Path(out)
-    patterns = ("*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run.json", "scene.json", "scene.toml", "endpoint")
+    patterns = ("*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run*.json", "scene.json", "scene.toml", "endpoint")
     return [path.name for pattern in patterns for path in sorted(out.glob(pattern))] if out.is_dir() else []
 
 
@@ -172,7 +172,7 @@ def _complete_run_json(out, code, processes):
         name_the_cause(path, code)
     if code and not path.exists() and out.is_dir():
         reason = "; ".join(f"{p.name} ended with {p.code()}" for p in processes)
-        write_json(path, {"exit_code": code, "reason": reason, "stages": []})
+        write(out, {"exit_code": code, "reason": reason, "stages": []})
 
 
 def run_scene(scene, out, report="none"):

@@ -69,7 +69,6 @@ def welcome_all(hub, scene, rims, resume=None):
                 "exchange_every": scene.coupling.exchange_every,
             },
         )
-        conversation.sequence += 1
 
 
 def _heard_objection(frame, scene, resume):
@@ -98,5 +97,4 @@ def join(conversation, scene, resume=None):
     if len(rim) < 3:
         raise PeerLost(f"the continuum sent a rim of {len(rim)} nodes")
     conversation.session = content["session"]
-    conversation.sequence += 1
     return np.ascontiguousarray(rim)

@@ -25,6 +25,7 @@ import shapely
 
 from coupler_protocol.interface.ring import polygon_area
 from coupler_protocol.problems import unfit
+from coupler_protocol.wire.payloads import FIELD
 from dem_server.effects.bond import BONDED, NONE
 from dem_server.insitu.contact_stress import circle_stress, contact_moments
 from dem_server.insitu.hat_bins import bins_over
@@ -85,7 +86,7 @@ def match_weight(model, state, target):
     Stones keep their weight.
     """
     soil = np.ones(model.count, dtype=bool) if state.stone is None else state.stone < 0
-    wanted = float(target[:, 2] @ target[:, 6]) - float(state.weight[~soil].sum())
+    wanted = float(target[:, FIELD.area] @ target[:, FIELD.density]) - float(state.weight[~soil].sum())
     if wanted <= 0.0:
         reason = "the stones alone weigh more than the zones they replace"
         raise unfit("discs.stone.density", reason, "choose a lower density, or density_matching = false")
@@ -100,7 +101,7 @@ def bring_to_stress(model, state, target, gravity, report=None):
     target (z, 7): x, y, area, xx, yy, xy, density of the zones (tension positive); report(text, fraction):
     progress, if wanted. Raises SceneError for zones without any vertical stress.
     """
-    if not target[:, 4].any():
+    if not target[:, FIELD.yy].any():
         reason = "the zones of the window carry no stress that their discs could be brought to"
         raise unfit("stage", reason, "insitu = false in the stage of kind fill, or gravity in a stage before it")
     polygon = state.x[: model.ring].copy()

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from coupler_protocol.wire.payloads import field_rows
 from fdm_server.mesh.grid import areas, centroids
 from fdm_server.step import present_shape
 from fdm_server.step.blocks import from_blocks, triangle_double_areas
@@ -69,18 +70,10 @@ def _max_shear(gradient):
 def zone_field(model, state, mask):
     """What the discs of a window start from, for the zones in `mask` (Z of the grid,), which must be active.
 
-    Columns (n,7): x, y of the centroid [m], area [m2], stresses xx, yy, xy [Pa], density [kg/m3].
+    Rows (n,7) of the message FIELD (coupler_protocol.wire.payloads).
     """
     chosen = mask[model.zone]
     zones = model.zones[chosen]
     s = stress(model, state)[chosen]
-    return np.column_stack(
-        [
-            centroids(model.grid.xy, zones),
-            areas(model.grid.xy, zones),
-            s[:, 0],
-            s[:, 1],
-            s[:, 3],
-            model.zone_density[chosen],
-        ]
-    )
+    xy = model.grid.xy
+    return field_rows(centroids(xy, zones), areas(xy, zones), s[:, [0, 1, 3]], model.zone_density[chosen])

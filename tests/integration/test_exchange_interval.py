@@ -12,8 +12,8 @@ from colluvium.closing import sentences
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.files import checkpoint
 from coupler_protocol.wire import messages
+from dem_server.coupling.grid_talk import steps_between
 from dem_server.procedure.window_side import DiscreteSide
-from dem_server.run import steps_between
 from tests.commands import run_colluvium
 from tests.same_bits import differing
 

@@ -1,8 +1,8 @@
 """Rules for scenes without a grid, and for keys that only such scenes may have: one rule a function, as in between_tables.py."""
 
+from coupler_protocol.scene.rules.stages import never_ends
+from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.discs import names_of_walls
-
-KINDS = ("fill", "discs")
 
 
 def discs_alone_need(scene):
@@ -38,14 +38,14 @@ def stages_of_discs_alone(scene):
     """The first stage packs the discs, the others move them."""
     for i, stage in enumerate(scene.stage):
         at = ("stage", i)
-        if stage.kind not in KINDS:
+        if not of(stage).alone:
             yield (*at, "kind"), f"a stage of kind {stage.kind!r} needs a grid", 'use kind = "fill", then kind = "discs"'
-        elif (stage.kind == "fill") != (i == 0):
+        elif of(stage).computes != (i > 0):
             yield at, "discs are packed once, in the first stage", 'use one stage of kind "fill" and put it first'
-        elif stage.kind == "fill":
+        elif not of(stage).computes:
             if stage.until or stage.gravity_factor or stage.gravity is not None or stage.insitu is not None:
                 yield at, "a stage of kind fill computes no steps", "remove until, gravity, gravity_factor and insitu here"
-        elif stage.until is None or not any(value is not None for value in stage.until.__dict__.values()):
+        elif never_ends(stage):
             yield at, f"stage {stage.name!r} would never end", "add until = { ratio = 1e-4, steps = .. }"
         if stage.until is not None and stage.until.band is not None:
             yield (*at, "until", "band"), "only a grid has a shear band", "use ratio, steps, time or displacement"
@@ -82,11 +82,11 @@ def walls_move_in_one_kind_of_time(scene):
             path = ("stage", i, "wall", j)
             if table.name not in names:
                 yield (*path, "name"), f"no wall is named {table.name!r}", f"walls: {', '.join(names) or 'none'}"
-            elif stage.kind != "discs":
+            elif of(stage).grid:
                 yield path, f"walls cannot change in a stage of kind {stage.kind!r}", "use a stage of kind discs"
             else:
                 acting[table.name] = path, table
-        if stage.kind == "discs":
+        if not of(stage).grid:
             for path, table in acting.values():
                 times.setdefault(path, (table, set()))[1].add(stage.time)
     for path, (table, kinds) in times.items():
@@ -105,7 +105,7 @@ def only_without_a_grid(scene):
     for i, stage in enumerate(scene.stage):
         if stage.wall:
             yield ("stage", i, "wall"), "only scenes without a grid have this", "remove it, or remove [grid]"
-        if stage.kind == "discs":
+        if not of(stage).grid:
             yield ("stage", i, "kind"), "only scenes without a grid have this", 'use kind = "couple"'
 
 

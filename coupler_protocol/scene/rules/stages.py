@@ -1,56 +1,59 @@
 """Rules between the stages of a scene, one a function, as in between_tables.py."""
 
 from coupler_protocol.scene.schedule import acting, beginning, large_strain
-from coupler_protocol.scene.tables.stages import GRID_ONLY
-
-BAND_MAY_END = ("locate", "overload", "excavate", "surcharge")  # strains count from the end of the equilibrium
+from coupler_protocol.scene.stage_kinds import KINDS, named, of
 
 
 def stages_follow_each_other(scene):
     """Fill before couple, couple once, and what a kind of stage can use."""
     done = set()
     for i, stage in enumerate(scene.stage):
-        at = ("stage", i)
-        if stage.kind in ("fill", "couple") and not scene.window:
+        at, kind = ("stage", i), of(stage)
+        if kind.window and not scene.window:
             yield at, f"stage {stage.name!r} needs a window", "add a [[window]] table or remove the stage"
-        if stage.kind == "couple" and "fill" not in done:
-            yield at, "a stage of kind couple needs discs", 'add a stage with kind = "fill" before it'
-        if stage.kind in (*GRID_ONLY, "fill") and "couple" in done:
+        if kind.needs and kind.needs not in done:
+            yield at, f"a stage of kind {kind.name} needs discs", f'add a stage with kind = "{kind.needs}" before it'
+        if kind.before_couple and "couple" in done:
             yield at, f"a stage of kind {stage.kind!r} cannot follow couple", "move it before the couple stage"
-        if stage.kind in ("fill", "couple") and stage.kind in done:
+        if kind.window and stage.kind in done:
             yield at, f"a second stage of kind {stage.kind!r}", "use kinds fill and couple once each"
-        if stage.kind == "fill" and (stage.until or stage.gravity_factor or stage.gravity is not None):
-            yield at, "a stage of kind fill computes no steps", "remove until, gravity and gravity_factor here"
-        if stage.kind != "fill" and (stage.until is None or not any(v is not None for v in stage.until.__dict__.values())):
+        if not kind.computes and (stage.until or stage.gravity_factor or stage.gravity is not None):
+            yield at, f"a stage of kind {kind.name} computes no steps", "remove until, gravity and gravity_factor here"
+        if kind.computes and never_ends(stage):
             yield at, f"stage {stage.name!r} would never end", "add until = { ratio = 1e-5, steps = .. }"
-        if stage.handover is not None and stage.kind != "couple":
+        if stage.handover is not None and "handover" not in kind.keys:
             yield (*at, "handover"), "only a stage of kind couple has a hand-over", "remove the key"
-        if stage.insitu is not None and stage.kind != "fill":
+        if stage.insitu is not None and "insitu" not in kind.keys:
             yield (*at, "insitu"), "only a stage of kind fill packs discs", "remove the key"
-        if stage.discard and stage.kind not in GRID_ONLY:
+        if stage.discard and not kind.discard:
             yield (*at, "discard"), "only stages of the grid alone can be discarded", "remove the key"
         done.add(stage.kind)
     if scene.window and "couple" not in done:
         yield ("window",), "no stage couples the window", 'add stages with kind = "fill" and kind = "couple"'
 
 
+def never_ends(stage):
+    """Whether nothing ends a stage."""
+    return stage.until is None or not any(value is not None for value in stage.until.__dict__.values())
+
+
 def large_strain_begins_in_the_shape_drawn(scene):
     """In large strain the grid leaves the shape that the scene draws, in which equilibrium and windows begin."""
     moved = None
     for i, stage in enumerate(scene.stage):
-        if stage.large_strain and stage.kind in ("equilibrium", "fill"):
+        if stage.large_strain and of(stage).drawn:
             yield ("stage", i, "large_strain"), f"a stage of kind {stage.kind!r} computes in the initial shape", "remove the key"
-        if moved and stage.kind in ("equilibrium", "fill", "couple"):
+        if moved and of(stage).begins_drawn:
             why = f"a stage of kind {stage.kind!r} needs the initial shape, which stage {moved!r} has changed (large strain)"
             yield ("stage", i), why, f"move it before {moved!r}, or give that stage discard = true"
-        if large_strain(scene, stage) and stage.kind != "couple" and not stage.discard and not moved:
+        if large_strain(scene, stage) and not of(stage).begins_drawn and not stage.discard and not moved:
             moved = stage.name
 
 
 def loads_have_their_stages(scene):
     """Excavations and surcharges stand in stages of their kind, which last long enough and change nothing else."""
     for i, stage in enumerate(scene.stage):
-        for kind in ("excavate", "surcharge"):
+        for kind in (kind.table for kind in KINDS if kind.table):
             load = getattr(stage, kind)
             if stage.kind != kind:
                 if load is not None:
@@ -73,7 +76,7 @@ def real_time_exchanges_every_step(scene):
         yield ("coupling", "exchange_every"), "the scene has no window, so nothing is exchanged", "remove the key"
     kinds = [stage.kind for stage in scene.stage]
     for stage in scene.stage[kinds.index("couple") :] if every > 1 and "couple" in kinds else ():
-        if stage.time == "real":
+        if stage.in_real_time:
             why = f"in stage {stage.name!r}, in real time, forces held over {every} steps would add energy to the motion"
             yield ("coupling", "exchange_every"), why, 'use 1, or time = "static" in all coupled stages'
             return
@@ -83,7 +86,7 @@ def substeps_belong_to_real_time(scene):
     """In static mode both sides' steps are 1, with masses of their own."""
     kinds = [stage.kind for stage in scene.stage]
     coupled = scene.stage[kinds.index("couple") :] if "couple" in kinds else ()
-    if scene.coupling.substeps > 1 and not any(stage.time == "real" for stage in coupled):
+    if scene.coupling.substeps > 1 and not any(stage.in_real_time for stage in coupled):
         yield ("coupling", "substeps"), "no coupled stage is in real time", 'remove the key, or give a stage time = "real"'
 
 
@@ -101,7 +104,7 @@ def surcharges_lie_on_the_ground(scene):
 
 def boundaries_change_with_steps_enough(scene):
     """Boundaries change in stages that compute the grid without excavation or surcharge; no stage ends during a ramp."""
-    allowed = ("equilibrium", "locate", "overload", "load")
+    allowed = named(boundaries=True)
     for i, stage in enumerate(scene.stage):
         if stage.boundary and stage.kind not in allowed:
             remedy = f"move it to a stage of kind {', '.join(allowed)}"
@@ -117,7 +120,7 @@ def boundaries_change_with_steps_enough(scene):
 def quiet_sides_belong_to_real_time(scene):
     """Quiet sides begin, and act, in stages in real time."""
     for i, stage in enumerate(scene.stage):
-        if stage.time != "real" and stage.kind != "fill" and any(b.quiet for b in acting(scene, i)):
+        if not stage.in_real_time and of(stage).computes and any(b.quiet for b in acting(scene, i)):
             why = f"a quiet side acts in static stage {stage.name!r}: it would move without end"
             yield ("stage", i), why, 'give the stage time = "real", or start the quiet side in a later stage: [[stage.boundary]]'
 
@@ -140,12 +143,9 @@ def bands_end_stages_that_may_have_one(scene):
         band, at = stage.until and stage.until.band, ("stage", i, "until", "band")
         if not band:
             continue
-        if stage.kind not in BAND_MAY_END:
-            yield (
-                at,
-                f"a stage of kind {stage.kind!r} cannot end by a band",
-                f"use it in stages of kind {', '.join(BAND_MAY_END)}",
-            )
+        if not of(stage).band:
+            why = f"a stage of kind {stage.kind!r} cannot end by a band"
+            yield at, why, f"use it in stages of kind {', '.join(named(band=True))}"
         if is_level(scene):
             yield at, "level ground has neither toe nor crest", "use ratio, steps or displacement"
         if band != "complete" and not any(earlier.kind == "couple" for earlier in scene.stage[:i]):
