@@ -5,9 +5,8 @@ A workload is a module beside this one, such as `accuracy/w1_holes.py`, with
     TITLE, READ, PICTURE, COLUMNS     heading, three sentences how to read it, name of its PNG, {key: heading} of its table
     run(fast) -> list of row dicts    draw(rows, path)
 
-Rows have at least: case, method, error, seconds, spread, repeats, order, reference. `scripts/accuracy_cost.py` finds workloads by
-their names, prints their tables, and writes their sections of docs/accuracy.md.
-"""
+Rows have at least: case, method, error, seconds, spread, repeats, order, reference. `scripts/accuracy_cost.py` finds workloads
+by their names, prints their tables, and writes their sections of docs/accuracy.md."""
 
 import contextlib
 import fcntl

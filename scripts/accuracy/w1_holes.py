@@ -16,12 +16,12 @@ from colluvium.figures.style import styled
 
 TITLE = "circular holes: zone size, mixed discretisation, unbalanced ratio"
 PICTURE = "accuracy_w1.png"
-READ = """Zones get smaller to the right: halving them costs about eight times as much (four times the zones, twice the steps), so
-a curve of order 2 falls by 4 where time grows by 8. A curve that levels off has met a floor: its ratio (a smaller one is cheap,
-steps grow with its logarithm only), or in yielding rock the way it was relieved (relieved at once the hole swings past its rest
-and keeps that; the dotted curve takes its support away gently and goes on). The dashed curve is what the same quadrilaterals give
-without mixed discretisation: the same order with a larger error for the elastic hole, ten times the error for the plastic one,
-which is locking."""
+READ = """Zone size decreases to the right. Halving it costs about eight times as much (four times the zones, twice the steps),
+so a curve of order 2 falls by 4 where time grows by 8. A curve that levels off has reached a floor: its ratio (a smaller ratio
+is cheap, because steps grow only with its logarithm) or, in yielding rock, the path of unloading. After sudden unloading the
+hole overshoots its equilibrium and keeps the plastic part; the dotted curve removes the support gradually and continues to
+fall. The dashed curve is for the same quadrilaterals without mixed discretisation: the same order with a larger error for the
+elastic hole, ten times the error for the plastic one, which is locking."""
 COLUMNS = {
     "case": "case",
     "method": "method",

@@ -1,9 +1,8 @@
 """W2: factors of safety of three slopes against zone size, width of the bracket, and budget of a trial.
 
-Dawson's slope has a reference from limit analysis. The others flow without dilation, for which there is none: their reference is
-what their own meshes go to, with the grid convergence index to say how well that is known. Bracket and budget are varied on one
-mesh; their error is half the bracket that is left, trials without a verdict inside it included.
-"""
+Dawson's slope has a reference from limit analysis. The others flow without dilation, for which there is none: their reference
+is what their own meshes go to, with the grid convergence index to say how well that is known. Bracket and budget are varied on
+one mesh; their error is half the bracket that is left, trials without a verdict inside it included."""
 
 from itertools import pairwise
 from math import log
@@ -22,11 +21,12 @@ from fdm_server.fos.trial import run_trial
 
 TITLE = "factors of safety: zone size, bracket, budget of a trial"
 PICTURE = "accuracy_w2.png"
-READ = """Halving the zones halves the error, because a slip line is as wide as a zone, and costs about eight times as much;
-columns along the face (`fit = "face"`) are worth smaller zones, and extrapolating from coarse meshes (stars) is worth more than
-any fine one. A narrower bracket costs a trial or two for each halving, more so near the factor itself where verdicts take long,
-and pays until it is a few times narrower than the error of the mesh. A small budget leaves trials without a verdict and so a
-wider bracket, with the factor still inside; where its curve is level, more budget buys nothing."""
+READ = """Halving the zones halves the error, because a slip line is as wide as a zone, and costs about eight times as much.
+Columns along the face (`fit = "face"`) are equivalent to smaller zones, and extrapolation from coarse meshes (stars) is more
+accurate than any fine mesh. A narrower bracket costs one or two trials for each halving, more near the factor itself where
+verdicts take long; it is worthwhile until the bracket is a few times narrower than the error of the mesh. A small budget
+leaves trials without a verdict and therefore a wider bracket, with the factor still inside; where its curve is level, more
+budget gains nothing."""
 COLUMNS = {
     "case": "case",
     "method": "method",

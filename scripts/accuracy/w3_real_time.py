@@ -16,12 +16,12 @@ from colluvium.figures.style import styled
 
 TITLE = "a disc on a bar, a wave, a chain: step and half disc's mass"
 PICTURE = "accuracy_w3.png"
-READ = """Steps are shares of the agreed one, small ones to the right. The error of the energy falls with the square of the
-step, as it does in leap-frog (the leap-frog energy itself is kept to round-off at any of these steps: docs/verification.md).
-The restitution and the wave do not care about the step: their curves are level, at the floor of the bar's columns (half as
-wide, a quarter of the error) and of the half disc's mass. A wave that should pass comes back fifty times stronger where the
-rim's gridpoints do not carry that mass. The closed form of the disc on a bar knows no mass at the bar's end: there the half
-disc, a real one, is what differs."""
+READ = """Steps are shares of the agreed one; small ones are on the right. The error of the energy falls with the square of the
+step, as in leap-frog (the leap-frog energy itself is conserved to round-off at any of these steps: docs/verification.md).
+Restitution and wave do not depend on the step: their curves are level, at the floor of the bar's columns (half the width gives
+a quarter of the error) and of the half disc's mass. The reflection of a wave that should pass is fifty times stronger if the
+rim's gridpoints do not carry that mass. The closed form of the disc on a bar has no mass at the end of the bar: there, the
+real mass of the half disc is the difference."""
 COLUMNS = {
     "case": "case",
     "method": "method",

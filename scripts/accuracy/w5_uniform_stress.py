@@ -1,10 +1,9 @@
 """W5: a uniform stress through the interface, against discs a segment, their offset from it, and the mapping.
 
-A block at 29 degrees with a window of discs (accuracy/uniform.py) under four strains: compression and shear along the segments,
-and both at 29 degrees to them. Errors are root mean squares over the strains, and over three packings: of the stress of
-the zones beside the rim; of P/l of its gridpoints over sigma n; of moment and power from discs to gridpoints, segment by segment,
-over sum |P| l and over the sum of the discs' powers. Seconds are those of steps to rest, four strains, one packing.
-"""
+A block at 29 degrees with a window of discs (accuracy/uniform.py) under four strains: compression and shear along the
+segments, and both at 29 degrees to them. Errors are root mean squares over the strains, and over three packings: of the stress
+of the zones beside the rim; of P/l of its gridpoints over sigma n; of moment and power from discs to gridpoints, segment by
+segment, over sum |P| l and over the sum of the discs' powers. Seconds are those of steps to rest, four strains, one packing."""
 
 from itertools import product
 
@@ -17,13 +16,13 @@ from colluvium.figures.style import styled
 
 TITLE = "a uniform stress through the interface: discs a segment, their offset, the mapping"
 PICTURE = "accuracy_w5.png"
-READ = """Away from corners a matched lattice passes a uniform stress to round-off ([verification](verification.md), case *uniform
-stress*); what is left is the four corners, each of which lacks the traction on half a disc: errors of zones and P/l are of order
-1 in the discs' radius, and one disc a segment (which the product does not build) misses P/l by more than a third. In packings
-the grain comes in addition: twice the lattice's errors, of the same order. An offset of R/2 or R hardly changes them with the
-work-consistent mapping, which loses neither moment nor power, wherever discs stand. The paper's mapping drops the moments of
-contacts about the centres of control discs: a loss of order 1, and in the lattice a P/l that is a fifth worse, half as much again
-with discs at R. Off the segments it loses power as well."""
+READ = """Away from corners, a matched lattice passes a uniform stress to round-off ([verification](verification.md), case
+*uniform stress*). The remaining error is that of the four corners, each of which lacks the traction on half a disc: errors of
+zones and P/l are of order 1 in the radius of the discs, and with one disc a segment (which the program does not build) the
+error of P/l is more than a third. In packings the granularity adds to this: twice the errors of the lattice, of the same
+order. An offset of R/2 or R hardly changes them with the work-consistent mapping, which loses neither moment nor power at any
+position of the discs. The paper's mapping drops the moments of contacts about the centres of control discs: a loss of order 1,
+and in the lattice an error of P/l larger by a fifth, and by half with discs at R. Off the segments it also loses power."""
 
 
 def _percent(value):

@@ -1,9 +1,8 @@
 """Dense packings of any size, made in seconds and always the same: one tile, packed periodically, side by side.
 
-The tile holds 625 discs of radii uniform in .03 (1 -+ .25) m at a porosity of .145, which is about 150 kPa for the paper's soil.
-They start from a low-discrepancy sequence and relax without friction over the tile's periodic edges. Copies of the tile fill the
-box, free discs sorted in space; copies of the discs next to the box, about two layers, are held.
-"""
+The tile holds 625 discs of radii uniform in 0.03 (1 ± 0.25) m at a porosity of 0.145, which is about 150 kPa for the paper's
+soil. They start from a low-discrepancy sequence and relax without friction over the tile's periodic edges. Copies of the tile
+fill the box, free discs sorted in space; copies of the discs next to the box, about two layers, are held."""
 
 from types import SimpleNamespace
 

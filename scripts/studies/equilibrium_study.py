@@ -2,11 +2,10 @@
 
     python scripts/studies/equilibrium_study.py [--fast] [--json FILE]
 
-Masses: classical (fdm_server/step/masses.py); row sums of the elastic stiffness (Gershgorin's bound) with the same reserve; and
-lighter ones, to show what they do. Dampings: local .8 (default) and .5; kinetic (velocities to zero at peaks of the kinetic
-energy, Barnes 1999, Int. J. Space Struct. 14); viscous with the factor of Rayleigh's quotient, found anew every step (Underwood
-1983, Dynamic relaxation). The rows stand in docs/design/0005-steps-to-equilibrium.md.
-"""
+Masses: classical (fdm_server/step/masses.py); row sums of the elastic stiffness (Gershgorin's bound) with the same reserve;
+and lighter ones, to show what they do. Dampings: local .8 (default) and .5; kinetic (velocities to zero at peaks of the
+kinetic energy, Barnes 1999, Int. J. Space Struct. 14); viscous with the factor of Rayleigh's quotient, found anew every step
+(Underwood 1983, Dynamic relaxation). The rows stand in docs/design/0005-steps-to-equilibrium.md."""
 
 import argparse
 import json

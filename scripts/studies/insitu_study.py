@@ -2,16 +2,15 @@
 
     python scripts/studies/insitu_study.py [--fast] [--json FILE]
 
-Fields of ground of 2700 kg/m3, all but the last two inside the cone of friction of Table 2: level ground with K0 = .571; ground
-whose principal axes are turned by 30 degrees everywhere; ground with linearly varying shear; level ground with K = .36, which
-needs the bonds; one with K = .25, of which the bonded discs can carry a part only (xx, yy, xy are errors of that part, side
-and segment of the whole).
+Fields of ground of 2700 kg/m3, all but the last two inside the cone of friction of Table 2: level ground with K0 = .571;
+ground whose principal axes are turned by 30 degrees everywhere; ground with linearly varying shear; level ground with K = .36,
+which needs the bonds; one with K = .25, of which the bonded discs can carry a part only (xx, yy, xy are errors of that part,
+side and segment of the whole).
 
-xx, yy, xy: rms error in circles of .25 m over the mean |yy|, before stones are made and at the end (lines: the same forces
-at the end counted along straight branches between centroids, yy); side: largest difference of the sum of the ring's
-contact forces on a side of the window from the field's force on it, over the latter; segment: rms of the same over segments, over
-their rms force; broken: bonds that break in 300 steps after they were made.
-"""
+xx, yy, xy: rms error in circles of .25 m over the mean |yy|, before stones are made and at the end (lines: the same forces at
+the end counted along straight branches between centroids, yy); side: largest difference of the sum of the ring's contact
+forces on a side of the window from the field's force on it, over the latter; segment: rms of the same over segments, over
+their rms force; broken: bonds that break in 300 steps after they were made."""
 
 import argparse
 import json

@@ -2,12 +2,11 @@
 
     python scripts/studies/interface_motion.py RUN_DIR [--gravity G [G ...]] [--json FILE]
 
-A row for the end of every stage with discs, and for the first frames with given gravity factors: root mean square and largest of
-the changes of gaps (opening) and of the ways along the rim (slip) between control discs and the first free discs that touched
-them when the window took over, in smallest radii of free discs (colluvium/results/ring_motion.py); how many of these pairs have
-no contact any more; the rms difference between P/l and the stress of the adjoining zones over the rms of that (run.json,
-traction_difference; ends of stages only).
-"""
+A row for the end of every stage with discs, and for the first frames with given gravity factors: root mean square and largest
+of the changes of gaps (opening) and of the ways along the rim (slip) between control discs and the first free discs that
+touched them when the window took over, in smallest radii of free discs (colluvium/results/ring_motion.py); how many of these
+pairs have no contact any more; the rms difference between P/l and the stress of the adjoining zones over the rms of that
+(run.json, traction_difference; ends of stages only)."""
 
 import argparse
 import json

@@ -1,14 +1,14 @@
-"""What pauses between exchanges cost and save: steps, messages, error and seconds for k = coupling.exchange_every = 1 to 50.
+"""Cost and benefit of pauses between exchanges: steps, messages, error and seconds for k = coupling.exchange_every = 1 to 50.
 
     python scripts/studies/interval_study.py [--fast] [--json FILE] [--page FILE]
 
-*column*: 4 x 8 m of ground under its weight with a window of 2 x 3 m in it; *slope*: `configs/quick_slope.toml` with bonds that
-cannot break, so that differences are those of k, and a hand-over of 100 steps. Both are coupled, then gravity grows to 1.2 times
-its value in 100 steps; both stages go to unbalanced ratios below 1e-5 on both sides. Steps and messages (FORCE and VELOCITY)
-are of these two stages, and so are displacements of the rim's gridpoints; P/l is the force of the discs there over the length
-of rim that belongs to a gridpoint. Both columns are errors: rms of the difference to k = 1 over the rms at k = 1. Seconds of
-wall time of both stages, each server a process of its own, with a line between them (`scripts/relay.py`) that takes 0, .1 or
-1 ms one way.
+*column*: 4 x 8 m of ground under its weight with a window of 2 x 3 m; *slope*: `configs/quick_slope.toml` with unbreakable
+bonds, so that differences are due to k, and a hand-over of 100 steps. Both are coupled, then gravity grows to 1.2 times its
+value in 100 steps; both stages run to unbalanced ratios below 1e-5 on both sides. Steps and messages (FORCE and VELOCITY) are
+those of these two stages, and so are displacements of the rim's gridpoints; P/l is the force of the discs there over the length
+of rim that belongs to a gridpoint. Both columns are errors: rms of the difference from k = 1 over the rms at k = 1. Seconds are
+wall time of both stages, with each server in its own process and a line between them (`scripts/relay.py`) with a delay of 0, 0.1
+or 1 ms one way.
 
 Rewrites its section of docs/accuracy.md; with --fast it does not: the column alone, k = 1 and 10, 1 ms.
 """

@@ -2,7 +2,7 @@
 
     python scripts/studies/packing_study.py [--radius R ...] [--seeds N] [--json FILE]
 
-Discs of the paper's soil, radii uniform in R (1 -+ .25), inside a ring on nodes 1/3 m apart. Packed, then 1,000 steps with
+Discs of the paper's soil, radii uniform in R (1 ± 0.25), inside a ring on nodes 1/3 m apart. Packed, then 1,000 steps with
 friction. Coordination and the share of discs with fewer than three contacts count discs more than 4 R away from the ring; the
 anisotropy a of the contact normals leaves out contacts of the ring; the stress error is that of the mean pressure. Seconds are
 those of the packing alone, kernels compiled before.

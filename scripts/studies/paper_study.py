@@ -3,9 +3,9 @@
     python scripts/studies/paper_study.py [SCENE] [--seeds N] [--fast] [--json FILE] [--pictures DIR] [--out DIR]
 
 Each seed draws stones and discs of its own and is computed twice, with ("stressed") and without bringing the window to the
-slope's stress; the first seed also with the paper's mapping and with the light discs of its Table 2. Prints tables in Markdown:
-means ∓ standard deviations over the seeds. --fast: a coarse slope without stones, in one process; shows that the script works.
-"""
+slope's stress; the first seed also with the paper's mapping and with the light discs of its Table 2. Prints tables in
+Markdown: means ± standard deviations over the seeds. --fast: a coarse slope without stones, in one process; shows that the
+script works."""
 
 import argparse
 import json
@@ -118,7 +118,7 @@ def mean_and_scatter(values, axial=False):
 
 
 def pair(rows, name, kind, size, direction):
-    """A cell of a table: size and direction, mean ∓ scatter over the runs that reached the moment with enough contacts."""
+    """A cell of a table: size and direction, mean ± scatter over the runs that reached the moment with enough contacts."""
     found = [row["moments"][name]["fabric"][kind] for row in rows if row["moments"][name]]
     found = [one for one in found if one]
     if not found:
@@ -128,11 +128,11 @@ def pair(rows, name, kind, size, direction):
 
 
 def spread(values, form, axial=False):
-    """Mean ∓ scatter as text, "-" without values."""
+    """Mean ± scatter as text, "-" without values."""
     if not values:
         return "-"
     mean, scatter = mean_and_scatter(values, axial)
-    return f"{mean:{form}}" + (f" ∓ {scatter:{form}}" if scatter is not None else "")
+    return f"{mean:{form}}" + (f" ± {scatter:{form}}" if scatter is not None else "")
 
 
 def table(head, rows):

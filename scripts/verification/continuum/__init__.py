@@ -20,8 +20,8 @@ from verification.continuum import (
 )
 
 TITLE = "Continuum"
-HEAD = """Plane strain, tension positive. Where nothing else is said the scene goes through the product's own stages, as
-`colluvium run` would compute it. Steps are taken by hand, with the same kernels, where no scene can say what is wanted: single
+HEAD = """Plane strain, tension positive. Unless stated otherwise, the scene runs through the stages of the program, as in
+`colluvium run`. Where a scene cannot describe the case, the script takes the steps with the same kernels: single
 zones and shaken meshes (oedometer, patch, spin), holes in an infinite plate, and meshes without mixed discretisation."""
 CASES = [
     oedometer,

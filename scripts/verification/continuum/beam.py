@@ -1,11 +1,11 @@
-"""A cantilever bent by a shear stress on its end: what quadrilaterals make of bending.
+"""A cantilever bent by a shear stress on its end: bending of quadrilaterals.
 
 Length 10 m, depth d = 1 m, K = 5 GPa, G = 3 GPa, shear stress 10 kPa on the end, plane strain. Timoshenko's beam with E' = E/(1
 - nu^2), P = 10 kPa d, I = d^3/12:
 
     deflection of the end:   P L^3/(3 E' I) + 6 P L/(5 G d)
 
-Beam theory itself is good to some tenths of a per cent here (the held end cannot contract).
+Beam theory itself is accurate to a few tenths of a per cent here (the held end cannot contract).
 """
 
 import numpy as np

@@ -1,8 +1,9 @@
 """Biaxial compression of Mohr-Coulomb soil between smooth plates: strength and dilation.
 
-K = 50 MPa, G = 20 MPa, c = 20 kPa, phi = 30, psi = 10; a square zone in a pressure p on its sides and its top, then the top moves
-down, under combined damping (local damping takes more from swings against a steady motion than from those with it, which leaves
-.5 % here). With N = (1 + sin phi)/(1 - sin phi) and Np the same with psi, the stress across the plane in between:
+K = 50 MPa, G = 20 MPa, c = 20 kPa, phi = 30, psi = 10; a square zone under a pressure p on its sides and its top, then the top
+moves down, under combined damping (local damping removes more from oscillations against a steady motion than from those along
+it, which leaves 0.5 % here). With N = (1 + sin phi)/(1 - sin phi) and Np the same with psi, the stress across the plane in
+between:
 
     strength N p + 2 c sqrt(N),    and from there d eps_x = -Np d eps_y
 """

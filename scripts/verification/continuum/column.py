@@ -1,12 +1,12 @@
 """A column of 12 m under its own weight between smooth walls.
 
-K = .5 GPa, G = .15 GPa, rho = 2700 kg/m3, g = 9.81 m/s2, bottom held vertically, unbalanced ratio 1e-9. With M = K + 4G/3,
+K = 0.5 GPa, G = 0.15 GPa, rho = 2700 kg/m3, g = 9.81 m/s2, bottom held vertically, unbalanced ratio 1e-9. With M = K + 4G/3,
 K0 = nu/(1 - nu), y from the base:
 
     sigma_yy = -rho g (H - y)    sigma_xx = sigma_zz = K0 sigma_yy    settlement of the top rho g H^2/2M
 
-The same with the upper half ten times softer and lighter by a third: settlements of both halves add up. The base reaction is
-that of run.json; the lateral stress at the base is extrapolated from the zones by a straight line.
+The same with the upper half ten times softer and a third lighter: the settlements of both halves add up. The base reaction is
+from run.json; the lateral stress at the base is extrapolated from the zones by a straight line.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
 """A thick-walled cylinder under pressure from inside: elastic (Lame) and partly plastic (Hill).
 
-Inner radius a = 1 m, outer radius b = 2 m, free outside; K = 200 MPa, G = 100 MPa, c = 1 MPa, phi = 0. Pressure positive:
+Inner radius a = 1 m, outer radius b = 2 m, no load outside; K = 200 MPa, G = 100 MPa, c = 1 MPa, phi = 0. Pressure positive:
 
     elastic, p below c (1 - a^2/b^2):    sigma_r = p' (b^2/r^2 - 1),    sigma_t = -p' (b^2/r^2 + 1),    p' = p a^2/(b^2 - a^2)
         u(a) = p' a/2G (1 - 2 nu + b^2/a^2)

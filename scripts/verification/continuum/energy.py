@@ -1,14 +1,14 @@
-"""The ledger of energies: what goes in comes out.
+"""The energy ledger is balanced.
 
-Histories of `record.energy`: kinetic, strain, plastic, damping, external, gravity, and what they do not explain. A body of 4 m
-x 3 m (K = .5 GPa, G = .15 GPa, rho = 2700 kg/m3) on a smooth base gets its weight at once:
+Histories of `record.energy`: kinetic, strain, plastic, damping, external, gravity, and the unexplained remainder. A body of 4
+m x 3 m (K = 0.5 GPa, G = 0.15 GPa, rho = 2700 kg/m3) on a smooth base gets its weight at once:
 
     without damping, in real time:    kinetic + strain = work of the weight, in every step (the discrete energy of the leap-frog)
     with local damping, at rest:      strain = damping = half the work of the weight (a linear body under a sudden load)
 
-A rough strip footing on Tresca soil is pushed 60 mm down (see strip footing): the external work is the reaction times the way,
-taken here from the reaction's own history, and all of it but what is stored goes into plastic flow and damping.
-"""
+A rough strip footing on Tresca soil is pushed 60 mm down (see strip footing): the external work is the reaction times the
+displacement, taken here from the history of the reaction; except for the stored part, all of it goes into plastic flow and
+damping."""
 
 import numpy as np
 

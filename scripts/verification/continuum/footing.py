@@ -1,15 +1,14 @@
 """Rough strip footings on weightless ground: Tresca, without mixed discretisation, and with friction.
 
-Half of a footing of half-width a = 1 m on a box of ground, K = .2 GPa, G = .1 GPa; gridpoints under it are pushed down at a
-constant velocity and held sideways. Pressure is the reaction over a + h/2, h = zone size: the edge of the footing lies half a
-zone beyond its last gridpoint. Prandtl's pressure at collapse:
+Half of a footing of half-width a = 1 m on a box of ground, K = 0.2 GPa, G = 0.1 GPa; gridpoints under it are pushed down at a
+constant velocity and held horizontally. Pressure is the reaction over a + h/2, h = zone size: the edge of the footing is half
+a zone beyond its last gridpoint. Prandtl's pressure at collapse:
 
     c = 100 kPa, phi = 0:            p = (2 + pi) c                                       box of 5a x 3a
     c = 100 kPa, phi = psi = 20:     p = c cot phi (exp(pi tan phi) tan^2(45 + phi/2) - 1)  box of 8a x 5a
 
-A velocity field that collapses can only give more, so values lie above. Without mixed discretisation (overlaid triangles) the
-flow without change of volume finds too few ways: the pressure stays too high and grows on, the footing never collapses.
-"""
+A collapse mechanism gives an upper bound, so values lie above the reference. Without mixed discretisation (overlaid
+triangles), incompressible flow locks: the pressure is too high and continues to grow, and the footing never collapses."""
 
 from math import exp, pi, radians, tan
 

@@ -1,10 +1,9 @@
 """A quarter of a graded ring of zones around a circular hole, with or without mixed discretisation; for Kirsch and Salencon.
 
 The ring of the scene goes from the wall r = a = 1 m to r = 8a (or as far as a case says), its zones are nearly square.
-Gridpoints on the axes slide along them. The loads of an infinite plate on the outer side and other ways than straight ramps are
-none that a scene can say: `hole` and `settle` take the steps here. What a scene can say goes through the product, `seen` looks
-at the outcome.
-"""
+Gridpoints on the axes slide along them. The loads of an infinite plate on the outer side and other ways than straight ramps
+are none that a scene can say: `hole` and `settle` take the steps here. What a scene can say goes through the product, `seen`
+looks at the outcome."""
 
 from typing import NamedTuple
 

@@ -6,11 +6,10 @@ a = 1 m, p = 30 MPa along x, K = 3900 MPa, G = 2800 MPa; pressure positive. With
     sigma_t  = p/2 (1 + rho^2) - p/2 (1 + 3 rho^4) cos 2 theta
     sigma_rt = -p/2 (1 + 2 rho^2 - 3 rho^4) sin 2 theta
 
-A quarter ring from a to 8a with 12, 24 and 48 zones to the right angle; the tractions of the closed form act on its outer side,
-so nothing but the zones' size is wrong; and once as a scene, where the undisturbed stress acts on a side 30a away. At r = 2a,
-theta = 90 degrees, the stress is interpolated between the zones that touch the y axis. The error norm is the root of the mean
-square, by area within 4a, of all stress components over p.
-"""
+A quarter ring from a to 8a with 12, 24 and 48 zones to the right angle; the tractions of the closed form act on its outer
+side, so the zone size is the only source of error; and once as a scene, where the undisturbed stress acts on a side 30a away.
+At r = 2a, theta = 90 degrees, the stress is interpolated between the zones that touch the y axis. The error norm is the root
+of the mean square, by area within 4a, of all stress components over p."""
 
 import numpy as np
 

@@ -1,9 +1,8 @@
 """Linear displacement of the boundary gives constant stress on any mesh.
 
-A square of distorted quadrilaterals, one of triangles and one of both; inner gridpoints are shaken by up to 30 % of a zone.
-Outer gridpoints move by a displacement gradient, inner ones find equilibrium. Every inner gridpoint must land on the same linear
-displacement and every zone must have the stress of that gradient: du_i/dx_j constant, Hooke's law.
-"""
+A square of distorted quadrilaterals, one of triangles and one of both; inner gridpoints are displaced at random by up to 30 %
+of a zone. Outer gridpoints move by a displacement gradient, inner ones come to equilibrium. Every inner gridpoint must land on
+the same linear displacement and every zone must have the stress of that gradient: du_i/dx_j constant, Hooke's law."""
 
 import numpy as np
 

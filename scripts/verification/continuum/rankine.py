@@ -1,12 +1,13 @@
 """Earth pressure on a smooth wall that moves away from the ground or into it.
 
 Ground of 4 m with K = 20 MPa, G = 10 MPa, rho = 2000 kg/m3, g = 9.81 m/s2, phi = 30, psi = 0, at rest first; then its right
-side moves horizontally, slowly, until all of it yields. Rankine's forces on a wall of height H, N = (1 + sin phi)/(1 - sin phi):
+side moves slowly in the horizontal direction until all ground yields. Rankine's forces on a wall of height H, N = (1 + sin
+phi)/(1 - sin phi):
 
     active:   rho g H^2/2N                              c = 0
     passive:  N rho g H^2/2 + 2 c sqrt(N) H             c = 10 kPa
 
-The force is the mean of the last fifth of the motion, under combined damping. Every zone is in the state of its neighbours, so
+The force is the mean of the last fifth of the motion, under combined damping. Every zone has the state of its neighbours, so
 any mesh is exact.
 """
 

@@ -1,19 +1,18 @@
 """A circular hole in Mohr-Coulomb rock under pressure from all sides.
 
-a = 1 m, P0 = 30 MPa, c = 3.45 MPa, phi = psi = 30, K = 3900 MPa, G = 2800 MPa, initial stress across the plane 20 MPa; pressure
-positive. With N = (1 + sin phi)/(1 - sin phi), Np the same with psi, q = 2 c sqrt(N), P = q/(N - 1):
+a = 1 m, P0 = 30 MPa, c = 3.45 MPa, phi = psi = 30, K = 3900 MPa, G = 2800 MPa, initial stress across the plane 20 MPa;
+pressure positive. With N = (1 + sin phi)/(1 - sin phi), Np the same with psi, q = 2 c sqrt(N), P = q/(N - 1):
 
     R0 = a [2/(N + 1) (P0 + P)/P]^(1/(N - 1))           radial stress there (2 P0 - q)/(N + 1)
     sigma_r = P ((r/a)^(N - 1) - 1)    sigma_t = P (N (r/a)^(N - 1) - 1)                       r < R0
-    sigma_r, sigma_t = P0 -+ (P0 - sigma_r(R0)) (R0/r)^2                                       r > R0
+    sigma_t, sigma_r = P0 ± (P0 - sigma_r(R0)) (R0/r)^2                                       r > R0
     u = r/2G [(2 nu - 1)(P0 + P) + (1 - nu)(N^2 - 1)/(N + Np) P (R0/a)^(N - 1) (R0/r)^(Np + 1)
               + ((1 - nu)(N Np + 1)/(N + Np) - nu) P (r/a)^(N - 1)]                            r < R0
 
-A quarter ring from a to 8a with 12, 24 and 48 zones to the right angle. The rock outside is infinite: for a radial displacement u
-it pushes back with 2G u/r more, which the outer gridpoints feel. The support of the wall is taken away as (1 - s)^2, s growing
-from 0 to 1 in so many steps: the wall comes to rest with its support, so it does not overshoot (see below). The closed form has
-flow in the plane only; this needs the initial stress across to stay between the two others (up to 22.06 MPa).
-"""
+A quarter ring from a to 8a with 12, 24 and 48 zones to the right angle. The rock outside is infinite: for a radial
+displacement u, its pressure on the outer gridpoints grows by 2G u/r. The support of the wall is reduced as (1 - s)^2 while s
+grows from 0 to 1: the wall comes to rest together with its support, so it does not overshoot (see below). The closed form has
+flow in the plane only; the initial stress across the plane must therefore stay between the two others (up to 22.06 MPa)."""
 
 import numpy as np
 

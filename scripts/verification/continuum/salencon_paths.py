@@ -1,4 +1,4 @@
-"""How the Salencon wall depends on the way it is relieved: a picture and a paragraph for the page."""
+"""Dependence of the Salencon wall on the path of its unloading: a picture and a paragraph for the page."""
 
 from itertools import count
 
@@ -83,16 +83,17 @@ def study(pictures):
     sudden, parts = ways[SUDDEN][0], max(ways[SUDDEN], key=lambda point: point[1])
     meshes = ", ".join(f"{n}: {off(wall)}" for n, wall in sizes.items())
     shifted = ", ".join(f"{stress / 1e6:g} MPa: {off(wall)}" for stress, wall in zip(ACROSS, across, strict=True))
-    return f"""![The wall and how it was relieved](pictures/{PICTURE})
+    return f"""![The wall and the path of its unloading](pictures/{PICTURE})
 
-The displacement of the wall depends on the way it is relieved. Plastic flow keeps whatever the wall's momentum adds: at the end
-of a linear ramp the wall still moves, and local damping takes nothing from a steady motion (it answers to the unbalanced force,
-which is small then); so the wall overshoots, and only the elastic part of that comes back. On {SIZE} zones to the right angle
-the linear ramp is off by up to {off(worst[1])} ({worst[0]:,} steps in all) and by {off(ways[LINEAR][-1][1])} in
-{ways[LINEAR][-1][0]:,}; one sudden relief gives {off(sudden[1])}, several sudden ones up to {off(parts[1])}, because every one
-of them overshoots. A support that fades as (1 - s)² brings the wall to rest together with the load:
-{off(ways[SLOWING][4][1])} in {ways[SLOWING][4][0]:,} steps, {off(ways[SLOWING][-1][1])} in {ways[SLOWING][-1][0]:,}. What is
-left then is the mesh (zones to the right angle: {meshes}).
+The displacement of the wall depends on the path of its unloading. Plastic flow retains the displacement that the wall's momentum
+adds. At the end of a linear ramp the wall still moves, and local damping removes nothing from a steady motion (it depends on the
+unbalanced force, which is small then), so the wall overshoots and only the elastic part is recovered.
+On {SIZE} zones to the right angle the error of the linear ramp
+is up to {off(worst[1])} ({worst[0]:,} steps in total) and {off(ways[LINEAR][-1][1])} in
+{ways[LINEAR][-1][0]:,}; one sudden unloading gives {off(sudden[1])}, several sudden ones up to {off(parts[1])}, because each
+of them overshoots. A support that decreases as (1 - s)² brings the wall to rest together with the load:
+{off(ways[SLOWING][4][1])} in {ways[SLOWING][4][0]:,} steps, {off(ways[SLOWING][-1][1])} in {ways[SLOWING][-1][0]:,}. The
+remaining error is that of the mesh (zones to the right angle: {meshes}).
 
-The initial stress across the plane matters as well, because it decides whether rock flows out of the plane
+The initial stress across the plane also matters, because it decides whether rock flows out of the plane
 (slowing down in 20,000 steps): {shifted}."""

@@ -1,14 +1,14 @@
 """Factors of safety of slopes by strength reduction, and the height of a vertical cut.
 
-As `colluvium fos` finds them, middle of the last bracket: configs/dawson_slope.toml (45 degrees, H = 10 m, gamma = 20 kN/m3,
+As computed by `colluvium fos`, middle of the final bracket: configs/dawson_slope.toml (45 degrees, H = 10 m, gamma = 20 kN/m3,
 phi = psi = 20, c = 12.38 kPa; the log spiral of limit analysis gives 1), configs/griffiths_lane.toml (2:1, phi = 20, psi = 0,
-c/(gamma H) = .05; limit analysis with psi = phi 1.368, Bishop 1.380) and configs/paper_slope.toml (8 m, 45 degrees, psi = 0,
-tension .1 kPa; another implementation of the same method found 2.49). A mesh is a few per cent too strong where flow is
-associated; the value at no zone size is extrapolated from several.
+c/(gamma H) = 0.05; limit analysis with psi = phi 1.368, Bishop 1.380) and configs/paper_slope.toml (8 m, 45 degrees, psi = 0,
+tension 0.1 kPa; another implementation of the same method found 2.49). A mesh is a few per cent too strong with associated
+flow; the value at zone size 0 is extrapolated from several meshes.
 
-Vertical cut: H = 4 m in clay, Tresca, c chosen so that gamma H/c = 3.779, between the bounds 3.772 and 3.786 of limit analysis;
-its factor of safety is 1. The mesh adds about half a zone to what the toe can bear, so the error is of first order.
-"""
+Vertical cut: H = 4 m in clay, Tresca, c chosen so that gamma H/c = 3.779, between the bounds 3.772 and 3.786 of limit
+analysis; its factor of safety is 1. The mesh adds about half a zone to the capacity of the toe, so the error is of first
+order."""
 
 import tempfile
 from pathlib import Path

@@ -1,12 +1,12 @@
 """A zone sheared while its cohesion falls with the plastic shear strain.
 
-K = 20 MPa, G = 10 MPa, phi = psi = 0, cohesion from c0 = 100 kPa to c1 = 40 kPa at the plastic shear strain k1 = .01, then
-constant. The top of one square zone moves sideways, neither rising nor sinking. In simple shear tau = G (gamma - 2 k) until tau
+K = 20 MPa, G = 10 MPa, phi = psi = 0, cohesion from c0 = 100 kPa to c1 = 40 kPa at the plastic shear strain k1 = 0.01, then
+constant. The top of one square zone moves sideways, without vertical motion. In simple shear tau = G (gamma - 2 k) until tau
 = c0, then tau = c(k), where plane shear by the plastic angle gamma_p gives k = gamma_p/2:
 
     k = (gamma - c0/G)/(2 - (c0 - c1)/(G k1)),    tau = c0 - (c0 - c1) k/k1            until k = k1, then tau = c1
 
-The strength of a step is that at its beginning, so the error is of first order in the step.
+The strength in a step is that at its beginning, so the error is of first order in the step.
 """
 
 import numpy as np

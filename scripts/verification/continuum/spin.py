@@ -1,7 +1,7 @@
 """Large strain: a stressed zone is spun by a right angle, and zones are stretched and sheared.
 
-K = .5 GPa, G = .15 GPa. A distorted zone without strain turns about a point outside by 90 degrees in 50,000 steps; its stress
-turns with it: sigma(t) = R sigma(0) R'. Under the Jaumann rate of Hooke's law, with M = K + 4G/3:
+K = 0.5 GPa, G = 0.15 GPa. A distorted zone without strain turns by 90 degrees about a point outside in 50,000 steps; its
+stress turns with it: sigma(t) = R sigma(0) R'. Under the Jaumann rate of Hooke's law, with M = K + 4G/3:
 
     stretch to lambda without lateral strain:   sigma_xx = M ln lambda
     simple shear gamma:                         sigma_xy = G sin gamma,  sigma_xx = -sigma_yy = G (1 - cos gamma)

@@ -1,14 +1,15 @@
 """A strip load on an elastic layer over a smooth rigid base.
 
-Layer of H = 5 m between smooth walls at x = 0 and x = L = 10 m; pressure p = 100 kPa on 0 < x < b = 1 m (half of a strip of 2 m),
-put on by a stage of kind surcharge; K = 50 MPa, G = 20 MPa, no weight. Airy's function term by term, k = n pi/L, y from the base:
+Layer of H = 5 m between smooth walls at x = 0 and x = L = 10 m; pressure p = 100 kPa on 0 < x < b = 1 m (half of a strip of 2
+m), applied by a stage of kind surcharge; K = 50 MPa, G = 20 MPa, no weight. Airy's function term by term, k = n pi/L, y from
+the base:
 
     p(x) = p b/L + sum p_n cos kx,    p_n = 2 p/(n pi) sin kb,    F = f(y) cos kx,    f = A cosh ky + B ky sinh ky
     A = p_n (sinh kH + kH cosh kH)/(k^2 (kH + sinh kH cosh kH)),    B = -p_n sinh kH/(k^2 (kH + sinh kH cosh kH))
     sigma_xx = f'' cos kx,    sigma_yy = -k^2 f cos kx,    sigma_xy = k f' sin kx
 
 and the uniform part of uniaxial strain. The settlement is the integral of eps_yy. Stresses are compared in the zones below
-y = H - b, where the jump of the load at x = b is not seen: root of the mean square over all components, over p.
+y = H - b, where the jump of the load at x = b has no effect: root of the mean square over all components, over p.
 """
 
 import numpy as np

@@ -1,15 +1,14 @@
-"""P and S waves in a bar of the paper's material, against their speeds and the leap-frog's own dispersion law.
+"""P and S waves in a bar of the paper's material, compared with their speeds and the dispersion law of leap-frog.
 
-K = .5 GPa, G = .15 GPa, rho = 2700 kg/m3: c_P = sqrt((K + 4G/3)/rho) = 509.2 m/s, c_S = sqrt(G/rho) = 235.7 m/s. A row of square
-zones of h = .5 m, L = 20 m long, is held at x = 0, moves along its axis only (P) or across it only (S), and begins with a uniform
-stress, xx or xy, that its free end does not bear. In a stage in real time without damping it swings in its modes sin k_n x,
-k_n = (n - 1/2) pi/L, each with
+K = 0.5 GPa, G = 0.15 GPa, rho = 2700 kg/m3: c_P = sqrt((K + 4G/3)/rho) = 509.2 m/s, c_S = sqrt(G/rho) = 235.7 m/s. A row of
+square zones of h = 0.5 m, L = 20 m long, is held at x = 0, moves along its axis only (P) or across it only (S), and starts
+with a uniform stress, xx or xy, that its free end cannot carry. In a stage in real time without damping it oscillates in its
+modes sin k_n x, k_n = (n - 1/2) pi/L, each with
 
     q_n(t) = q_n (1 - cos w_n t),    sin(w_n dt/2) = (c dt/h) sin(k_n h/2)
 
-(time counts from half a step before the first force). The displacement at the end of the stage gives the phase of every mode, and
-w_n/k_n its speed; long waves run at c.
-"""
+(time counts from half a step before the first force). The displacement at the end of the stage gives the phase of every mode,
+and w_n/k_n its speed; long waves travel at c."""
 
 from math import asin, cos, pi, sin, sqrt
 

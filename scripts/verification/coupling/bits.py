@@ -1,11 +1,10 @@
-"""The coupled run is one leap-frog, to the bit, however it is cut: messages, processes, restarts.
+"""The coupled run is one leap-frog, to the bit, regardless of messages, processes and restarts.
 
-The quick slope (configs/quick_slope.toml, cut short), coupled in static mode, then in real time with 1.2 g at once and
-without damping. From the States at the end of the static stage a plain loop, without messages and without overlap, takes the
-steps of the next one: all forces, all velocities, all places, all new forces. Its gridpoints, zones, discs and contacts are
-those of the product, whose sides work at the same time, in one process or two, in one go or from a stage's end on. Rows count
-arrays with other bits.
-"""
+The quick slope (configs/quick_slope.toml, shortened), coupled in static mode, then in real time with 1.2 g at once and without
+damping. From the States at the end of the static stage a plain loop, without messages and without overlap, takes the steps of
+the next one: all forces, all velocities, all positions, all new forces. Its gridpoints, zones, discs and contacts are those of
+the program, whose sides compute at the same time, in one process or two, in one run or resumed from the end of a stage. Rows
+count arrays with different bits."""
 
 import json
 import subprocess

@@ -1,6 +1,6 @@
 """A block of zones with a square window full of bonded discs, at any angle: a square lattice matched to the zones, or a packing.
 
-Zones of l = .4 m, discs of R = l/8 (or l/2 over any whole number) on a lattice of spacing s = 2 R, control discs among them.
+Zones of l = 0.4 m, discs of R = l/8 (or l/2 over any whole number) on a lattice of spacing s = 2 R, control discs among them.
 Contacts kn = ks in a square lattice are a continuum of plane stiffness C11 = kn, C12 = 0, G = kn/2: K = kn/3. Discs weigh what
 zones weigh: rho s^2.
 """

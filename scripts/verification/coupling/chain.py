@@ -1,14 +1,13 @@
-"""A coupled chain is the monolithic leap-frog, and keeps its energy.
+"""A coupled chain is the monolithic leap-frog, and conserves energy.
 
-A bar of 12 columns and 12 discs on its end, contacts 30 times as stiff as the columns, shaken at random (30 m/s, for round-off
-of places to be small beside the motion; in one dimension everything is linear). Beside it the same chain
+A bar of 12 columns and 12 discs on its end, contacts 30 times as stiff as the columns, with random velocities (30 m/s, so that
+round-off of positions is small beside the motion; in one dimension everything is linear). It is compared with the same chain
 as one system of springs and masses, M a = -K u, written without either code:
 
     v(n+1/2) = v(n-1/2) + a(u(n)) dt,    u(n+1) = u(n) + v(n+1/2) dt
 
-Its energy of whole steps, v(n-1/2).M.v(n+1/2) / 2 + u(n).K.u(n) / 2, stays; so must that of both codes together, as their own
-masses, stresses and contact forces give it. The step is .9 of the stable one.
-"""
+Its energy of whole steps, v(n-1/2).M.v(n+1/2) / 2 + u(n).K.u(n) / 2, is constant; so must be that of both codes together, from
+their own masses, stresses and contact forces. The step is 0.9 of the stable one."""
 
 import numpy as np
 

@@ -1,10 +1,10 @@
-"""A coupled body in the plane keeps energy and momentum.
+"""A coupled body in the plane conserves energy and momentum.
 
-The block of zones with a bonded lattice inside (block.py), free, at 29 degrees, shaken at random: undamped in real time,
+The block of zones with a bonded lattice inside (block.py), free, at 29 degrees, with random velocities: undamped in real time,
 displacements of 1e-6 R. The leap-frog energy v(n-1/2).M.v(n+1/2) / 2 + stored(n) is exact for what is linear (case chain); in
-the plane directions turn with the motion, and shear forces that grow by increments have no potential then: the energy changes
-in proportion to the amplitude (5e-7 of it in 10,000 steps at 1e-5 R, 5e-6 at 1e-4 R), here by as much as round-off. With
-control discs off their segments (2 R outside) as well.
+the plane directions turn with the motion, and shear forces that accumulate by increments have no potential: the energy changes
+in proportion to the amplitude (5e-7 of it in 10,000 steps at 1e-5 R, 5e-6 at 1e-4 R), here by as much as round-off. Also with
+control discs off their segments (2 R outside).
 """
 
 import numpy as np

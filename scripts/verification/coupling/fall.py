@@ -2,7 +2,7 @@
 
 From rest in real time, undamped, under gravity:  v(n - 1/2) = -g (n - 1/2) dt,  and no force on the rim. Gridpoints carry the
 mass and the weight of the control discs' inner shares, and both sides take half a step first. Forces are compared with the
-body's weight; kn = 1e6 N/m, for round-off of places times stiffness is a force.
+body's weight; kn = 1e6 N/m is low because round-off of positions times stiffness is a force.
 """
 
 import numpy as np

@@ -1,10 +1,9 @@
 """The paper's mapping flutters where control discs are off their segments; the work-consistent one does not.
 
 The body of the case energy, control discs 3 R outside (3/8 of a segment). Equations (11) and (12) move a disc without spin by
-the turn of its segment, (1) to (10) carry its force back in another way: power is lost or gained at the interface, and an
-undamped motion grows at any step; the smaller the step, the smaller the growth a step. Growth is the slope of log(energy)/2
-from 10 to 1e5 times the first energy, of the work-consistent mapping over the second half of as many steps.
-"""
+the rotation of its segment, but (1) to (10) do not return its force by the transpose: power is lost or gained at the
+interface, and an undamped motion grows at any step; the smaller the step, the smaller the growth a step. Growth is the slope
+of log(energy)/2 from 10 to 1e5 times the first energy, of the work-consistent mapping over the second half of as many steps."""
 
 import numpy as np
 

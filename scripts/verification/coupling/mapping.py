@@ -1,13 +1,13 @@
 """Force, moment and power cross the interface unchanged, for any segments, discs, forces and velocities.
 
-Random closed rims of 8 gridpoints, oblique, some of them long ellipses (5 : 1), each with 8 discs on gridpoints and 42 on or off
-the segments (up to half a segment), 100,000 discs in all, carry random forces P and moments M. With F on gridpoints and
+Random closed rims of 8 gridpoints, oblique, some of them long ellipses (5 : 1), each with 8 discs on gridpoints and 42 on or
+off the segments (up to half a segment), 100,000 discs in all, carry random forces P and moments M. With F on gridpoints and
 the discs' velocities v and spins w from random velocities V of the gridpoints:
 
     sum F = sum P,    sum X x F = sum x x P + M,    sum F.V = sum P.v + M w
 
-and discs on the rim of a stretched or turned body move as it does. The paper's mapping keeps force and moment of P alone (it
-drops M) and, off the segments, no power: its row says how much is lost.
+and discs on the rim of a stretched or turned body move with it. The paper's mapping conserves force and moment of P alone (it
+drops M) and, off the segments, no power: its row gives the loss.
 """
 
 import numpy as np

@@ -1,11 +1,10 @@
 """A uniform stress passes the interface of a matched lattice.
 
 Zones and lattice have the same moduli (block.py). All gridpoints and discs are moved by the same uniform strain along the
-lattice, at 0 and 29 degrees. Then zones have the stress kn eps, and what is left on gridpoints of the rim and on free discs
-is nothing. An exception are the rim's four corners: control discs have no contacts with each other, so the strip of half a
-disc along the rim carries no stress, and a corner lacks kn eps R of each such strain, R times the traction on the side
-across.
-"""
+lattice, at 0 and 29 degrees. Then zones have the stress kn eps, and the unbalanced force on gridpoints of the rim and on free
+discs is zero. The exceptions are the four corners of the rim: control discs have no contacts with each other, so the strip of
+half a disc along the rim carries no stress, and a corner lacks kn eps R of each such strain, R times the traction on the
+opposite side."""
 
 import numpy as np
 

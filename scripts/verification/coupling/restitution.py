@@ -1,11 +1,11 @@
 """A disc hits the end of a half-infinite bar.
 
-The disc (mass m) is stopped by the contact (stiffness k), the bar yields by its impedance Z = rho c H: a damped half wave
+The contact (stiffness k) stops the disc (mass m), and the bar yields by its impedance Z = rho c H: a damped half wave
 
     m d'' + (k m / Z) d' + k d = 0,    e = exp(-pi b / sqrt(1 - b^2)),    b = sqrt(k m) / 2Z,
 
 at whose end the contact opens with the disc's speed. The bar, too long for the echo of its other end, has columns dx wide and
-dx high; the control disc weighs nothing (the closed form has no mass at the end of the bar). Errors are of order 2 in dx.
+dx high; the control disc has no mass (the closed form has no mass at the end of the bar). Errors are of order 2 in dx.
 """
 
 import numpy as np

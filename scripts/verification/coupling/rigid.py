@@ -1,10 +1,9 @@
-"""Rim, control discs and free discs in rigid motion: contact forces stay.
+"""Rim, control discs and free discs in rigid motion: contact forces are constant.
 
-A ring upon an oblique, curved rim of 14 unequal segments, filled with a bonded lattice under random normal and shear forces.
-Gridpoints are moved as a rigid body, control discs follow them by the mapping, free discs move with them exactly. A translation
-leaves contact forces as they are; a turn by 90 degrees to second order in the step (both tangents of a contact are taken in
-mid-step).
-"""
+A ring on an oblique, curved rim of 14 unequal segments, filled with a bonded lattice under random normal and shear forces.
+Gridpoints are moved as a rigid body, control discs follow them by the mapping, free discs move with them exactly. A
+translation does not change contact forces; a rotation by 90 degrees changes them to second order in the step (both tangents of
+a contact are taken at mid-step)."""
 
 from types import SimpleNamespace
 

@@ -1,12 +1,12 @@
-"""A wave runs along a bar of zones into a chain of discs.
+"""A wave travels from a bar of zones into a chain of discs.
 
-Of a displacement wave u(x - c t) that meets a change of impedance from Z1 to Z2 comes back
+A displacement wave u(x - c t) that meets a change of impedance from Z1 to Z2 is reflected with the factor
 
-    (Z1 - Z2) / (Z1 + Z2):    -.6 for Z2 = 4 Z1,  +.6 for Z2 = Z1 / 4,  0 for equal ones.
+    (Z1 - Z2) / (Z1 + Z2):    -0.6 for Z2 = 4 Z1,  +0.6 for Z2 = Z1 / 4,  0 for equal ones.
 
 The chain has the bar's wave speed, its masses and stiffnesses are those of the bar times Z2/Z1 (spacing dx). The pulse, a
-Gaussian of standard deviation 12 dx, runs from the bar to the chain; amplitudes are largest displacements of
-the bar and of the chain. Equal ones without the half disc's mass at the bar's end: what comes back of a pulse 3 dx long.
+Gaussian of standard deviation 12 dx, travels from the bar to the chain; amplitudes are the largest displacements of
+the bar and of the chain. Equal impedances without the half disc's mass at the bar's end: reflection of a pulse 3 dx long.
 """
 
 import numpy as np

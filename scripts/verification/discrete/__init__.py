@@ -21,9 +21,9 @@ from verification.discrete import (
 )
 
 TITLE = "Discrete"
-HEAD = """Discs of `dem_server` alone. Rows "as a scene" go through the product's own stages, as `colluvium run` would compute a
-scene without a grid; the others step the same kernels by hand, as few discs as the law needs. Where nothing else is said
-kn = 2.5e7 and ks = 1e7 N/m (the soil of the paper's Table 2, springs of two discs in series) and R = .03 m."""
+HEAD = """Discs of `dem_server` alone. Rows "as a scene" run through the stages of the program, as in `colluvium run` for a
+scene without a grid; the others call the same kernels directly, with as few discs as the law needs. Unless stated otherwise,
+kn = 2.5e7 and ks = 1e7 N/m (the soil of the paper's Table 2, springs of two discs in series) and R = 0.03 m."""
 CASES = [
     collision, impact, conservation, gas, incline, block, stickslip, bonds, hang, beam, chain, hexagon, strength,
     stone, statistics, porosity, box,

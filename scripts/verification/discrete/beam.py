@@ -1,4 +1,4 @@
-"""A cantilever of parallel bonds bends as a beam does.
+"""A cantilever of parallel bonds bends like a beam.
 
 Ten discs in a row beside a held one, a tenth of R apart so that bonds alone act; the force P at the end, at an angle to the
 row. With s the distance of centres, E = kn' s, A = 2 R, J = 2/3 R^3 and bending at N places instead of everywhere:

@@ -1,12 +1,12 @@
 """A rigid block on a slope slides or stays.
 
-A bar of 8 R by 2 R of four discs in a row (R = .03 m), one clump, lies on a wall, pressed on by its weight.
+A bar of 8 R by 2 R of four discs in a row (R = 0.03 m), one clump, lies on a wall under its weight.
 
     slides where tan(theta) > mu:  a = g (sin(theta) - mu cos(theta)),     otherwise it stays
 
-The acceleration comes from two equal times, (way(2t) - 2 way(t)) / t^2. That it stays means that within .4 s, with local
-damping, it moves by no more than what its springs give: the weight along the slope over 4 ks, and the bar turns a little (the
-outer feet take its moment), which moves its centroid too.
+The acceleration comes from the paths in two equal times, (path(2t) - 2 path(t)) / t^2. "Stays" means that within 0.4 s, with
+local damping, it moves only by the deformation of its springs: the weight along the slope over 4 ks, and a small rotation (the
+outer feet carry its moment), which also moves its centroid.
 """
 
 from types import SimpleNamespace

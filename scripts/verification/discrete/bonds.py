@@ -2,7 +2,7 @@
 
 Contact bonds between discs of kn = 5e7, ks = 2e7 N/m, tension 1500 N, shear 3500 N (two discs touch, one is moved by 1e-7 m a
 step, also at an angle): at F / k, with k in series (kn/2, ks/2) or of the contact itself. Parallel bonds of stiffness 4e9 and
-1.5e9 Pa/m, strengths .2 and .3 MPa: at sigma / kn' and tau / ks', and in bending at the turn sigma / (kn' R).
+1.5e9 Pa/m, strengths 0.2 and 0.3 MPa: at sigma / kn' and tau / ks', and in bending at the turn sigma / (kn' R).
 The tolerance is one step (and in shear the turning of the contact).
 """
 

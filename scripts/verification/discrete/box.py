@@ -1,16 +1,16 @@
 """Stress averaged over the contacts is the stress on the walls.
 
-Scenes: discs of a mean radius of .04 m fill a rectangle of 1 m by .8 m, and four walls .04 m inside its edges hold them under
-pressure until the unbalanced force ratio is 1e-8, with local damping: smooth, with friction .55, and with friction and rigid
-stones (discs of .03 m). The walls are smooth, so those opposite each other carry the same force. The force of the discs on a
-wall over the wall's length against `run.average_stress`: over all contacts, those with walls included, force times branch
+Scenes: discs of a mean radius of 0.04 m fill a rectangle of 1 m by 0.8 m, and four walls 0.04 m inside its edges hold them
+under pressure until the unbalanced force ratio is 1e-8, with local damping: smooth, with friction 0.55, and with friction and
+rigid stones (discs of 0.03 m). The walls are smooth, so those opposite each other carry the same force. The force of the discs
+on a wall over the wall's length against `run.average_stress`: over all contacts, those with walls included, force times branch
 between the centroids of the bodies (Weber 1966):
 
     sigma = -(1/A) sum sym(F (x) l)
 
-At rest no force is left over at any centroid, so friction, the moments it makes, and stones change nothing: in sum F (x) x over
-the points of contact every inner point cancels, and the walls' faces are left. Branches between the discs of a stone instead of
-its centroid leave out what the stone carries: the last row says how much.
+At rest, forces balance at every centroid, so friction, its moments and stones change nothing: in the sum F (x) x over
+the points of contact, inner points cancel and the faces of the walls remain. Branches between the discs of a stone instead of
+its centroid omit the stress inside the stone: the last row gives the amount.
 """
 
 import numpy as np

@@ -4,9 +4,8 @@ Masses m and springs k at distances l.
 
     omega = 2 sqrt(k/m) sin(q l / 2),     of the leap-frog steps  sin(omega' dt / 2) = omega dt / 2
 
-16 discs of R = .03 m between two held ones, at an angle, without damping; standing waves q = pi n / (17 l), l = 2 R. omega comes
-from the second difference of 2,000 steps.
-"""
+16 discs of R = 0.03 m between two held ones, at an angle, without damping; standing waves q = pi n / (17 l), l = 2 R. omega
+comes from the second difference of 2,000 steps."""
 
 import numpy as np
 

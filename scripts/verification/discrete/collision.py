@@ -5,9 +5,8 @@ ends when the gap closes, otherwise when the force is zero:
 
     e = exp(-beta pi / r)     or     e = exp(-beta / r (pi - atan2(2 beta r, 1 - 2 beta^2))),     r = sqrt(1 - beta^2)
 
-Discs of R = .03 m (and .018 m, oblique) meet at 1 m/s; the step is 1e-4 of the stable one. Scenes read their discs from a file.
-At a wall m is the disc's own mass and e is the same.
-"""
+Discs of R = 0.03 m (and 0.018 m, oblique) meet at 1 m/s; the step is 1e-4 of the stable one. Scenes read their discs from a
+file. At a wall m is the disc's own mass and e is the same."""
 
 import numpy as np
 

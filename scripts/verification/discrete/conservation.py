@@ -1,12 +1,12 @@
-"""Momentum and angular momentum of discs and stones that collide are kept.
+"""Collisions of discs and stones conserve momentum and angular momentum.
 
 25 discs of three sizes and five rigid stones of two to four discs, with friction, rolling resistance and dashpots, fly at each
-other with velocities and spins at random, collide and part again; no walls, no gravity, no damping. Contact forces are
+other with random velocities and spins, collide and separate; no walls, no gravity, no damping. Contact forces are
 opposite, and the levers li, lj of both discs add up to the distance of their centres, so nothing is lost:
 
     sum m v = const,     sum m x (x) v + I w = const
 
-Leap-frog keeps both exactly, as positions move along the velocities they are multiplied with. Relative to sum m |v| and sum m
+Leap-frog conserves both exactly, because positions move along the velocities in these products. Relative to sum m |v| and sum m
 |x| |v| + I |w|.
 """
 

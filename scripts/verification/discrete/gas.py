@@ -1,10 +1,10 @@
-"""Discs that fly and collide without damping and friction keep their energy at the default step of real time.
+"""Discs that collide without damping and friction keep their energy at the default real-time step.
 
-36 discs of three sizes in a box of walls, velocities at random of .3 or 3 m/s; 25 discs and five rigid stones likewise. The
-energy is kinetic and stored, the mean over 400 steps at the beginning and at the end.
+36 discs of three sizes in a box of walls, random velocities of 0.3 or 3 m/s; 25 discs and five rigid stones likewise. The
+energy is kinetic plus stored, averaged over 400 steps at the beginning and at the end.
 
 Each contact changes the energy of two bodies by a little, up or down by how it falls between the steps, so the error of many
-bodies averages out and that of one disc between two held ones, the last two columns, walks at random.
+bodies averages out and that of one disc between two held ones, the last two columns, is a random walk.
 """
 
 import numpy as np
@@ -88,7 +88,7 @@ def study(pictures):
     for fraction in (0.05, 0.1, 0.2, 0.4):
         found = [largest_error(*make(fraction)) for make in cases.values()]
         lines.append(f"| {fraction:g} | " + " | ".join(f"{100.0 * e:.2f} %" for e in found) + " |")
-    return "Largest error of the energy at ten looks in 1,000,000 steps:\n\n" + "\n".join(lines)
+    return "Largest error of the energy in ten measurements over 1,000,000 steps:\n\n" + "\n".join(lines)
 
 
 def largest_error(model, state, steps=1_000_000):

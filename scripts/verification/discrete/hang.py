@@ -1,9 +1,9 @@
 """A chain of contact bonds hangs from a held disc and carries its own weight.
 
-N = 8 discs of R = .03 m in touch one below the other. With w the weight of a disc the bond above disc i, i from 0, carries (N -
-i) w:
+N = 8 discs of R = 0.03 m in touch one below the other. With w the weight of a disc the bond above disc i, i from 0, carries (N
+- i) w:
 
-    way of the lowest disc  w N (N + 1) / 2 kn,     breaks at the top bond when N w = its tensile strength
+    path of the lowest disc w N (N + 1) / 2 kn,     breaks at the top bond when N w = its tensile strength
 
 Gravity grows in a thousand stages of 400 static steps with local damping; the tolerance is one of these stages.
 """

@@ -4,7 +4,7 @@ Every disc moves with the strain, so the springs of a contact give the moduli at
 
     C11 = sqrt3/4 (3 kn + ks),     C12 = sqrt3/4 (kn - ks),     G = sqrt3/4 (kn + ks)
 
-Seven bonded discs, kn = 2.5e7, ks = 1e7 N/m, turned by .2 rad; strains of +-1e-5, whose difference has no second-order part.
+Seven bonded discs, kn = 2.5e7, ks = 1e7 N/m, turned by 0.2 rad; strains of ±1e-5, whose difference has no second-order part.
 The stress is the average over the cell of the middle disc.
 """
 

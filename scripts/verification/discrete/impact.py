@@ -1,14 +1,14 @@
-"""A disc strikes a wall at an angle: it sticks, slides, or does one after the other.
+"""A disc strikes a wall at an angle: it sticks, slides, or both in turn.
 
-R = .03 m, kn = 2.5e7 N/m of the contact, no damping; the wall is turned by 25 degrees. Normal to it the disc stays half a wave,
-Fn = kn (vn / wn) sin(wn t), wn = sqrt(kn / m), and leaves at vn. In the tangent the point of contact has the mass m / 3 (m and
-I = m R^2 / 2 of the disc at lever R), so while it sticks Fs = ks (s / wt) sin(wt t), wt = sqrt(3 ks / m), with s the speed of
-the point of contact (Maw, Barber & Fawcett 1976 do this with Hertz's springs; for linear ones it is elementary):
+R = 0.03 m, kn = 2.5e7 N/m of the contact, no damping; the wall is turned by 25 degrees. Normal to the wall, the contact lasts
+half a wave, Fn = kn (vn / wn) sin(wn t), wn = sqrt(kn / m), and leaves at vn. Along the tangent, the point of contact has the
+mass m / 3 (m and I = m R^2 / 2 of the disc at lever R), so during sticking Fs = ks (s / wt) sin(wt t), wt = sqrt(3 ks / m),
+with s the speed of the point of contact (Maw, Barber & Fawcett 1976 use Hertz's springs; linear ones are elementary):
 
     ks = kn / 3:     wt = wn, Fs / Fn constant, sticks to the end where s / vn <= 3 mu:     s -> -s
     ks = 4 kn / 3:   wt = 2 wn, |Fs / Fn| <= 4 s / 3 vn, sticks where that is below mu:    s -> s
     slides all the time (s >> mu vn):    v -> v - 2 mu vn,   spin -> spin - 4 mu vn / R (against s),   s -> s - 6 mu vn
-    otherwise piece by piece, each an arc of a sine (`slider`).
+    otherwise phase by phase, each an arc of a sine (`slider`).
 """
 
 import numpy as np

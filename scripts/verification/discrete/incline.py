@@ -1,11 +1,11 @@
-"""A disc on a plane of 30 degrees, and of others, rolls or slides.
+"""A disc on planes of 30 degrees and other angles rolls or slides.
 
-It starts at rest, pressed on by its weight (R = .03 m).
+It starts at rest with its weight on the plane (R = 0.03 m).
 
-    rolls where mu >= tan(theta) / 3 (.19245 at 30 degrees): a = 2/3 g sin(theta),   otherwise  a = g (sin(theta) - mu cos(theta))
+    rolls if mu >= tan(theta) / 3 (0.19245 at 30 degrees): a = 2/3 g sin(theta),   otherwise  a = g (sin(theta) - mu cos(theta))
 
 With rolling resistance of coefficient mr, a = 2/3 g (sin(theta) - mr cos(theta)). The plane is a disc of 10 km radius, in
-the scene a wall. The acceleration comes from two equal times: (way(2t) - 2 way(t)) / t^2.
+the scene a wall. The acceleration comes from the paths in two equal times: (path(2t) - 2 path(t)) / t^2.
 """
 
 import numpy as np

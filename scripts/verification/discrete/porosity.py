@@ -1,10 +1,9 @@
-"""Porosity and packing of a window against polygons.
+"""Porosity and packing of a window compared with polygons.
 
-A scene fills an L-shaped window with discs of .04 m, spread .25, at 100 kPa. `run.porosity` (areas of discs cut by a circle or
-a polygon in closed form, less their overlaps) against the union of polygons of 256 sides, made and cut by shapely; the porosity
-asked for, .16, against that of the middle of the window, which is denser than the rows along its edges; and the radii against
-those asked for.
-"""
+A scene fills an L-shaped window with discs of 0.04 m, spread 0.25, at 100 kPa. `run.porosity` (areas of discs cut by a circle
+or a polygon in closed form, less their overlaps) against the union of polygons of 256 sides, made and cut by shapely; the
+porosity asked for, 0.16, against that of the middle of the window, which is denser than the rows along its edges; and the
+radii against those asked for."""
 
 import numpy as np
 import shapely

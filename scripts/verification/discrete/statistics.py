@@ -1,13 +1,13 @@
-"""Stones are drawn from the distributions that the scene asks for.
+"""Stones follow the distributions of the scene.
 
-Stones of content .3 with a gap of .03 m, sizes lognormal of mean .25 m and sigma .35 between .12 and .6 m, flatness 1 to 1.8,
-in a window of 4 m by 4 m with an oblique side; what their polygons show, over the stones of several seeds:
+Stones of content 0.3 with a gap of 0.03 m, sizes lognormal of mean 0.25 m and sigma 0.35 between 0.12 and 0.6 m, flatness 1 to
+1.8, in a window of 4 m by 4 m with an oblique side; statistics of their polygons over several seeds:
 
     content = sum of areas / area of the window
-    mean size, that of the cut-off distribution,     mean flatness 1.4 (root of the ratio of principal moments)
+    mean size of the truncated distribution,     mean flatness 1.4 (root of the ratio of principal moments)
     Rayleigh's test of the azimuths: z = S (mean cos 2a)^2 + S (mean sin 2a)^2, of uniform ones exp(-z) is uniform on [0, 1]
 
-Sizes are scaled a little so that the content is met exactly. Tolerances are 3.5 standard errors of so many stones.
+Sizes are scaled slightly so that the content is exact. Tolerances are 3.5 standard errors for this number of stones.
 """
 
 import numpy as np

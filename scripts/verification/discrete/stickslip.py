@@ -1,7 +1,8 @@
-"""A contact that sticks and slips to and fro dissipates what friction does.
+"""Dissipation of a contact that sticks and slips cyclically.
 
-Two discs pressed together by 1e-5 m, mu = .55, turned to and fro so that their surfaces move by +-A, A = 4 mu Fn / ks; 500 steps
-a cycle. With l = mu Fn, N cycles that begin and end in the middle take (rolling springs likewise, with moments for forces)
+Two discs pressed together by 1e-5 m, mu = 0.55, rotated cyclically so that their surfaces move by ±A, A = 4 mu Fn / ks; 500
+steps a cycle. With l = mu Fn, N cycles that start and end in the middle dissipate (rolling springs likewise, with moments for
+forces)
 
     4 N l (A - l / ks) - l^2 / ks  as heat,     l^2 / 2 ks  as energy of the spring
 """

@@ -1,15 +1,13 @@
-"""Rigid stones have the mass and inertia of their polygons, fall freely and turn steadily.
+"""Rigid stones have the mass and inertia of their polygons, fall freely and rotate steadily.
 
-An angle of five squares of side 2 R, R = .03 m, of five discs, density 2700 kg/m3. About the centre of the squares
+An angle of five squares of side 2 R, R = 0.03 m, of five discs, density 2700 kg/m3. About the centre of the squares
 
     A = 20 R^2,     I = rho 4 R^2 (5 (2 R)^2 / 6 + 25.6 R^2)
 
 Area and inertia are those of its mass in real time. Under g it falls by g t^2 / 2 (from second differences of equal times) and
 turns by its spin times t, and its outermost disc with it. A quarter turn of two stones and loose discs, bonded, changes no
-contact force: second order in the step. The scene fills an L-shaped window with stones of content .3, whose polygons cover that
-share of its area; all fall freely, at g (t - dt / 2): velocities
-belong to half steps.
-"""
+contact force: second order in the step. The scene fills an L-shaped window with stones of content 0.3, whose polygons cover
+that share of its area; all fall freely, at g (t - dt / 2): velocities belong to half steps."""
 
 import numpy as np
 

@@ -1,8 +1,8 @@
 """Strength of a hexagonal packing with friction, in biaxial compression.
 
-Rows of equal discs stand in the gaps of the rows below, between four smooth walls. The side walls give way, so discs of one row
-part, and the normals between rows, at the angle alpha from the horizontal (a little under 60 degrees), carry everything. Each
-plane between rows cuts two contacts a disc spacing, each upright plane one a row:
+Rows of equal discs lie in the gaps of the rows below, between four smooth walls. The side walls yield, so discs of one row
+separate, and the normals between rows, at the angle alpha from the horizontal (slightly below 60 degrees), carry the whole
+load. Each plane between rows cuts two contacts per disc spacing, each vertical plane one per row:
 
     sigma1 s / 2 = N sin(alpha) + T cos(alpha),   sigma3 h = N cos(alpha) - T sin(alpha),   T = N tan(phi) when all slip
 
@@ -11,10 +11,9 @@ sigma1 / sigma3 = tan(alpha) tan(phi + beta) with beta = alpha:
 
     sigma1 / sigma3 = tan(alpha) tan(alpha + phi),     3 for alpha = 60 degrees without friction
 
-The scene reads seven rows from a file, the outer ones shorter, so that no corner hangs on one contact; floor and top move by
-2.5e-11 m a static step towards each other and the sides apart by twice that: so slowly that the walls feel no waves. The
-largest ratio comes when every contact between rows slips; further on the packing softens with alpha, and bands form.
-"""
+The scene reads seven rows from a file, the outer ones shorter, so that no corner depends on a single contact; floor and top
+move by 2.5e-11 m a static step towards each other and the sides apart by twice that: so slowly that no waves reach the walls.
+The ratio is largest when every contact between rows slips; after that the packing softens with alpha, and bands form."""
 
 import numpy as np
 

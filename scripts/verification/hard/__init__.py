@@ -24,9 +24,9 @@ from verification.hard import (
 )
 
 TITLE = "Hard cases"
-HEAD = """What is likely to break a computation, at the edge of what the codes promise. Every case demands finite numbers and
-bounded velocities beside its own criterion; scenes of windows stand in `tests/hard` as they are. Where a computation cannot go
-on it must say so: rows "ends with" count the messages."""
+HEAD = """Cases that are likely to break a computation, at the limits of the codes. Every case requires finite numbers and
+bounded velocities in addition to its own criterion; scenes of windows are in `tests/hard`. A computation that cannot
+continue must say so: rows "ends with" count the messages."""
 CASES = [bonds_gone, stiff_stones, stiffness_jump, cycles, recontact, size_ratio, overlap, impacts, step_limit, stiff_and_soft]
 CASES += [pauses]
 CASES += [large_discs, curved_rim, quarter_turn, free_free, off_the_line, bonds_gone_coupled]

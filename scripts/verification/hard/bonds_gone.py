@@ -1,7 +1,8 @@
 """All bonds broken at once, gravity off .
 
-`tests/hard/bonds_gone.toml`: a bonded oblique block with 200 kPa locked in comes to rest; then every bond breaks, and the block
-bursts in real time without damping. Contacts in tension lose their energy, friction takes some, nothing may add any:
+`tests/hard/bonds_gone.toml`: a bonded oblique block with 200 kPa locked in comes to rest; then every bond breaks, and the
+block bursts in real time without damping. Contacts in tension lose their energy, friction dissipates some, and nothing may add
+any:
 
     kinetic + stored <= stored when the bonds broke, + 1 %
 """

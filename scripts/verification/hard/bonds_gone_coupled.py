@@ -1,18 +1,17 @@
 """All bonds of a coupled window broken at once, gravity off.
 
 The body of `free_body.py`, free, under a uniform strain with tension one way and pressure the other, at rest; then every bond
-breaks, those with the rim as well, and both codes go on in real time without damping. Contacts in tension and in shear lose
-their energy, nothing may add any:
+breaks, including those with the rim, and both codes continue in real time without damping. Contacts in tension and in shear
+lose their energy, and nothing may add any:
 
     kinetic + stored, of zones and discs, <= stored when the bonds broke, + 1 %
 
-That something moves is asked as well: at least .05 of what was stored becomes kinetic, and the largest speed is at least .01 of
-what the lightest disc would have with all of it.
+The case also requires motion: at least 0.05 of the stored energy becomes kinetic, and the largest speed is at least 0.01 of
+that of the lightest disc with all of it.
 
-Of the loose discs' contacts, which open and close within steps, the energy errs to second order in the step: after the break it
-grows by 2.5 % of what was stored in 20,000 steps of half the stable one, by .24 % in 40,000 of a quarter, in which its gain is
-measured.
-"""
+The energy of the loose discs' contacts, which open and close within steps, has an error of second order in the step: after the
+break it grows by 2.5 % of the stored energy in 20,000 steps of half the stable one, by 0.24 % in 40,000 of a quarter, in which
+its gain is measured."""
 
 import numpy as np
 

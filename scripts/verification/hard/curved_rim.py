@@ -1,10 +1,9 @@
-"""A window with oblique and curved sides: what its discs push with arrives at the nodes, whole.
+"""A window with oblique and curved sides: forces of its discs arrive complete at the nodes.
 
-*Shaken*: the body of `free_body.py`, free, all discs bonded, in real time without damping. *Packed*: a quarter of a ring held on
-all sides, its discs under the pressure of their packing, not bonded; static mode, damped, until both codes rest: the rim yields
-to them. Force, moment and power that the mapping loses are over the sums of their sizes; the closed ring that the discs push
-outwards on feels no force in sum but for what its discs' unbalanced forces leave.
-"""
+*Shaken*: the body of `free_body.py`, free, all discs bonded, in real time without damping. *Packed*: a quarter of a ring held
+on all sides, its discs under the pressure of their packing, not bonded; static mode, damped, until both codes are at rest: the
+rim yields to them. Lost force, moment and power of the mapping are relative to the sums of their magnitudes; the resultant on
+the closed ring under the outward pressure of the discs is zero except for the unbalanced forces of its discs."""
 
 import numpy as np
 

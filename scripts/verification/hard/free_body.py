@@ -1,7 +1,7 @@
 """Bodies of zones with a window of discs that nothing holds, joined by the product's own kernels.
 
-A quarter of a ring of zones with a window in it whose four sides are oblique or curved (a chain of chords), full of bonded discs.
-"""
+A quarter of a ring of zones with a window in it whose four sides are oblique or curved (a chain of chords), full of bonded
+discs."""
 
 import numpy as np
 

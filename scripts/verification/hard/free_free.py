@@ -1,11 +1,10 @@
-"""A body of zones and bonded discs that nothing holds, shaken for a million steps without damping.
+"""An unsupported body of zones and bonded discs, shaken for a million steps without damping.
 
-The body of `free_body.py`: a quarter of a ring of 32 zones round a window with oblique and curved sides, all discs bonded,
-displacements of 1e-6 R, in real time at half the stable step. Momentum is that of all gridpoints and discs, over the sum of its
-parts' sizes. Trend: mean energy of the last tenth of the steps over that of the first tenth. It is not exactly 1: shear forces
-grow by increments along directions that turn with the motion, an energy in proportion to the amplitude (1e-7 in 20,000 steps at
-1e-5 R, 1e-6 at 1e-4 R), and rounded positions let it walk at random.
-"""
+The body of `free_body.py`: a quarter of a ring of 32 zones around a window with oblique and curved sides, all discs bonded,
+displacements of 1e-6 R, in real time at half the stable step. Momentum is that of all gridpoints and discs, over the sum of
+the magnitudes of its parts. Trend: mean energy of the last tenth of the steps over that of the first tenth. It is not exactly
+1: shear forces accumulate along directions that turn with the motion, which gives an energy proportional to the amplitude
+(1e-7 in 20,000 steps at 1e-5 R, 1e-6 at 1e-4 R), and rounded positions make it a random walk."""
 
 import numpy as np
 

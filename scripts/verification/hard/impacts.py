@@ -1,10 +1,9 @@
 """Impacts at the speed limit of the springs, and beyond.
 
-A spring kn stops a disc of mass m at a wall before it is through if its speed is below .9 R sqrt(kn / m) = 57 m/s (R = .03 m).
-*Below*: a disc in an oblique box of walls, at .94 of that speed from the first step, stays inside and keeps its energy. Two
-discs meet at .9 of what their spring can stop. *Beyond*: at 2.2 times the speed the run ends and says which disc, which wall,
-and what speed could be stopped; at 1e7 m/s it says that no step is short enough.
-"""
+A spring kn stops a disc of mass m at a wall before it passes through if its speed is below 0.9 R sqrt(kn / m) = 57 m/s (R =
+0.03 m). *Below*: a disc in an oblique box of walls, at 0.94 of that speed from the first step, stays inside and keeps its
+energy. Two discs meet at 0.9 of the speed that their spring can stop. *Beyond*: at 2.2 times the speed, the run ends and names
+the disc, the wall and the speed that could be stopped; at 1e7 m/s it states that no step is short enough."""
 
 import numpy as np
 import shapely

@@ -1,9 +1,8 @@
 """Discs larger than the zones they push against.
 
-A quarter of a ring with fine zones (.19 to .44 m along the rim) and a window with oblique and curved sides, full of bonded discs
-up to .6 m wide, three times the shortest zones: one touches control discs of several segments at once. Free, shaken, in real
-time without damping. `colluvium check` must say that discs are larger than zones.
-"""
+A quarter of a ring with fine zones (0.19 to 0.44 m along the rim) and a window with oblique and curved sides, full of bonded
+discs up to 0.6 m wide, three times the shortest zones: one touches control discs of several segments at once. Free, shaken, in
+real time without damping. `colluvium check` must say that discs are larger than zones."""
 
 import numpy as np
 

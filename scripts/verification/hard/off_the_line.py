@@ -1,9 +1,8 @@
 """Control discs a whole radius outside their segments, undamped for a hundred thousand steps.
 
-The body of `free_body.py`, its control discs between nodes moved outwards by R (a tenth to a fifth of a segment), bonds without
-force there. With the work-consistent mapping the motion keeps its energy; with the paper's, which loses power off the segments,
-it flutters: growth a step is the slope of log(energy)/2, as in the case flutter of the coupling.
-"""
+The body of `free_body.py`, its control discs between nodes moved outwards by R (a tenth to a fifth of a segment), bonds
+without force there. The work-consistent mapping conserves the energy of the motion. The paper's mapping loses power off the
+segments, and the motion flutters: growth a step is the slope of log(energy)/2, as in the case flutter of the coupling."""
 
 import numpy as np
 

@@ -1,9 +1,8 @@
 """Strong overlap at the start.
 
-A scene reads 100 discs at random places of a square of side 10 R: their area is more than twice its own. *Static*: they are drawn
-apart from rest before the first step, so that almost nothing of the overlaps' energy, sum kn d^2 / 2, becomes motion. *Real time*
-from the start: refused as a mistake of the scene, with what would be right.
-"""
+A scene reads 100 discs at random places of a square of side 10 R: their area is more than twice that of the square. *Static*:
+they are pushed apart from rest before the first step, so that almost none of the overlap energy, sum kn d^2 / 2, becomes
+motion. *Real time* from the start: refused as a mistake of the scene, with a remedy."""
 
 import numpy as np
 from scipy.spatial.distance import pdist, squareform

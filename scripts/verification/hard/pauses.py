@@ -1,14 +1,13 @@
 """Up to 50 steps between exchanges, with contacts too stiff for them.
 
-A sector of a ring of elastic ground under its weight, and a window of bonded discs with oblique sides, coupled as `colluvium run`
-does it, in static mode; contacts are up to 300 times as stiff as zones (k/K: kn over K + 4G/3). Forces that are held over several
-steps do work that damping cannot take then ([theory](theory.md), *Pauses between exchanges*). As the code is, it must see the
-stiffness and make no pause at all. Then that limit is put out of force, and only the monitor is left: it must see the motion grow
-and go back to an exchange in every step before the largest speed of all gridpoints and discs is ten times that of the same stage
-without pauses. Without the monitor as well the run ends by itself, with a message (pauses of 2 or 3 steps may be borne by the
-damping). Where contacts are softer than zones pauses go on to the end. Where they are compared with none, the largest speed must
-be at least half as large.
-"""
+A sector of a ring of elastic ground under its weight, and a window of bonded discs with oblique sides, coupled as in
+`colluvium run`, in static mode; contacts are up to 300 times as stiff as zones (k/K: kn over K + 4G/3). Forces held constant
+over several steps then add more energy than damping can remove ([theory](theory.md), *Pauses between exchanges*). The
+unmodified code must detect the stiffness and make no pause. Then that limit is disabled and only the monitor remains: it must
+detect the growing motion and return to an exchange in every step before the largest speed of all gridpoints and discs is ten
+times that of the same stage without pauses. Without the monitor, the run ends by itself with a message (damping may be
+sufficient for pauses of 2 or 3 steps). If contacts are softer than zones, pauses continue to the end. In comparisons with no
+pauses, the largest speed must be at least half as large."""
 
 import tempfile
 from contextlib import contextmanager

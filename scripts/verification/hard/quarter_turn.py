@@ -1,9 +1,8 @@
 """Zones, rim, control discs and discs of a strained body turned rigidly by a quarter turn.
 
 The body of `free_body.py` in large strain, under a uniform strain of its zones and random normal and shear forces in its
-contacts. Gridpoints and free discs are moved as one rigid body, the rim by the mapping. Contact forces stay; those of the nodes
-turn with the body. Both to second order in the step.
-"""
+contacts. Gridpoints and free discs are moved as one rigid body, the rim by the mapping. Contact forces are constant; forces on
+the nodes turn with the body. Both hold to second order in the step."""
 
 import numpy as np
 

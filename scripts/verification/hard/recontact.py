@@ -1,10 +1,9 @@
-"""Separation from held discs and contact with them again.
+"""Separation from held discs and renewed contact.
 
-*Bond*: a disc bonded to a held one, at an angle, is pulled off and brought back turned by .7 rad about it: the bond stays
-broken, nothing pulls, and in contact again the normal force is kn times the overlap and the shear force begins at 0. *Bounces*:
-a disc flies between two held discs, without damping, in steps of .05 of the stable one, and keeps its speed over thousands of
-contacts.
-"""
+*Bond*: a disc bonded to a held one, at an angle, is pulled off and returned after a rotation of 0.7 rad about it: the bond
+stays broken, nothing pulls, and in the new contact the normal force is kn times the overlap and the shear force starts at 0.
+*Bounces*: a disc flies between two held discs, without damping, in steps of 0.05 of the stable one, and keeps its speed over
+thousands of contacts."""
 
 from itertools import pairwise
 

@@ -1,10 +1,9 @@
-"""Discs that leave the rim of a coupled window and come to it again.
+"""Discs that leave the rim of a coupled window and return to it.
 
-A quarter of a ring of zones, held on its sides, with a window whose sides are oblique and curved; eight discs fly in it without
-friction at 5 m/s, in real time without damping, in steps of a tenth of the stable one. One of them is bonded to the rim at first
-and pulls itself off. The bond stays broken, nothing pulls, the nodes feel nothing while no disc touches the rim, and energy (of
-zones, discs and contacts) stays what it was when the bond had broken, over all separations and contacts.
-"""
+A quarter of a ring of zones, held on its sides, with a window whose sides are oblique and curved; eight discs fly in it
+without friction at 5 m/s, in real time without damping, in steps of a tenth of the stable one. One of them is initially bonded
+to the rim and breaks the bond. The bond stays broken, nothing pulls, forces on the nodes are zero while no disc touches the
+rim, and the energy (of zones, discs and contacts) keeps its value after the break over all separations and contacts."""
 
 import numpy as np
 

@@ -1,8 +1,7 @@
-"""Discs of which the smallest is a twentieth of the largest.
+"""Discs with a size ratio of twenty.
 
-A scene: a disc of .2 m falls into a bed of 240 discs of .01 to .02 m between three walls; static mode lets the bed settle under
-gravity, then the large disc hits it at 3 m/s in real time, with friction and without damping.
-"""
+A scene: a disc of 0.2 m falls into a bed of 240 discs of 0.01 to 0.02 m between three walls; static mode lets the bed settle
+under gravity, then the large disc hits it at 3 m/s in real time, with friction and without damping."""
 
 import numpy as np
 

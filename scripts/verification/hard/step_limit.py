@@ -1,12 +1,11 @@
-"""The longest stable step of grid and discs together, and the code's own steps on both sides of it.
+"""The longest stable step of grid and discs together, and steps of the code on both sides of it.
 
 A box of 8 x 8 zones, all its sides held, with a window of 4 x 4 zones full of bonded discs; undamped and with local damping
-alpha = .8. The assembled step has the highest frequency omega (Lanczos); masses are scaled by one factor such that the step of 1
-is a share of 2 / (omega sqrt(1 + alpha)). The mode of omega is set in motion with a thousandth of noise on the discs: at .99 of
-the limit the largest speed must stay within five times that of the first steps, at 1.01 it must grow 1e5 fold. "k/K": kn of
-a contact over K + 4G/3 of the zones; "R/zone": mean radius over zone size. The bound is what `colluvium check` prints without
-`--exact`, over the exact limit.
-"""
+alpha = 0.8. The assembled step has the highest frequency omega (Lanczos); masses are scaled by one factor such that the step
+of 1 is a share of 2 / (omega sqrt(1 + alpha)). The motion starts in the mode of omega with a thousandth of noise on the discs:
+at 0.99 of the limit, the largest speed must stay within five times that of the first steps, at 1.01 it must grow 1e5-fold.
+"k/K": kn of a contact over K + 4G/3 of the zones; "R/zone": mean radius over zone size. The bound is the value of `colluvium
+check` without `--exact`, over the exact limit."""
 
 import numpy as np
 

@@ -1,14 +1,13 @@
-"""A row of discs across a hole in a grid, far stiffer or far softer than the zones, down to 1/32 of a zone.
+"""A row of discs across a hole in a grid, much stiffer or much softer than the zones, down to 1/32 of a zone.
 
-The box and the hole of "step limit"; discs stand in one row between the rim nodes in the middle of its lower and upper side, in
-line with them, bonded without force; all moves along the row only. *Stiff*: undamped, the disc in the middle is pushed along the
-row; in so far as both codes are one leap-frog scheme, E = v(n - 1/2).M v(n + 1/2)/2 + u.K u/2 stays what it is at the first
-step. Positions are rounded to 4e-16 m at every step. Where x(n + 1) = x(n) + v dt + d, with the rounding d known to the bit, the
-scheme gives E(n + 1) - E(n) = -d.(F(n) + F(n + 1))/2: forces do work on what was rounded, and the energy walks at random. The
-first rows take this work out; the next ones leave it in, with a tolerance that grows with the root of the steps and with the
-number of discs. *Soft*: damped, the disc in the middle has a weight; when the unbalanced ratios of both codes
-are below 1e-5 it has sunk by K^-1 f, solved with the assembled stiffness.
-"""
+The box and the hole of "step limit"; discs form one row between the rim nodes in the middle of its lower and upper side, in
+line with them, bonded without force; all motion is along the row. *Stiff*: undamped, the disc in the middle is pushed along
+the row; if both codes are one leap-frog scheme, E = v(n - 1/2).M v(n + 1/2)/2 + u.K u/2 keeps its value of the first step.
+Positions are rounded to 4e-16 m at every step. Where x(n + 1) = x(n) + v dt + d, with the rounding d known to the bit, the
+scheme gives E(n + 1) - E(n) = -d.(F(n) + F(n + 1))/2: forces do work on the rounding, and the energy is a random walk. The
+first rows subtract this work; the next ones include it, with a tolerance that grows with the root of the steps and with the
+number of discs. *Soft*: damped, the disc in the middle has a weight; when the unbalanced ratios of both codes are below 1e-5,
+it has settled by K^-1 f, solved with the assembled stiffness."""
 
 from dataclasses import replace
 

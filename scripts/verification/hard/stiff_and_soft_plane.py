@@ -1,10 +1,9 @@
-"""Windows with oblique and curved sides whose discs are far stiffer or far softer than the zones.
+"""Windows with oblique and curved sides whose discs are much stiffer or much softer than the zones.
 
-*Stiff*: the body of `free_body.py`, free, its contacts a thousand times as stiff as its zones, in real time without damping, in
-a step that the contacts on the rim make short. *Soft*: a quarter of a ring with such a window, held on its sides, full of bonded
-discs a thousandth as stiff; the disc nearest to the middle of the window has a weight. When the unbalanced ratios of both codes
-are below 1e-5 it has moved by K^-1 f, solved with the assembled stiffness of zones, rim and discs.
-"""
+*Stiff*: the body of `free_body.py`, free, its contacts a thousand times as stiff as its zones, in real time without damping,
+with the short step that the contacts on the rim require. *Soft*: a quarter of a ring with such a window, held on its sides,
+full of bonded discs a thousandth as stiff; the disc nearest to the middle of the window has a weight. When the unbalanced
+ratios of both codes are below 1e-5 it has moved by K^-1 f, solved with the assembled stiffness of zones, rim and discs."""
 
 import numpy as np
 

@@ -1,9 +1,8 @@
 """Stones ten thousand times as stiff as the soil, also switched on under stress.
 
 `tests/hard/stiff_stones.toml`: the packing is at 100 kPa when its stones become stiff, with reference gaps that keep every
-contact force. Then it settles in a box of walls under gravity, static mode, and goes on in real time without damping: as it
-rests, its kinetic energy stays what the last unbalanced forces leave.
-"""
+contact force. Then it settles in a box of walls under gravity in static mode, and continues in real time without damping: it
+is at rest, so its kinetic energy stays at the level of the last unbalanced forces."""
 
 import numpy as np
 

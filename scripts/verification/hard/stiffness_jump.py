@@ -1,4 +1,4 @@
-"""Neighbours of which one is ten thousand times as stiff as the other.
+"""Neighbouring discs with a stiffness ratio of ten thousand.
 
 64 discs, about half of them with springs 1e4 times as stiff, mixed at random. *Gas*: they fly and collide between walls at 1
 m/s in real time, without damping and friction, in default steps; energy is the mean over 400 steps. *Static*: the same discs,

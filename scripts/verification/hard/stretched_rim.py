@@ -1,10 +1,10 @@
-"""Rim zones stretched to five times their length: the mapping stays exact, and the run says so.
+"""Rim zones stretched to five times their length: the mapping stays exact, and the run gives a warning.
 
-*Strip*: the grid of `free_body.py` in large strain, its gridpoints driven apart across an oblique strip through the middle of the
-window, 1 m wide, until that is five times as wide; the rest moves rigidly. Two of its four sides are torn with it, discs (static
-mode, damped, bonds that break) follow as they can. Force, moment and power of the contact forces that there are, at the nodes
-against the control discs. *Scene*: `tests/hard/stretched_rim.toml`, a weak layer above a window, drawn out by the grid's top.
-"""
+*Strip*: the grid of `free_body.py` in large strain, its gridpoints moved apart across an oblique strip through the middle of
+the window, 1 m wide, until the strip is five times as wide; the rest moves rigidly. Two of its four sides are stretched with
+it, and discs (static mode, damped, breaking bonds) follow. Compared: force, moment and power of the contact forces at the
+nodes and at the control discs. *Scene*: `tests/hard/stretched_rim.toml`, a weak layer above a window, stretched by the top of
+the grid."""
 
 import tempfile
 
