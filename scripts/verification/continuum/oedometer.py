@@ -58,4 +58,4 @@ def rows(fast):
     yield row("stress at 2 % [Pa]", stress[-1], vertical(0.02), 1e-10, SOURCE)
     after = strain > YIELD + strain[0]
     error = np.abs(stress[after] / [vertical(e) for e in strain[after]] - 1.0).max()
-    yield row("largest error on the way", error, 0.0, 1e-10, SOURCE)
+    yield row("largest error along the path", error, 0.0, 1e-10, SOURCE)

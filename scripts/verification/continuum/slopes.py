@@ -68,11 +68,11 @@ def rows(fast):
     for mesh, parts in zip(found["meshes"], (8, 12, 16, 24), strict=False):
         yield row(f"45 degrees, zones of H/{parts}", mesh["value"], 1.0, [-0.01, 0.06 if parts == 8 else 0.04], DAWSON)
     extra = found["extrapolation"]
-    yield row("45 degrees, no zone size", extra["value"], 1.0, 0.01, DAWSON, extra["order"])
+    yield row("45 degrees, zone size 0", extra["value"], 1.0, 0.01, DAWSON, extra["order"])
     lane = read("griffiths_lane", zone_sizes=[1.0])
     yield row("2:1, zones of H/10", factors(lane)["meshes"][-1]["value"], 1.37, 0.03 / 1.37, GRIFFITHS)
     paper = read("paper_slope", bracket=[2.4, 2.6], resolution=0.01)
     yield row("slope of the paper", factors(paper)["meshes"][-1]["value"], 2.49, 0.03 / 2.49, PAPER)
     found = factors(cut((4, 8, 16) if fast else (8, 16, 32)))
     yield row("vertical cut, finest mesh", found["meshes"][-1]["value"], 1.0, [-0.01, 0.06], CUT)
-    yield row("vertical cut, no zone size", found["extrapolation"]["value"], 1.0, 0.02, CUT, found["extrapolation"]["order"])
+    yield row("vertical cut, zone size 0", found["extrapolation"]["value"], 1.0, 0.02, CUT, found["extrapolation"]["order"])

@@ -55,4 +55,4 @@ def rows(fast):
     half = np.searchsorted(gamma, C0 / G + K1 * 0.5 * (2.0 - (C0 - C1) / (G * K1)))
     yield row("strength half-way down [Pa]", stress[half], exact(gamma)[half], 5e-3, SOURCE)
     first = order([1 / steps for steps in counts], errors)
-    yield row("largest error on the way over c0", errors[-1], 0.0, 5e-3, SOURCE, first)
+    yield row("largest error along the path over c0", errors[-1], 0.0, 5e-3, SOURCE, first)

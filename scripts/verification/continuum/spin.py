@@ -79,7 +79,7 @@ def rows(fast):
     yield row("stress xx after 90 degrees [Pa]", end[0], START[1, 1], 1e-4, jaumann)
     yield row("stress yy after 90 degrees [Pa]", end[1], START[0, 0], 1e-4, jaumann)
     yield row("stress xy after 90 degrees [Pa]", end[3], -START[0, 1], 1e-4, jaumann)
-    yield row("largest error on the way", error, 0.0, 1e-4, jaumann)
+    yield row("largest error along the path", error, 0.0, 1e-4, jaumann)
     stretch = strained(lambda t, xy: xy * [1.0 + 2.0 * t, 1.0], 2_000)
     yield row("stretch to 3: stress xx [Pa]", stretch[0], (K + 4 * G / 3) * log(3.0), 1e-5, jaumann)
     dienes = "Dienes (1979), Acta Mechanica 32"
