@@ -25,7 +25,7 @@ class RingContacts(NamedTuple):
 def ring_contacts(model, state):
     """Springs of the ring for the interface's mass rule.
 
-    Bonds and dashpots are included (a dashpot counts with twice its constant over dt, as in timestep.py). As for the discs' own
+    Bonds and dashpots are included (a dashpot counts with twice its constant over dt, as in masses.py). As for the discs' own
     masses all listed pairs count, so that no contact can close unseen; they change when the list is built (`state.builds`)
     or bonds are made. Bonds that break only take springs away.
     """

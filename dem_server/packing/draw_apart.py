@@ -4,7 +4,7 @@ They are stored energy. With the overlap d of two discs of the contact stiffness
 
     E = sum kn d^2 / 2                                                           (1)
 
-is reported. What is refused says overlap_rules.py. Before a static stage discs that overlap by more than BURST of the smaller
+is reported. What is refused says discs_of_a_file.py. Before a static stage discs that overlap by more than BURST of the smaller
 radius are drawn apart by steps from rest, x += F / m, so that none of that energy becomes motion, until no overlap is larger than
 LEFT, or the walls do not let them.
 """

@@ -6,7 +6,7 @@ packing = "relaxed":
 2. Relaxation without friction in the static mode; velocities are set to zero a few times, so that the first
    overlaps cannot throw discs about.
 packing = "inward": instead of 1 and 2 discs are placed one by one, each in touch with two, as many as there
-is room for (inward.py).
+is room for (front_filling.py).
 
 Both:
 3. Radii grow until the discs carry the wanted stress, or have the wanted porosity (growth.py).

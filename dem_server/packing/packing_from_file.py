@@ -3,7 +3,7 @@
 Stones of a file have no polygons. A clump has the area A, the centroid and the radius of gyration of the *union* of its discs:
 where they overlap the stone counts once, gaps between them count as none. It weighs density x A, shared among its discs as in
 stones.py, so that its weight acts at its centroid. Discs of a cluster weigh what they weigh, and all near pairs of one stone are
-bonded. Overlaps: overlap_rules.py, overlaps.py.
+bonded. Overlaps: discs_of_a_file.py, draw_apart.py.
 """
 
 from dataclasses import replace
@@ -50,7 +50,7 @@ def free_discs(scene):
         set_going(state.clumps, state, found.motion)
     state.dt, state.next_dt = 0.0, np.inf
     kind = model.material[pairs[:, 0]] * model.materials + model.material[pairs[:, 1]]
-    energy = float(0.5 * (model.law.spring.normal[kind] @ depth**2))  # overlaps.py, Eq (1)
+    energy = float(0.5 * (model.law.spring.normal[kind] @ depth**2))  # draw_apart.py, Eq (1)
     report = {"file": discs.file, "overlap_energy": energy, "largest_overlap": float((depth / smaller).max(initial=0.0))}
     return replace(model, real_time=discs.time_step), state, report
 

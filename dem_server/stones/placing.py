@@ -1,6 +1,6 @@
 """Places for stones: the largest first, then Monte Carlo in which all move, turn and grow until they have their size.
 
-Stones are rows, as in intrusion.py. `azimuth` (S,) [rad]: the directions there shall be; stones do not turn then, but two whose
+Stones are rows, as in overlap.py. `azimuth` (S,) [rad]: the directions there shall be; stones do not turn then, but two whose
 directions follow each other exchange them where both have room, so that none is lost. None: any, and stones turn as they move.
 """
 

@@ -8,7 +8,7 @@ the next, undamped,
 
 above 1 for n > 1: held forces do work that nobody has spent. Damping takes it as long as zones are stiffer than what hangs on
 them: in many steps a rim node comes to rest under P, and from exchange to exchange its motion is multiplied by about - k_c / K.
-With static masses m_I of zones (timestep.py) and sums S_I of contacts (dem_server/coupling/rim.py) zones have at a rim node at
+With static masses m_I of zones (masses.py) and sums S_I of contacts (dem_server/coupling/rim.py) zones have at a rim node at
 most the stiffness 2 m_I, contacts at most 4 S_I, so
 
     contact/zone stiffness = max 2 S_I / m_I,                                    (2)
