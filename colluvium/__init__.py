@@ -1,9 +1,11 @@
 """Front door: read a scene, run it, read its results. Nothing heavy is loaded before it is used."""
 
+from typing import Any
+
 __all__ = ["Scene", "open_run", "read_scene", "resume", "run"]
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> Any:
     if name == "open_run":
         from colluvium.results.run import open_run
 

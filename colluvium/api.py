@@ -1,26 +1,40 @@
 """The Python interface: `colluvium.Scene.read(path)`, `colluvium.run(scene, out=...)`, `colluvium.resume(run_dir)`."""
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from coupler_protocol.files import restart
+from coupler_protocol.files import restart, run_json
 from coupler_protocol.process import command_line
 from coupler_protocol.process.plugin import from_functions
 from coupler_protocol.scene.reader import build_scene, read_scene
+
+if TYPE_CHECKING:
+    from colluvium.results.run import Run
 
 
 class Scene:
     """Makes scenes: `Scene.read(path)` from a file, `Scene(format=1, seed=1, ...)` from tables given as keywords."""
 
-    def __new__(cls, **tables):
+    def __new__(cls, **tables: Any) -> Any:
         return build_scene(tables)
 
     @staticmethod
-    def read(path, overrides=()):
+    def read(path: str | Path, overrides: Sequence[str] = ()) -> Any:
         """The scene of a TOML file; raises coupler_protocol.problems.SceneError with every problem in it."""
         return read_scene(path, overrides)
 
 
-def run(scene, out, in_process=True, force=False, report="none", *, on_stage=None, on_step=None):
+def run(
+    scene: Any,
+    out: str | Path,
+    in_process: bool = True,
+    force: bool = False,
+    report: Any = "none",
+    *,
+    on_stage: Callable[[Any], None] | None = None,
+    on_step: tuple[int, Callable[[Any], None]] | None = None,
+) -> "Run":
     """Compute `scene` into the folder `out` and return its results (`colluvium.open_run`).
 
     in_process: both sides in threads of this process; otherwise one process each, bit-identical.
@@ -31,9 +45,7 @@ def run(scene, out, in_process=True, force=False, report="none", *, on_stage=Non
     from colluvium.results.run import open_run
     from colluvium.running import processes, threads
 
-    plugin = from_functions(on_stage, on_step)
-    if plugin is not None and not in_process:
-        raise ValueError("functions cannot be called in other processes: run in_process, or give the servers --plugin FILE")
+    plugin = _functions(on_stage, on_step, in_process)
     out = command_line.prepare_folder(out, processes.own_files(out), force)
     if in_process:
         threads.run(scene, out, report=report, plugin=plugin)
@@ -42,29 +54,45 @@ def run(scene, out, in_process=True, force=False, report="none", *, on_stage=Non
     return open_run(out)
 
 
-def resume(run_dir, in_process=True, report="none"):
+def resume(
+    run_dir: str | Path, in_process: bool = True, report: Any = "none", *, on_stage: Any = None, on_step: Any = None
+) -> "Run":
     """Go on with the run in `run_dir` after its last stage end that all processes have saved; returns its results.
 
+    on_stage, on_step: as in `run`; give those of the run again. EnvironmentFailed also where it had a plugin file and gets none.
     Raises a coupler_protocol.exits.RunEnded that says what went wrong, EnvironmentFailed where nothing is left to compute.
     """
     from colluvium.results.run import open_run
     from colluvium.running import processes, threads
 
     out = Path(run_dir)
-    scene, origin = to_go_on(out)
+    plugin = _functions(on_stage, on_step, in_process)
+    scene, origin = to_go_on(out, plugin)
     if in_process:
-        threads.run(scene, out, report=report, origin=origin)
+        threads.run(scene, out, report=report, origin=origin, plugin=plugin)
     else:
         quiet = ["--quiet"] if report == "none" else []
         processes.checked(processes.run_files(out / "scene.json", out, processes.windows_of(scene), [f"--from={origin}", *quiet]))
     return open_run(out)
 
 
-def to_go_on(out):
-    """Scene of the run in the folder `out` and the stage end to go on from; what the process that ended left is removed."""
+def _functions(on_stage: Any, on_step: Any, in_process: bool) -> Any:
+    """The plugin of these functions, or None."""
+    plugin = from_functions(on_stage, on_step)
+    if plugin is not None and not in_process:
+        raise ValueError("functions cannot be called in other processes: run in_process, or give the servers --plugin FILE")
+    return plugin
+
+
+def to_go_on(out: Path, plugin: Any = None) -> tuple[Any, restart.Origin]:
+    """Scene of the run in the folder `out` and the stage end to go on from; its run.json is set aside.
+
+    Raises EnvironmentFailed where nothing is left to compute, or where the run had a plugin and `plugin` is None.
+    """
     scene = read_scene(out / "scene.json")
     origin = restart.last_saved(scene, out)
     restart.check(scene, origin)
-    for name in ("endpoint", "run.json"):
-        (out / name).unlink(missing_ok=True)
+    restart.check_plugin(scene, origin, plugin)
+    (out / "endpoint").unlink(missing_ok=True)
+    run_json.set_aside(out)
     return scene, origin

@@ -33,9 +33,10 @@ def parser():
         "--threads", metavar="N", type=command_line.positive, default=1, help="threads of each process (default 1)"
     )
     resume.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
+    command_line.plugin_option(resume)
     _exact_option(resume)
     resume.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
-    resume.set_defaults(work=resume_command, plugin=None)
+    resume.set_defaults(work=resume_command)
 
     check = commands.add_parser("check", help="say what is wrong with a scene, or what it will compute")
     check.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
@@ -125,7 +126,7 @@ def resume_command(options):
 
     command_line.set_threads(options.threads)
     out = Path(options.run_dir)
-    scene, options.origin = api.to_go_on(out)
+    scene, options.origin = api.to_go_on(out, command_line.plugin(options))
     print(f"going on after stage {options.origin.stage!r}", file=sys.stderr)
     return _compute(options, scene, out / "scene.json", out, [])
 
@@ -157,27 +158,26 @@ def _add_band(scene, out):
     from colluvium.forecast import locate
     from colluvium.results import failure
     from colluvium.results.run import open_run
-    from coupler_protocol.files.run_json import write_json
+    from coupler_protocol.files.run_json import write
 
     with open_run(out) as run:
         found = {"locate": locate.answer(run, scene), "band": failure.summary(run)}
     found = {key: value for key, value in found.items() if value}
     if found:
-        path = out / "run.json"
-        write_json(path, json.loads(path.read_text(encoding="utf-8")) | found)
+        write(out, json.loads((out / "run.json").read_text(encoding="utf-8")) | found)
 
 
 def _add_exact_limits(scene, out):
     """The exact limits of the step at the ends of coupled stages: into run.json."""
     from colluvium.forecast import step_limits
-    from coupler_protocol.files.run_json import write_json
+    from coupler_protocol.files.run_json import write
 
-    path, exact = out / "run.json", step_limits.exact_of_run(scene, out)
-    info = json.loads(path.read_text(encoding="utf-8"))
+    exact = step_limits.exact_of_run(scene, out)
+    info = json.loads((out / "run.json").read_text(encoding="utf-8"))
     for row in info["stages"]:
         if row["name"] in exact:
             row["limits"] = (row.get("limits") or {}) | {"exact": exact[row["name"]]}
-    write_json(path, info)
+    write(out, info)
 
 
 def _in_process(scene, out, show, options):
@@ -238,7 +238,7 @@ def report_command(options):
     """Draw the pictures of a run."""
     from colluvium import report
 
-    lacking = {}
+    lacking: dict[str, list[str]] = {}
     try:
         report.write(
             options.run_dir, options.out, other_path=options.run_dir_b, progress=print,

@@ -2,7 +2,7 @@
 
 OUTCOME = ("stage", "steps", "ended by", "gravity", "ratio\ngrid", "ratio\ndiscs", "P/l vs\nstress", "bonds\nbroken")
 SECONDS = ("stage", "grid\ncomputes", "grid\nwaits", "discs\ncompute", "discs\nwait", "both\nrecord")
-NOTICED = 0.05  # share of the zones' stress, or of the weight it should bear, that is worth a word
+NOTICED = 0.05  # share of the zones' stress, or of the weight it should carry, that is worth mentioning
 TEXT_COLUMNS = ("stage", "ended by")
 
 
@@ -51,21 +51,23 @@ def sentences(info):
             parts.append(f"{window['control_discs']} on the ring")
         if "packing_porosity" in window and "porosity" not in window:
             parts.append(f"packed at {window['packing_pressure'] / 1e3:.3g} kPa with porosity {window['packing_porosity']:.3f}")
-            parts += ["loose: they do not hold each other"] if window.get("loose") else []
+            parts += ["loose: they do not support each other"] if window.get("loose") else []
         if window.get("largest_overlap", 0.0) > 0.01:
             deepest, energy = window["largest_overlap"], window["overlap_energy"]
-            parts.append(f"overlaps of the file up to {deepest:.2g} of the smaller radius, {energy:.3g} J in all")
+            parts.append(f"overlaps in the file up to {deepest:.2g} of the smaller radius, with {energy:.3g} J in total")
         if "overlap_left" in window:
-            parts.append(f"drawn apart in {window['drawn_apart_steps']} steps to {window['overlap_left']:.2g} of the radius")
+            parts.append(
+                f"pushed apart in {window['drawn_apart_steps']} steps to overlaps of {window['overlap_left']:.2g} of the radius"
+            )
         if "porosity" in window:
             parts.append(f"porosity {window['porosity']:.3f}")
         if "stone_content" in window:
             both = 100 * window["stone_content"], 100 * window["stone_content_discs"]
             parts.append(f"{window['stones']} stones: {both[0]:.1f} % of the area, {both[1]:.1f} % of the discs")
             if window.get("stones_without_discs"):
-                parts.append(f"{window['stones_without_discs']} of them too small to hold a disc's centre: they are soil")
+                parts.append(f"{window['stones_without_discs']} of them contain no disc centre: they are soil")
         if "error_yy" in window:
-            parts.append(f"stress brought within {100 * window['error_yy']:.1f} % (rms) of the slope's vertical stress")
+            parts.append(f"stress within {100 * window['error_yy']:.1f} % (rms) of the slope's vertical stress")
             parts += _beyond_reach(window)
         if "bonds_broken_tension" in window:
             parts.append(f"bonds broken {window['bonds_broken_tension']} in tension, {window['bonds_broken_shear']} in shear")
@@ -73,8 +75,8 @@ def sentences(info):
         for opened in window.get("ring_opened", []):
             x, y = opened["place"]
             yield (
-                f"warning: in stage {opened['stage']} the ring of window {window['name']} opened by {opened['radii']:.1f} "
-                f"smallest radii at ({x:.1f}, {y:.1f}) m; 2 let a disc through"
+                f"warning: in stage {opened['stage']} a gap of {opened['radii']:.1f} r opened in the ring of "
+                f"window {window['name']} at ({x:.1f}, {y:.1f}) m (r: smallest disc radius; a gap of 2 r lets a disc escape)"
             )
     yield from stretched_rims(info)
     for warning in info.get("warnings", []):
@@ -97,23 +99,23 @@ def sentences(info):
 
 
 def _exchanges(info):
-    """How often both sides exchanged, where a scene allows pauses, and where that ended."""
+    """Steps and exchanges of each stage where the scene allows pauses, and where the pauses ended."""
     for stage in info.get("stages", []):
         if "exchanges" in stage:
             yield f"stage {stage['name']}: {stage['steps']} steps in {stage['exchanges']} exchanges"
         if stage.get("fell_back"):
-            yield f"warning: from stage {stage['name']} on there was an exchange in every step: {stage['fell_back']}"
+            yield f"warning: both sides exchanged in every step from stage {stage['name']} on: {stage['fell_back']}"
             return
 
 
 def _beyond_reach(window):
-    """What of the zones' stress no packing of these discs could have had."""
+    """The part of the zones' stress that a packing of these discs cannot carry."""
     if window.get("projected", 0.0) >= NOTICED:
-        yield f"which at {100 * window['projected']:.0f} % of its places was beyond the discs' strength and brought back to it"
+        yield f"at {100 * window['projected']:.0f} % of its points the stress exceeded the discs' strength and was reduced to it"
     left = [window.get(f"imbalance_{axis}", 0.0) for axis in "xy"]
     if max(map(abs, left)) >= NOTICED:
         x, y = (f"{100 * share:+.0f} %" for share in left)
-        yield f"that stress and the window's weight do not balance: {x} of the weight is left over along x, {y} along y"
+        yield f"that stress does not balance the window's weight: {x} of the weight remains along x, {y} along y"
 
 
 def stretched_rims(info):
@@ -122,12 +124,14 @@ def stretched_rims(info):
         found = stage.get("rim_stretched")
         if found:
             x, y = found["place"]
-            place = f"zone {found['zone']} on a rim was stretched {found['stretch']:.1f} times, at ({x:.1f}, {y:.1f}) m"
-            yield f"warning: in stage {stage['name']} {place}: finer zones would follow better"
+            place = (
+                f"zone {found['zone']} on a rim was stretched to {found['stretch']:.1f} times its size at ({x:.1f}, {y:.1f}) m"
+            )
+            yield f"warning: in stage {stage['name']} {place}: use finer zones there"
 
 
 def step_limits(info):
-    """How long a step may be at the end of each coupled stage: for sure and, where that was asked for, exactly."""
+    """Safe step limits at the end of each coupled stage and, where they were asked for, the exact ones."""
     from coupler_protocol.criteria.stable_step import in_words
 
     for stage in info.get("stages", []):
@@ -135,10 +139,10 @@ def step_limits(info):
         exact = found.pop("exact", None)
         discs = [row for window in info.get("windows", []) for row in window.get("limits", []) if row["stage"] == stage["name"]]
         found |= {"discs": min(discs, key=lambda row: row["share"])} if discs else {}
-        parts = ["surely stable up to: " + ", ".join(f"{name} {in_words(row)}" for name, row in found.items())] if found else []
-        parts += [f"exactly up to {in_words(exact)}"] if exact else []
+        parts = [f"safe: {', '.join(f'{name} {in_words(row)}' for name, row in found.items())}"] if found else []
+        parts += [f"exact: {in_words(exact)}"] if exact else []
         if parts:
-            yield f"stage {stage['name']}: {'; '.join(parts)}"
+            yield f"stage {stage['name']}, step limits as multiples of the step in use; {'; '.join(parts)}"
 
 
 def print_table(info, console):

@@ -4,8 +4,7 @@ import logging
 import sys
 
 from coupler_protocol import exits
-from coupler_protocol.process import command_line
-from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
+from coupler_protocol.process import command_line, server
 from coupler_protocol.process.progress import Progress
 from coupler_protocol.wire import messages
 
@@ -22,13 +21,7 @@ def parser():
 
 def main(argv=None):
     """Entry point; returns the exit code."""
-    options = parser().parse_args(argv)
-    command_line.set_threads(options.threads)
-    stop = StopRequest()
-    stop_on_signals(stop)
-    if options.tether:
-        stop_with_parent(stop)
-    return command_line.ended("dem-server", lambda: serve(options, stop))
+    return server.main("dem-server", parser(), serve, argv)
 
 
 def serve(options, stop):
@@ -72,9 +65,9 @@ def compute(scene, rank, transport, out, progress, stop, origin=None, plugin=Non
     try:
         return exits.physics(side.run)
     except BaseException as error:
-        conversation.tell(messages.FAILURE, {"reason": str(error) or type(error).__name__})
+        conversation.tell(messages.FAILURE, {"reason": server.reason_of(error)})
         if side.state is not None:
-            path = side.save("stopped", "free discs moved, velocities awaited")
+            path = side.save(server.STOPPED, "free discs moved, velocities awaited")
             logging.getLogger("dem-server").info("state saved to %s", path)
         raise
 

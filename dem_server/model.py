@@ -6,16 +6,15 @@ contact remembers in arrays beside it: pair p is of the discs first[p] < second[
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from dem_server.effects import RING, SOIL, Law, law_from
-from dem_server.effects.parallel_bond import ParallelBonds
-from dem_server.ring import inner_share
-from dem_server.step.clumps import Clumps
-from dem_server.step.walls import Walls
+from coupler_protocol.interface.ring import inner_share
+from dem_server.effects import RING, SOIL, Law, histories, law_from
 
 X, Y, VX, VY, SPIN, RADIUS, MASS, INERTIA = range(8)  # columns of State.disc
+ANGLE = 5  # of Clumps.motion, whose other columns are those of a disc
 FX, FY, MOMENT = range(3)  # columns of State.load (a fourth keeps rows aligned)
 BUILDS, TENSION_BREAKS, SHEAR_BREAKS, CAPS = range(4)  # places in State.counters
 
@@ -37,6 +36,11 @@ class Model:
     real_time: float | None = None
 
     @property
+    def in_real_time(self):
+        """Whether a step takes seconds; else the mode is static and it counts 1."""
+        return self.real_time is not None
+
+    @property
     def count(self):
         """Number of discs n, the ring included."""
         return len(self.material)
@@ -47,17 +51,77 @@ class Model:
         return round(len(self.law.spring.normal) ** 0.5)
 
 
-@dataclass
-class State:
+class Clumps(NamedTuple):
+    """Rigid bodies of the State.
+
+    motion (c, 8): x, y, vx, vy, spin, angle, mass, inertia. The rest stays as it was made: body (n,) number of
+    each disc's clump or -1; start (c+1,), member (m,): discs of clump c are member[start[c]:start[c+1]]; offset
+    (m, 2) [m]; reach (c,) largest offset [m]; gyration (c,) squared radius of gyration [m2].
+    """
+
+    motion: np.ndarray
+    body: np.ndarray
+    start: np.ndarray
+    member: np.ndarray
+    offset: np.ndarray
+    reach: np.ndarray
+    gyration: np.ndarray
+
+
+class Servo(NamedTuple):
+    """Servos of all W walls of a State.
+
+    pressure (W,) [Pa], 0: the wall has none now; fastest (W,) [m/s]; average (W,): N; inward (W, 2): unit normals to the discs.
+    From the contacts: force (W,), averaged [N]; stiffness [N/m], dashpot [N s/m] (W,), of the last pass; length (W,): L of the
+    last step [m].
+    """
+
+    pressure: np.ndarray
+    fastest: np.ndarray
+    average: np.ndarray
+    inward: np.ndarray
+    force: np.ndarray
+    stiffness: np.ndarray
+    dashpot: np.ndarray
+    length: np.ndarray
+
+
+class Walls(NamedTuple):
+    """W walls of the State: `ends` (W, 4) x0, y0, x1, y1 [m], `velocity` (W, 2), `force` (W, 2) of the discs on each [N].
+
+    Histories (n, W): `normal`, `shear` [N], `rolled` [N m] (None without rolling resistance). summed_at (W, 4): `ends` when the
+    masses were last set; servo: None where no wall has one.
+    """
+
+    ends: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    normal: np.ndarray
+    shear: np.ndarray
+    rolled: np.ndarray | None
+    summed_at: np.ndarray
+    servo: Servo | None = None
+
+
+class Listed(NamedTuple):
+    """The list of pairs as kernels take it: fields of State."""
+
+    first: np.ndarray
+    second: np.ndarray
+    parts: np.ndarray
+    kind: np.ndarray
+
+
+@dataclass(kw_only=True)
+class State(histories.OfPairs):
     """What changes. Static mode: a step takes dt = 1, so velocities are displacements [m], spins turns [rad].
     In real time dt (of the last step) and next_dt are in seconds, and masses and inertia are the real ones.
 
     disc (n, 8): x, y, vx, vy, spin, radius, mass, inertia in one record of 64 bytes a disc; load (n, 4):
     contact forces [N] and moment [N m]; weight (n,) mass that gravity acts on [kg/m], for control discs the
     share inside the ring; origin (n, 2) where displacements count from; angle (n,) [rad]. The list (m,): first and second
-    disc, kind of pair, normal (compression positive) and shear force [N], reference gap [m], bond state, rolling moment
-    [N m], root of the pair's mass for dashpots, parallel bonds. parts (P, 2): runs of the list in the order in which they
-    are summed. listed_at (n, 2): where the discs were when the list was made.
+    disc, kind of pair, and what the effects declare that pairs remember (effects/histories.py). parts (P, 2): runs of the
+    list in the order in which they are summed. listed_at (n, 2): where the discs were when the list was made.
     counters: list builds, bonds broken in tension, in shear, capped velocities. stone (n,): number of the
     stone each disc belongs to, -1 for soil; clumps: the stones as rigid bodies; walls.
     """
@@ -72,20 +136,14 @@ class State:
     second: np.ndarray
     parts: np.ndarray
     kind: np.ndarray
-    normal: np.ndarray
-    shear: np.ndarray | None
-    reference_gap: np.ndarray | None
-    bond_state: np.ndarray | None
     counters: np.ndarray
     stone: np.ndarray | None = None
     clumps: Clumps | None = None
-    rolled: np.ndarray | None = None
-    root_mass: np.ndarray | None = None
-    parallel: ParallelBonds | None = None
     walls: Walls | None = None
     dt: float = 1.0
     next_dt: float = 1.0
 
+    listed = property(lambda self: Listed(self.first, self.second, self.parts, self.kind), doc="the list of pairs")
     x = property(lambda self: self.disc[:, X : Y + 1], doc="positions (n, 2) [m], a view")
     v = property(lambda self: self.disc[:, VX : VY + 1], doc="velocities (n, 2) [m/step or m/s], a view")
     spin = property(lambda self: self.disc[:, SPIN], doc="spins (n,) [rad/step or rad/s], a view")
@@ -135,12 +193,6 @@ def new_state(model, xy, radius, reference_gap=True):
         second=np.zeros(0, dtype=np.uint32),
         parts=np.zeros((0, 2), dtype=np.uint64),
         kind=np.zeros(0, dtype=np.uint32),
-        normal=np.zeros(0),
-        shear=np.zeros(0) if law.has_shear else None,
-        reference_gap=np.zeros(0) if reference_gap else None,
-        bond_state=np.zeros(0, dtype=np.int8) if law.bond is not None else None,
         counters=np.zeros(4, dtype=np.int64),
-        rolled=np.zeros(0) if law.rolling is not None else None,
-        root_mass=np.zeros(0) if law.dashpot is not None else None,
-        parallel=ParallelBonds(np.zeros(0, dtype=np.int8), *np.zeros((4, 0))) if law.parallel_bond is not None else None,
+        **histories.empty(law, reference_gap),
     )

@@ -4,9 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupler_protocol.interface.ring import polygon_area
 from dem_server.effects.bond import BONDED
-from dem_server.ring import inner_share
 
 
 class Contacts(NamedTuple):
@@ -94,21 +92,3 @@ def body_centres(state):
         return state.x
     body = state.clumps.body
     return np.where(body[:, None] >= 0, state.clumps.motion[body, :2], state.x)
-
-
-def coordination(model, state, inside=None):
-    """Mean number of contacts of free discs, share of them with fewer than three; `inside` (n,) selects."""
-    pairs = contacts(state)
-    number = np.bincount(np.concatenate([pairs.disc_a, pairs.disc_b]), minlength=model.count)
-    chosen = np.arange(model.count) >= model.ring
-    if inside is not None:
-        chosen &= inside
-    return float(number[chosen].mean()), float((number[chosen] < 3).mean())
-
-
-def porosity(model, state):
-    """Void share of the window: free discs and inner shares of the ring's against the enclosed area."""
-    ring = state.x[: model.ring]
-    solid = np.pi * state.radius**2
-    solid[: model.ring] *= inner_share(ring)
-    return 1.0 - float(solid.sum()) / polygon_area(ring)

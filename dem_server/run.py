@@ -4,9 +4,9 @@ from math import isfinite
 
 import numpy as np
 
-from coupler_protocol.exits import PeerLost, PhysicsFailed
+from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.wire import messages
-from coupler_protocol.wire.frames import WireError, content_of
+from dem_server.coupling.grid_talk import steps_between
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import SPEED_CAP, move_free
 
@@ -24,7 +24,6 @@ def lockstep(side):
     how long a step of the next stage may be; in its first step the free discs wait to hear how long it is. A VELOCITY may be for
     several steps: the rim's mean velocities in them.
     """
-    talk = side.conversation
     order = None
     while True:
         last = order is not None and bool(int(order.flags) & messages.END_OF_STAGE)
@@ -38,12 +37,11 @@ def lockstep(side):
         if agreed:
             move_discs(side, gravity)
         side.watch.to("computing")
-        kind, frame = talk.hear((messages.VELOCITY, messages.STOP), in_step=True)
+        order, stopped = side.talk.hear_answer()
         side.watch.to("waiting")
-        if kind == messages.STOP:
-            talk.sequence += 1
-            return content_of(frame)["reason"]
-        order = take_velocities(side, frame)
+        if order is None:
+            return stopped
+        side.gravity = order.gravity
         side.take_step(order)
         if not agreed:
             move_discs(side, gravity)
@@ -54,17 +52,6 @@ def lockstep(side):
             gravity = between.gravity
             move_discs(side, gravity)
         complete_step(side, gravity, order)
-
-
-def steps_between(order, gravity, last):
-    """Orders of the steps before the last one that a VELOCITY is for; gravity, last [m/s2]: in the first step and in the last.
-
-    Nothing is ordered after them; between the first and the last step gravity changes linearly.
-    """
-    steps = int(order.interval)
-    for n in range(1, steps):
-        now = gravity + (last - gravity) * (n / (steps - 1))
-        yield order._replace(step=order.step - steps + n, gravity=now, flags=0.0)
 
 
 def complete_step(side, gravity, order):
@@ -78,7 +65,7 @@ def complete_step(side, gravity, order):
 def move_rim(side, gravity, order=None):
     """Control discs move with the rim, contacts follow. order: of the step that begins with this motion."""
     state, ledger = side.state, side.ledger
-    side.rim.move(state, side.velocity)
+    side.rim.move(state, side.talk.velocity)
     refuse_fast_rim(side)
     if order is not None:
         side.see_power(order)
@@ -115,27 +102,10 @@ def refuse_fast_rim(side):
 
 
 def say_forces(side, order):
-    """FORCE: nodal forces and additional masses of the rim, how the discs fared at the last look; strain if it is asked for."""
+    """Nodal forces and additional masses of the rim, how the discs fared at the last look; strain if it is asked for."""
     asked = order is not None and side.strain is not None and int(order.flags) & messages.STRAIN
-    frame, K = side.strain.frame if asked else side.force_frame, len(side.rim.nodes)
-    frame.values[: 2 * K] = side.rim.nodal_forces(side.state).ravel()
-    if not isfinite(frame.values[: 2 * K].sum()):
+    force = side.rim.nodal_forces(side.state)
+    if not isfinite(force.sum()):
         raise PhysicsFailed(f"the discs' forces on the rim are no numbers any more after step {side.steps}")
-    frame.values[2 * K : 3 * K] = side.rim.stiffness_sums(side.model, side.state)
-    if asked:
-        frame.values[3 * K :] = side.strain.measure(side.state).ravel()
-    frame.scalars[:] = side.answer
-    side.conversation.say(frame.seal(side.conversation.sequence))
-
-
-def take_velocities(side, frame):
-    """VELOCITY: the rim's velocities go into `side.velocity`; returns the Order."""
-    try:
-        side.velocity_frame.accept(frame)
-    except WireError as error:
-        raise PeerLost(f"the continuum sent what cannot be used: {error}") from None
-    side.conversation.sequence += 1
-    side.velocity[:] = side.velocity_frame.values.reshape(-1, 2)
-    order = messages.Order(*side.velocity_frame.scalars.tolist())
-    side.gravity = order.gravity
-    return order
+    strain = side.strain.measure(side.state) if asked else None
+    side.talk.say_forces(force, side.rim.stiffness_sums(side.model, side.state), side.answer, strain)

@@ -2,11 +2,9 @@
 
 import logging
 import sys
-import time
 
 from coupler_protocol import exits
-from coupler_protocol.process import command_line
-from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
+from coupler_protocol.process import command_line, server
 from coupler_protocol.process.progress import Progress
 from coupler_protocol.wire import messages
 
@@ -23,13 +21,7 @@ def parser():
 
 def main(argv=None):
     """Entry point; returns the exit code."""
-    options = parser().parse_args(argv)
-    command_line.set_threads(options.threads)
-    stop = StopRequest()
-    stop_on_signals(stop)
-    if options.tether:
-        stop_with_parent(stop)
-    return command_line.ended("fdm-server", lambda: serve(options, stop))
+    return server.main("fdm-server", parser(), serve, argv)
 
 
 def serve(options, stop):
@@ -68,39 +60,18 @@ def compute(scene, transport, out, progress, stop, origin=None, plugin=None):
     coupler_protocol.process.plugin.Plugin or None.
     Writes run.json however it ends. On failure the peers are told and State is saved; the exception goes on.
     """
-    from coupler_protocol.files import run_json
     from coupler_protocol.scene.rules.between_tables import doubts
     from coupler_protocol.wire.lockstep import Clocks, Hub
     from fdm_server.procedure.grid_side import ContinuumSide
 
-    about = run_json.describe(scene)
-    if origin is not None:
-        about["begins_after"] = {"run": str(origin.folder), "stage": origin.stage}
-    if plugin is not None:
-        about["plugin"] = plugin.name
-    begin = time.perf_counter()
     hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), stop)
     for _, what, remedy in doubts(scene):
         logging.getLogger("fdm-server").warning("%s; %s", what, remedy)
-    side, code, reason = None, exits.OURSELVES, ""
-    try:
-        side = ContinuumSide(scene, hub, out, progress, origin, plugin)
-        run_json.write_json(out / "scene.json", scene.resolved())
-        reason, code = exits.physics(side.run), exits.DONE
-        progress("done", reason, now=True)
-    except BaseException as error:
-        reason = str(error) or type(error).__name__
-        code = exits.code_of(error)
-        hub.tell_all(messages.FAILURE, {"reason": reason})
-        if side is not None:
-            logging.getLogger("fdm-server").info("state saved to %s", side.save("stopped", "stopped"))
-        raise
-    finally:
-        about |= {"end": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "seconds": time.perf_counter() - begin}
-        about |= {"exit_code": code, "reason": reason, "peak_memory_MB": run_json.peak_memory()}
-        if side is not None:
-            about |= side.summary()
-        run_json.write_json(out / "run.json", about)
+
+    def side():
+        return ContinuumSide(scene, hub, out, progress, origin, plugin)
+
+    server.conduct(side, scene, out, progress, origin, plugin, lambda reason: hub.tell_all(messages.FAILURE, {"reason": reason}))
 
 
 if __name__ == "__main__":

@@ -1,15 +1,20 @@
 """Model: all that stays the same while steps are taken. State: all that changes, and exactly a checkpoint."""
 
 from dataclasses import dataclass, field
+from functools import cache
+from typing import Annotated, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol.compiled import threads
 from fdm_server.effects import Law, law_from
+from fdm_server.effects.combined_damping import PREVIOUS_FORCE
+from fdm_server.effects.plastic_state import PLASTIC
+from fdm_server.effects.softening import PLASTIC_SHEAR
 from fdm_server.mesh.grid import Grid
 from fdm_server.mesh.grid_sides import fixed_components
-from fdm_server.step.blocks import LANES, Geometry, build_gather, build_geometry, to_blocks
+from fdm_server.step.blocks import LANES, Gather, Geometry, build_gather, build_geometry, new_history, to_blocks
 from fdm_server.step.forces import CORNER_ROWS
 from fdm_server.step.masses import static_masses, weight_masses
 from fdm_server.step.safety import check_zones
@@ -37,6 +42,16 @@ class Model:
     step_factor: float | None = None  # share of the stable step taken in real time; None: static mode
 
     @property
+    def in_real_time(self):
+        """Whether steps take seconds, with real masses; else static mode."""
+        return self.step_factor is not None
+
+    @property
+    def gather(self):
+        """How kernels sum corner forces at gridpoints."""
+        return Gather(self.partition.order, self.partition.ready, self.start, self.place)
+
+    @property
     def zones(self):
         """Gridpoints of the active zones (A,4)."""
         return self.grid.zones[self.zone]
@@ -57,25 +72,63 @@ class Model:
         return moduli(self.material_law)[self.grid.material[self.zone]]
 
 
+ZONE, GRIDPOINT, NEITHER = "zone", "gridpoint", "neither"
+
+
 @dataclass(slots=True)
 class State:
-    """What a step changes and what others may set between steps (applied, added_mass)."""
+    """What a step changes and what others may set between steps (applied, added_mass).
 
-    velocity: NDArray[np.float64]  # (N,2) [m/s]
-    displacement: NDArray[np.float64]  # (N,2) [m]
-    force: NDArray[np.float64]  # (N,2) [N] of the zones on gridpoints
-    applied: NDArray[np.float64]  # (N,2) [N] of all others on gridpoints
-    added_mass: NDArray[np.float64]  # (N,) [kg] of contact springs hung on gridpoints
-    stress: NDArray[np.float64]  # (B, 10 rows) [Pa] sm, zz; sd and xy of four triangles
-    corner_force: NDArray[np.float64]  # (B, 8 rows) [N] of zones on their corners
-    plastic: NDArray[np.int64] | None  # (B, 1 row) plastic state; None where nothing yields
-    mass: NDArray[np.float64] | None = None  # (N,) [kg] scaled for a step of 1 in the present shape; None: small strain
-    mass_age: int = 0  # steps since `mass` was computed
-    driven: NDArray[np.float64] | None = None  # (N,2) [m/step] prescribed velocities, 0 where none; None: nothing is driven
-    loads: dict[str, NDArray[np.float64]] = field(default_factory=dict)  # (N,2) [N] of boundaries by place, part of `applied`
-    plastic_shear: NDArray[np.float64] | None = None  # (B, 1 row) [-] plastic shear strain of zones; None where nothing softens
-    previous_force: NDArray[np.float64] | None = None  # (N,2) [N] unbalanced a step ago; None without combined damping
-    dt: float | None = None  # [s] step in real time; None: static mode
+    Every field says where it lives, by zone (B, 16 R), by gridpoint (N,) or (N,2), or at neither: what removes zones, saves or
+    copies a State goes by that. What laws remember is None where they do not act.
+    """
+
+    velocity: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,2) [m/s]
+    displacement: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,2) [m]
+    force: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,2) [N] of the zones on gridpoints
+    applied: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,2) [N] of all others on gridpoints
+    added_mass: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,) [kg] of contact springs hung on gridpoints
+    stress: Annotated[NDArray[np.float64], ZONE]  # (B, 10 rows) [Pa] sm, zz; sd and xy of four triangles
+    corner_force: Annotated[NDArray[np.float64], ZONE]  # (B, 8 rows) [N] of zones on their corners
+    plastic: Annotated[NDArray[np.int64] | None, PLASTIC.place] = None  # (B, 1 row)
+    mass: Annotated[NDArray[np.float64] | None, GRIDPOINT] = (
+        None  # (N,) [kg] static ones of the present shape; None: small strain
+    )
+    mass_age: Annotated[int, NEITHER] = 0  # steps since `mass` was computed
+    driven: Annotated[NDArray[np.float64] | None, GRIDPOINT] = None  # (N,2) [m/step] prescribed velocities, 0 where none; or None
+    loads: Annotated[dict[str, NDArray[np.float64]], GRIDPOINT] = field(default_factory=dict)  # (N,2) [N] by place, in `applied`
+    plastic_shear: Annotated[NDArray[np.float64] | None, PLASTIC_SHEAR.place] = None  # (B, 1 row)
+    previous_force: Annotated[NDArray[np.float64] | None, PREVIOUS_FORCE.place] = None  # (N,2)
+    dt: Annotated[float | None, NEITHER] = None  # [s] step in real time; None: static mode
+    memory: Annotated[dict[str, NDArray[np.float64]], ZONE] = field(default_factory=dict)  # (B, 1 row) {history: of added laws}
+
+    @property
+    def in_real_time(self):
+        """Whether steps take seconds, with real masses; else static mode: a step of 1 with scaled masses, on the way to rest."""
+        return self.dt is not None
+
+    def history(self, name):
+        """The array that a law remembers under this name."""
+        return self.memory[name] if name in self.memory else getattr(self, name)
+
+
+@cache
+def places():
+    """Where the fields of State live: {name: "zone", "gridpoint" or "neither"}."""
+    return {name: place for name, hint in get_type_hints(State, include_extras=True).items() for place in hint.__metadata__}
+
+
+def carried(state, zones):
+    """A State for fewer zones: `zones` takes an array (B, 16 R) of them all to one of those that stay; the rest is copied."""
+    return State(
+        **{name: _carried(getattr(state, name), zones if place == ZONE else np.copy) for name, place in places().items()}
+    )
+
+
+def _carried(value, change):
+    if isinstance(value, dict):
+        return {name: _carried(item, change) for name, item in value.items()}
+    return change(value) if isinstance(value, np.ndarray) else value
 
 
 def build_model(scene, grid):
@@ -118,20 +171,17 @@ def _by_lane(law, patterns):
     """The law's parameters for the materials of 16 lanes (patterns, 16)."""
 
     def rows(by_material):
-        return None if by_material is None else np.concatenate([p[patterns] for p in by_material.T], axis=1)
+        return np.concatenate([p[patterns] for p in by_material.T], axis=1)
 
-    return law._replace(
-        elastic=rows(law.elastic),
-        mohr_coulomb=rows(law.mohr_coulomb),
-        tension=rows(law.tension),
-        softening=rows(law.softening),
-    )
+    laid = {name: rows(value) for name, value in law._asdict().items() if isinstance(value, np.ndarray)}
+    added = law.added and tuple(type(one)(*(values[patterns] for values in one)) for one in law.added)
+    return law._replace(added=added, **laid)
 
 
 def new_state(model):
     """A model at rest without stress."""
     points, blocks = len(model.grid.xy), len(model.geometry.corner)
-    return State(
+    state = State(
         velocity=np.zeros((points, 2)),
         displacement=np.zeros((points, 2)),
         force=np.zeros((points, 2)),
@@ -139,7 +189,18 @@ def new_state(model):
         added_mass=np.zeros(points),
         stress=np.zeros((blocks, STRESS_ROWS * LANES)),
         corner_force=np.zeros((blocks, CORNER_ROWS * LANES)),
-        plastic=np.zeros((blocks, LANES), dtype=np.int64) if model.law.plastic else None,
-        plastic_shear=None if model.law.softening is None else np.zeros((blocks, LANES)),
-        previous_force=None if model.law.combined is None else np.zeros((points, 2)),
     )
+    forget(model, state, (ZONE, GRIDPOINT))
+    return state
+
+
+def forget(model, state, where=(ZONE,)):
+    """Set what the model's laws remember at these places to zero, and what laws that do not act remembered to None."""
+    points, blocks = len(model.grid.xy), len(model.geometry.corner)
+    acting = model.law.histories
+    own = places()
+    for history in (PLASTIC, PLASTIC_SHEAR, PREVIOUS_FORCE):
+        if history.place in where:
+            setattr(state, history.name, new_history(history, points, blocks) if history.name in acting else None)
+    if ZONE in where:
+        state.memory = {name: new_history(h, points, blocks) for name, h in acting.items() if name not in own}

@@ -133,8 +133,7 @@ def exchange(nodes, steps, repeats):
 
         def trip():
             velocity.scalars[:] = 0.0
-            talk.say(velocity.seal(talk.sequence))
-            talk.sequence += 1
+            talk.say_step(velocity)
             force.accept(talk.hear((messages.FORCE,), in_step=True)[1])
 
         trip()
@@ -159,10 +158,9 @@ def echo(endpoint, nodes, turns):
     transport = link_tcp.RankTransport(endpoint)
     talk, force, velocity = _ends(transport, 0, nodes)
     for _ in range(turns + 1):
-        talk.say(force.seal(talk.sequence))
+        talk.say_step(force)
         velocity.accept(talk.hear((messages.VELOCITY,), in_step=True)[1])
-        talk.sequence += 1
-    talk.say(force.seal(talk.sequence))
+    talk.say_step(force)
     time.sleep(5.0)
 
 

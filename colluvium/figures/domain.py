@@ -18,7 +18,7 @@ def fill_polygons(axes: Any, corners: np.ndarray, values: np.ndarray | str, **co
     """Polygons (n, 4, 2) filled by values (n,) or with one colour, without visible seams."""
     from matplotlib.collections import PolyCollection
 
-    filled = PolyCollection(corners, linewidths=0.2, **colours)
+    filled = PolyCollection(list(corners), linewidths=0.2, **colours)
     _set_colour(filled, values)
     axes.add_collection(filled)
     return filled

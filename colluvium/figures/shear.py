@@ -48,10 +48,11 @@ def _panels(run: Run, shown: list[moments.Moment], field: str, motion: str, name
     )
     parts = [_fields(run, moment.frame, field, motion) for moment in shown]
     largest = style.limits(*(value for part in parts for _, value in part))[1]
-    norm = LogNorm(largest * 10.0**-DECADES, largest) if largest > 0.0 else LogNorm(10.0**-DECADES, 1.0)
+    lowest = (largest if largest > 0.0 else 1.0) * 10.0**-DECADES
+    norm = LogNorm(lowest, largest if largest > 0.0 else 1.0)
     for place, moment, part in zip(axes.flat, shown, parts, strict=False):
         for corners, value in part:
-            seen = np.maximum(value, norm.vmin)
+            seen = np.maximum(value, lowest)
             drawn = domain.fill_polygons(place, corners, seen, norm=norm, cmap=style.colour_map(colours))
         domain.outline(place, run.gridpoints(moment.frame).xy, run.zones(moment.frame).corners)
         domain.finish(place, f"{name}: {moments.title(run, moment)}")

@@ -41,7 +41,7 @@ def styled(draw: Callable[..., Any]) -> Callable[..., Any]:
         import matplotlib
 
         matplotlib.use("Agg")
-        with matplotlib.rc_context(RC):
+        with matplotlib.rc_context(dict[Any, Any](RC)):
             return draw(*args, **options)
 
     return in_style

@@ -17,11 +17,13 @@ def add_command(commands):
     """The command's options."""
     p = commands.add_parser("fos", help="factor of safety by strength reduction, or the gravity factor at collapse")
     p.add_argument("scene", metavar="SCENE", help="scene file (TOML); its table [fos] says how, its stages what acts")
-    p.add_argument("--by", choices=("strength", "gravity"), help="what the factor acts upon (fos.by of the scene)")
-    p.add_argument("--meshes", metavar="N", type=command_line.positive, help="meshes: the grid's zone size over 1, 2, .. N")
+    p.add_argument("--by", choices=("strength", "gravity"), help="what the factor acts on (fos.by of the scene)")
+    p.add_argument(
+        "--meshes", metavar="N", type=command_line.positive, help="number of meshes: the grid's zone size divided by 1, 2, .. N"
+    )
     p.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME.fos)")
     p.add_argument("--json", nargs="?", const="-", metavar="FILE", help="fos.json to FILE or standard output, no table")
-    p.add_argument("--no-pictures", action="store_true", help="leave the pictures out")
+    p.add_argument("--no-pictures", action="store_true", help="draw no pictures")
     p.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
     p.add_argument("--quiet", action="store_true", help="no progress")
     p.add_argument("--threads", metavar="N", type=command_line.positive, default=1, help="threads (default 1)")
@@ -90,7 +92,9 @@ def as_lines(found):
     lines += [f"ignored: {what}" for what in found["ignored"]]
     lines += [f"rule for {name}: {rule}" for name, rule in found["rules"].items()]
     ratio, budget = found["criterion"]["ratio"], max(m["budget"] for m in found["meshes"])
-    lines.append(f"trials rest at ratio {ratio:g} without motion, fail in steady flow, within {budget:,} steps (docs/theory.md)")
+    lines.append(
+        f"a trial rests at ratio {ratio:g} without motion and fails in steady flow, within {budget:,} steps (docs/theory.md)"
+    )
     lines.append(f"{'zone [m]':>9} {'zones':>7} {'trials':>6} {'rests at':>9} {'fails at':>9} {'factor':>8} {'seconds':>8}")
     for m in found["meshes"]:
         lines.append(
@@ -104,8 +108,8 @@ def as_lines(found):
     if extra:
         order = "assumed" if extra["observed_order"] is None or extra["order"] != extra["observed_order"] else "observed"
         lines.append(
-            f"extrapolated to no zone size: {extra['value']:.4f} (order {extra['order']:.2f} {order}; brackets leave "
-            f"-+ {extra['from_brackets']:.4f}; GCI of the finest mesh {100 * extra['gci']:.2f} %)"
+            f"extrapolated to zone size 0: {extra['value']:.4f} (order {extra['order']:.2f} {order}; brackets add "
+            f"± {extra['from_brackets']:.4f}; GCI of the finest mesh {100 * extra['gci']:.2f} %)"
         )
     finest = found["meshes"][-1]
     lines.append(f"{found['quantity']} {finest['value']:.3f} (rests at {finest['low']:.4f}, fails at {finest['high']:.4f})")

@@ -6,7 +6,7 @@ M / (1 + alpha), its own alpha (coupler_protocol/criteria/stable_step.py, Eq (1)
 4.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse
@@ -18,9 +18,9 @@ class Window(NamedTuple):
     """One window: gridpoints (K,) of its rim, and model, state and rim of its discs (dem_server)."""
 
     nodes: np.ndarray
-    model: object
-    state: object
-    rim: object
+    model: Any
+    state: Any
+    rim: Any
 
 
 def operator(model, state, windows):

@@ -165,7 +165,7 @@ def _places(there: Band, box: shapely.Polygon, size: np.ndarray) -> list[tuple[f
     near = np.flatnonzero(off < np.hypot(*half))
     moved = np.hypot(*(middles - (x0, y0) - half).T)
     order = near[np.lexsort((moved[near], np.maximum(off[near] - 0.5 * size.max(), 0.0)))]
-    return [(float(off[i]), *map(int, corners[i])) for i in order]
+    return [(float(off[i]), int(corners[i, 0]), int(corners[i, 1])) for i in order]
 
 
 # -- in words ------------------------------------------------------------------------------------------------------------
@@ -175,8 +175,9 @@ def in_words(found: dict) -> list[str]:
     """One sentence on the band and one on each window; what is wrong begins with "warning"."""
     begin = f"{found['stage']}: at {found['gravity_factor']:.2f} g, the grid alone:"
     if not found["line"]:
-        much = f"no band of {100 * found['counted']:g} % shear strain connects toe and crest (level {100 * found['level']:.2g} %)"
-        return [f"warning: {begin} {much}: give the stage more gravity or more steps"]
+        much = f"no band of {100 * found['counted']:g} % shear strain connects toe and crest"
+        much += f" (strongest path {100 * found['level']:.2g} %)"
+        return [f"warning: {begin} {much}: increase gravity or steps of this stage"]
     points = " ".join(f"({x:.1f}, {y:.1f})" for x, y in band_line.some(np.array(found["line"]), 6))
     said = [f"{begin} a band of {100 * found['level']:.2g} % shear strain connects toe and crest, through {points} m"]
     return said + [_window_in_words(window) for window in found["windows"]]
@@ -184,20 +185,20 @@ def in_words(found: dict) -> list[str]:
 
 def _window_in_words(window: dict) -> str:
     ends = ", ".join(f"{name} side {distance:.1f} m" for name, distance in window["ends"].items())
-    round_it = f"level round it {100 * window['level_around']:.2g} %"
+    around = f"the strongest path around the window reaches {100 * window['level_around']:.2g} % shear strain"
     way = ""
     if window["enters"]:
         way = " at ({:.2f}, {:.2f}) and leaves it at ({:.2f}, {:.2f}) m".format(*window["enters"], *window["leaves"])
     if window["crosses"]:
-        return f"the band crosses window {window['name']}: it enters{way}; {round_it}; from the band: {ends}"
+        return f"the band crosses window {window['name']}: it enters{way}; {around}; distance from the band: {ends}"
     does = f"misses window {window['name']}: it passes {window['distance']:.1f} m from it"
     if way:
-        does = f"does not need window {window['name']}: it enters{way}, but connects toe and crest round it as well ({round_it})"
-    remedy = "no window of this size that it would cross fits into the grid"
+        does = f"does not need window {window['name']}: it enters{way}, but also connects toe and crest around it ({around})"
+    remedy = "the grid has no room for a window of this size that the band would cross"
     better = window["better"]
     if better:
-        where = "moved by ({:.4g}, {:.4g}) m it".format(*better["by"]) if "by" in better else _spans(better)
-        remedy = f"{where} would have it cross {better['off']:.1f} m from the middle"
+        where = "the window moved by ({:.4g}, {:.4g}) m".format(*better["by"]) if "by" in better else _spans(better)
+        remedy = f"with {where} it would cross {better['off']:.1f} m from the middle"
     return f"warning: the band {does}; {remedy}"
 
 

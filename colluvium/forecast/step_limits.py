@@ -72,7 +72,7 @@ def exact_of_run(scene, folder):
 
     found = {}
     for index, stage in enumerate(scene.stage):
-        if stage.time == "real" and scene.coupling.substeps > 1:
+        if stage.in_real_time and scene.coupling.substeps > 1:
             continue
         paths = [Path(folder) / f"{name}.{stage.name}.h5" for name in restart.processes(scene, index)]
         if restart.coupled(scene, index) and all(path.is_file() for path in paths):
@@ -108,6 +108,6 @@ def saved_model(scene, index, paths):
 def sentences(found):
     """The limits in words."""
     named = ", ".join(f"{name} {in_words(found[name])}" for name in ("grid", "interface", "discs"))
-    yield f"a coupled step is surely stable up to: {named}"
+    yield f"step limits as multiples of the step in use; safe: {named}"
     if "exact" in found:
-        yield f"it is stable exactly up to {in_words(found['exact'])}"
+        yield f"exact step limit as a multiple of the step in use: {in_words(found['exact'])}"

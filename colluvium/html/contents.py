@@ -141,7 +141,7 @@ class Contents:
         """Corners of all stones, one behind the other, and how many each has."""
         placed = self.run.stones(rank)
         start, now = np.concatenate(placed), np.concatenate(stones.outlines(self.run, i, rank))
-        return self._motion(start, now - start) | {"corners": self.packing.whole([len(outline) for outline in placed])}
+        return self._motion(start, now - start) | {"corners": self.packing.whole(np.array([len(outline) for outline in placed]))}
 
     def _body(self, start: np.ndarray, displacement: np.ndarray) -> dict[str, Any]:
         size = np.hypot(*displacement.T)

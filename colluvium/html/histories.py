@@ -2,6 +2,7 @@
 
 from html import escape
 from math import ceil, floor, log10
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,7 @@ def _plot(run: Run, label: str, lines: dict[int, tuple[np.ndarray, np.ndarray]],
     def across(step: float) -> float:
         return LEFT + inner * step / end
 
-    def up(value: np.ndarray | float) -> np.ndarray | float:
+    def up(value: Any) -> Any:
         if logarithmic:
             value = np.log10(np.maximum(value, 10.0**low))
         return TOP + tall * (high - value) / (high - low)
@@ -67,9 +68,9 @@ def _axis(values: np.ndarray, logarithmic: bool) -> tuple[float, float, list[flo
     """Ends of an axis (of the logarithms, where logarithmic) and the values at its ticks."""
     if logarithmic:
         positive = values[np.isfinite(values) & (values > 0.0)]
-        low, high = (floor(log10(positive.min())), ceil(log10(positive.max()))) if len(positive) else (-1, 0)
-        high = max(high, low + 1)
-        return low, high, [10.0**p for p in range(low, high + 1, max(1, ceil((high - low) / 5)))]
+        first, last = (floor(log10(positive.min())), ceil(log10(positive.max()))) if len(positive) else (-1, 0)
+        last = max(last, first + 1)
+        return first, last, [10.0**p for p in range(first, last + 1, max(1, ceil((last - first) / 5)))]
     known = values[np.isfinite(values)]
     low, high = (min(0.0, float(known.min())), float(known.max())) if len(known) else (0.0, 1.0)
     high = high if high > low else low + 1.0

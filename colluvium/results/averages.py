@@ -11,19 +11,19 @@ Weber (1966), Bull. Liaison Ponts et Chaussees 20; Christoffersen, Mehrabadi & N
 """
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from dem_server.insitu.contact_stress import share_inside
+from coupler_protocol.geometry import share_inside
 
 if TYPE_CHECKING:
     from colluvium.results.rank_file import Fields
 
 
-def average_stress(discs: "Fields", contacts: "Fields", region) -> np.ndarray:
+def average_stress(discs: "Fields", contacts: "Fields", region: Any) -> np.ndarray:
     """Mean stress xx, yy, xy (3,) [Pa] in a region, Eq (1), tension positive."""
     circle, shape = _region(region)
     body = discs.centroid if "centroid" in discs else discs.xy
@@ -33,7 +33,7 @@ def average_stress(discs: "Fields", contacts: "Fields", region) -> np.ndarray:
         inside = share_inside(start - circle[:2], span, circle[2])
     else:
         lines = shapely.linestrings(np.stack([start, start + span], axis=1))
-        inside = shapely.length(shapely.intersection(lines, shape)) / shapely.length(lines)
+        inside = np.asarray(shapely.length(shapely.intersection(lines, shape)) / shapely.length(lines))
     (fx, fy), (lx, ly) = (force * inside[:, None]).T, span.T
     total = -np.array([fx @ lx, fy @ ly, 0.5 * (fx @ ly + fy @ lx)])
     if "wall_virial" in discs:
@@ -41,7 +41,7 @@ def average_stress(discs: "Fields", contacts: "Fields", region) -> np.ndarray:
     return total / _area(circle, shape)
 
 
-def porosity(discs: "Fields", region) -> float:
+def porosity(discs: "Fields", region: Any) -> float:
     """Void share of a region, Eq (2), exact for circles and polygons of any shape but for overlaps on its edge."""
     circle, shape = _region(region)
     if circle is not None:
@@ -99,15 +99,15 @@ def disc_in_polygon(xy: np.ndarray, radius: np.ndarray, ring: np.ndarray) -> np.
     return area
 
 
-def _cross(a, b):
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
-def _angle(a, b):
+def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.arctan2(_cross(a, b), (a * b).sum(axis=1))
 
 
-def _region(region):
+def _region(region: Any) -> tuple[np.ndarray | None, shapely.Polygon | None]:
     """The circle (3,) or None, and the polygon, counter-clockwise, or None."""
     values = np.asarray(region, dtype=float)
     if values.shape == (3,) and values[2] > 0.0:
@@ -119,11 +119,11 @@ def _region(region):
     raise ValueError(f"a region is (x, y, radius) or the corners of a polygon that does not cross itself, not {region!r}")
 
 
-def _area(circle, shape):
+def _area(circle: np.ndarray | None, shape: Any) -> float:
     return float(np.pi * circle[2] ** 2) if circle is not None else shape.area
 
 
-def _points_inside(xy, circle, shape):
+def _points_inside(xy: np.ndarray, circle: np.ndarray | None, shape: Any) -> np.ndarray:
     if circle is not None:
         return np.hypot(*(xy - circle[:2]).T) < circle[2]
     return shapely.contains_xy(shape, xy[:, 0], xy[:, 1])

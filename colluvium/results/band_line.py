@@ -47,7 +47,7 @@ def inside(line: np.ndarray, box: shapely.Polygon) -> tuple[tuple[float, float],
         return None
     place = shapely.line_locate_point(whole, shapely.points(points))
     first, last = points[np.argmin(place)], points[np.argmax(place)]
-    return tuple(map(float, first)), tuple(map(float, last))
+    return (float(first[0]), float(first[1])), (float(last[0]), float(last[1]))
 
 
 def some(line: np.ndarray, count: int) -> np.ndarray:

@@ -13,7 +13,6 @@ everywhere come and go. Where it was seen earlier and lost again, that is said.
 """
 
 from math import sqrt
-from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -65,6 +64,13 @@ class State(NamedTuple):
         if self.seen and self.seen is not self.reach:
             words += f" (seen at {self.seen.gravity_factor:.2f} g, lost again)"
         return f"{self.letter} ({MEANING[self.letter]}): {words}"
+
+
+class Chosen(NamedTuple):
+    """Some contacts of a frame: `ends` (C, 2) rows of the two discs, `normal_force` (C,) [N]."""
+
+    ends: np.ndarray
+    normal_force: np.ndarray
 
 
 class Intervals(NamedTuple):
@@ -123,10 +129,7 @@ def fabric(run: Run, frame: int, rank: int = 1, kind: str | None = None) -> tupl
         if whole.contacts < FEWEST:
             return None
         group = np.arange(len(ends)) % GROUPS
-        parts = [
-            contact_fabric(discs, SimpleNamespace(ends=ends[group != k], normal_force=force[group != k]), kind)
-            for k in range(GROUPS)
-        ]
+        parts = [contact_fabric(discs, Chosen(ends[group != k], force[group != k]), kind) for k in range(GROUPS)]
     except ValueError:
         return None
     widths = []

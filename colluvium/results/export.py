@@ -5,16 +5,19 @@ Control discs are left out. Velocities go along from stages in real time only: t
 
 import contextlib
 import sys
+from pathlib import Path
 
 import numpy as np
 
-from colluvium.results.run import open_run
+from colluvium.results.run import Run, open_run
 from coupler_protocol.files import disc_csv
 
 RING = 0  # number of the material of control discs
 
 
-def write(run_dir, frame=None, stage=None, rank=1, out=None):
+def write(
+    run_dir: str | Path, frame: int | None = None, stage: str | None = None, rank: int = 1, out: str | Path | None = None
+) -> int:
     """Write the discs of frame `frame` (or of the last one of `stage`, or the last of all) to `out`; returns how many.
 
     out: path of a file, None: standard output. Raises NotRecordedError or IndexError for frames that are not there.
@@ -30,10 +33,10 @@ def write(run_dir, frame=None, stage=None, rank=1, out=None):
         return int(free.sum())
 
 
-def _last(run, rank):
+def _last(run: Run, rank: int) -> int:
     """The last frame in which this rank recorded anything."""
     return max((i for i in range(len(run.frames)) if run.has(i, rank)), default=-1)
 
 
-def _in_real_time(run, stage):
+def _in_real_time(run: Run, stage: str) -> bool:
     return any(table["name"] == stage and table.get("time") == "real" for table in run.scene.get("stage", ()))

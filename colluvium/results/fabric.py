@@ -7,7 +7,7 @@ Bathurst, Analytical study of induced anisotropy in idealized granular materials
 """
 
 from math import log, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
@@ -16,6 +16,16 @@ if TYPE_CHECKING:
 
 
 KINDS = ("soil-soil", "soil-stone", "stone-stone")  # by how many of the two discs belong to a stone
+
+
+class Contacts(Protocol):
+    """What a fabric is made from: `ends` (C, 2) rows of the two discs, `normal_force` (C,) [N]; recorded or chosen from them."""
+
+    @property
+    def ends(self) -> np.ndarray: ...
+
+    @property
+    def normal_force(self) -> np.ndarray: ...
 
 
 class Fabric(NamedTuple):
@@ -31,12 +41,12 @@ class Fabric(NamedTuple):
     theta_n: float
 
 
-def contact_fabric(discs: "Fields", contacts: "Fields", kind: str | None = None) -> Fabric:
+def contact_fabric(discs: "Fields", contacts: Contacts, kind: str | None = None) -> Fabric:
     """Fabric of the contacts that `directions` counts, all of them or one of KINDS."""
     return fit_fabric(*directions(discs, contacts, kind))
 
 
-def directions(discs: "Fields", contacts: "Fields", kind: str | None = None) -> tuple[np.ndarray, np.ndarray]:
+def directions(discs: "Fields", contacts: Contacts, kind: str | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Angles (C,) [rad] and normal forces (C,) [N] of the compressed contacts between free discs, all or one of KINDS.
 
     Contacts inside one stone are left out: they say how the stone is made, not how stones and soil meet.

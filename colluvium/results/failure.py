@@ -69,15 +69,15 @@ def summary(run: Run, threshold: float = FAILED) -> dict | None:
 
 def in_words(found: dict) -> str:
     """One sentence or two on the answer of `summary`."""
-    level = f"level {100 * found['level_through']:.2g} %, round the window {100 * found['level_around']:.2g} %"
+    level = f"strongest path {100 * found['level_through']:.2g} %, around the window {100 * found['level_around']:.2g} %"
     if found["failed_at"] is None:
         band = f"no band of {100 * found['threshold']:g} % shear strain"
-        return f"not failed up to {found['not_failed_at']:.2f} g: {band} ({level})"
-    since = f" (not yet at {found['not_failed_at']:.2f} g)" if found["not_failed_at"] is not None else ""
-    way = "through the window" if found["crosses_window"] else "round the window"
+        return f"not failed up to {found['not_failed_at']:.2f} g: {band} connects toe and crest ({level})"
+    since = f" (not at {found['not_failed_at']:.2f} g)" if found["not_failed_at"] is not None else ""
+    way = "through the window" if found["crosses_window"] else "around the window"
     return (
-        f"failed at {found['failed_at']:.2f} g{since}: from there on a band of {100 * found['threshold']:g} % shear strain "
-        f"connects toe and crest, {way} ({level})"
+        f"failed at {found['failed_at']:.2f} g{since}: a band of {100 * found['threshold']:g} % shear strain "
+        f"connects toe and crest {way} ({level})"
     )
 
 

@@ -59,7 +59,8 @@ class RankParts:
             if name in part.history_names():
                 steps, values = part.history(name)
                 pieces.append((steps[steps <= limit], values[steps <= limit]))
-        return tuple(np.concatenate(column) for column in zip(*pieces, strict=True))
+        steps, values = (np.concatenate(column) for column in zip(*pieces, strict=True))
+        return steps, values
 
     def close(self) -> None:
         """Close the files; arrays already read stay."""

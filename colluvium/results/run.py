@@ -38,6 +38,9 @@ class Run:
         if not self.files:
             raise FileNotFoundError(f"no file NAME.rankN.vtkhdf in {' or '.join(map(str, folders))}")
         self.info = _first_json(folders, "run.json")
+        for row in self.info.get("stages", ()):
+            if "time" in row:  # as runs of discs alone before version 0.2 called it
+                row["seconds_simulated"] = row.pop("time")
         self.scene = _first_json(folders, "scene.json")
         self.stages = self._order_stages()
         self.frames, self._rows = self._join_frames()
@@ -89,7 +92,7 @@ class Run:
         """Polygons (V, 2) of the stones as they were placed [m]; colluvium.results.stones moves them with their discs."""
         file = self._file(rank, "discrete")
         corners, start = file.constant("stone_corners"), file.constant("stone_start")
-        return [] if corners is None else np.split(corners, start[1:-1])
+        return [] if corners is None or start is None else np.split(corners, start[1:-1])
 
     def history(self, name: str, rank: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Steps and values of a history of one rank; none given: the continuum, or the discs where they are alone."""

@@ -1,6 +1,7 @@
 """When each process of a run computed, waited and recorded, from the files of `record.trace` (process/trace.py)."""
 
 import csv
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ class Intervals(NamedTuple):
 
     def where(self, mask: NDArray[np.bool_]) -> "Intervals":
         """Those of a mask (n,)."""
-        return Intervals(*(column[mask] for column in self))
+        return Intervals(self.stage[mask], self.step[mask], self.activity[mask], self.begin[mask], self.end[mask])
 
     def shares(self) -> dict[str, float]:
         """Share of the time [-] by activity; 0 of no time."""
@@ -38,9 +39,9 @@ def intervals(run: Run) -> dict[str, Intervals]:
     return {name: _read(found[name]) for name in sorted(found, key=lambda name: int(name.rpartition("rank")[2]))}
 
 
-def _read(path):
+def _read(path: Path) -> Intervals:
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.reader(file))[1:]
     stage, step, activity, begin, end = zip(*rows, strict=True) if rows else ((),) * 5
-    times = (np.array(values, dtype=np.float64) for values in (begin, end))
-    return Intervals(np.array(stage, dtype=str), np.array(step, dtype=np.int64), np.array(activity, dtype=str), *times)
+    began, ended = (np.array(values, dtype=np.float64) for values in (begin, end))
+    return Intervals(np.array(stage, dtype=str), np.array(step, dtype=np.int64), np.array(activity, dtype=str), began, ended)

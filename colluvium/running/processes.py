@@ -9,9 +9,10 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import IO, Any
 
 from coupler_protocol import exits
-from coupler_protocol.files.run_json import name_the_cause, write_json
+from coupler_protocol.files.run_json import name_the_cause, write
 
 GRACE = 15.0  # seconds a process gets to end by itself before it is killed
 ECHO = 10.0  # seconds in which an error of the other side follows the one that caused it
@@ -20,7 +21,7 @@ ECHO = 10.0  # seconds in which an error of the other side follows the one that 
 def own_files(out):
     """Names of files of an earlier run in `out`."""
     out = Path(out)
-    patterns = ("*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run.json", "scene.json", "scene.toml", "endpoint")
+    patterns = ("*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run*.json", "scene.json", "scene.toml", "endpoint")
     return [path.name for pattern in patterns for path in sorted(out.glob(pattern))] if out.is_dir() else []
 
 
@@ -39,19 +40,19 @@ class Process:
             start_new_session=True,  # Ctrl-C reaches the launcher only, which tells both sides
         )
         self._threads = [
-            threading.Thread(target=self._read_rows, args=(rows,), daemon=True),
-            threading.Thread(target=self._read_errors, daemon=True),
+            threading.Thread(target=self._read_rows, args=(self.popen.stdout, rows), daemon=True),
+            threading.Thread(target=self._read_errors, args=(self.popen.stderr,), daemon=True),
         ]
         for thread in self._threads:
             thread.start()
 
-    def _read_rows(self, rows):
-        for line in self.popen.stdout:
+    def _read_rows(self, out: IO[str], rows: queue.Queue[dict[str, Any]]) -> None:
+        for line in out:
             with contextlib.suppress(json.JSONDecodeError):
                 rows.put(json.loads(line))
 
-    def _read_errors(self):
-        for line in self.popen.stderr:
+    def _read_errors(self, errors: IO[str]) -> None:
+        for line in errors:
             self.errors.append(line.rstrip())
 
     def code(self):
@@ -72,7 +73,8 @@ class Process:
             self.popen.wait()
         for thread in self._threads:
             thread.join(2.0)
-        self.popen.stdin.close()
+        if self.popen.stdin is not None:
+            self.popen.stdin.close()
         return self.code()
 
 
@@ -83,7 +85,7 @@ def run_files(scene_path, out, n_windows, options=(), picture=None):
 
     picture(row) is called with each report of progress. Messages of failed processes go to standard error.
     """
-    rows = queue.Queue()
+    rows: queue.Queue[dict[str, Any]] = queue.Queue()
     shared = [str(scene_path), "--out", str(out), "--force", *options]
     if n_windows is None:
         processes = [Process("dem-server", ["dem_server", *shared], rows)]
@@ -112,7 +114,7 @@ def windows_of(scene):
 
 def run_alone(name, arguments, picture=None):
     """Run one module of ours (`arguments` begin with its name) as a child with the same care; returns the exit code."""
-    rows = queue.Queue()
+    rows: queue.Queue[dict[str, Any]] = queue.Queue()
     processes = [Process(name, [str(a) for a in arguments], rows)]
     interrupted = _watch(processes, rows, picture)
     return _conclude(processes, interrupted)
@@ -170,7 +172,7 @@ def _complete_run_json(out, code, processes):
         name_the_cause(path, code)
     if code and not path.exists() and out.is_dir():
         reason = "; ".join(f"{p.name} ended with {p.code()}" for p in processes)
-        write_json(path, {"exit_code": code, "reason": reason, "stages": []})
+        write(out, {"exit_code": code, "reason": reason, "stages": []})
 
 
 def run_scene(scene, out, report="none"):

@@ -2,16 +2,20 @@
 
 numba's disk cache notices an edit of the file a function stands in, but not an edit of another file whose function was compiled
 into it: old physics would run silently. So each server's cache folder carries a hash of every source file its kernels can be
-made of, and any edit of one of them starts a fresh folder. A function from a file outside that set is refused.
+made of, and any edit of one of them starts a fresh folder; laws that other distributions declare are among them. A function
+of the project from a file outside that set is refused.
 """
 
 import hashlib
 import os
 import sys
 from functools import cache
+from importlib.metadata import entry_points
+from importlib.util import find_spec
 from pathlib import Path
 
 import numba
+from numba.extending import overload
 
 from coupler_protocol.compiled.cache_files import lock_cache
 
@@ -21,9 +25,26 @@ _SHARED = tuple(
 )
 
 
+_OURS = ("colluvium", "coupler_protocol", "dem_server", "fdm_server")
+_ADDED = {"fdm_server": "material."}  # laws that other distributions may add to the kernels of a package, by their places
+
+
 def sources(package):
-    """Files that kernels of `package` are made of: all of its own and the shared kernel files."""
-    return [*_SHARED, *sorted((_ROOT / package).rglob("*.py"))]
+    """Files that kernels of `package` are made of: all of its own, the shared kernel files, and those of added laws."""
+    return [*_SHARED, *sorted((_ROOT / package).rglob("*.py")), *_added(package)]
+
+
+def _added(package):
+    """Files of the laws that other distributions add: the whole package a law stands in, for it may import from there."""
+    points = [point for point in entry_points(group="colluvium.effects") if point.name.startswith(_ADDED.get(package, "-"))]
+    found = set()
+    for name in {point.module.partition(".")[0] for point in points} - set(_OURS):
+        spec = find_spec(name)
+        for folder in (spec.submodule_search_locations or ()) if spec else ():
+            found |= set(Path(folder).rglob("*.py"))
+        if spec and spec.origin:
+            found.add(Path(spec.origin))
+    return sorted(found)
 
 
 @cache
@@ -35,7 +56,8 @@ def cache_folder(package):
     digest = hashlib.sha256(f"{numba.__version__} {sys.version_info[:3]}".encode())
     for path in sources(package):
         if path.exists():
-            digest.update(str(path.relative_to(_ROOT)).encode())
+            name = path.relative_to(_ROOT) if path.is_relative_to(_ROOT) else path.name
+            digest.update(str(name).encode())
             digest.update(path.read_bytes())
     base = os.environ.get("NUMBA_CACHE_DIR") or (Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "colluvium")
     return str(Path(base) / f"{package}-{digest.hexdigest()[:16]}")
@@ -59,3 +81,13 @@ def jit(function=None, *, package=None, borrows=False, **options):
         options["_nrt"] = False
     numba.config.CACHE_DIR = cache_folder(package)
     return lock_cache(numba.njit(**{"cache": True, "nogil": True, "error_model": "numpy", **options})(function))
+
+
+def by_type(stand_in):
+    """Give the plain function `stand_in` a compiled form that depends on the types of its arguments.
+
+    Used as a decorator of a function that gets these types (numba's) and returns the function to be compiled in place of
+    `stand_in`. With NUMBA_DISABLE_JIT=1 `stand_in` itself runs. What it compiles goes into the kernel that calls it and is
+    cached with that: it must stand in a file of `sources`.
+    """
+    return overload(stand_in, jit_options={"error_model": "numpy"})

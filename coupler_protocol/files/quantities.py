@@ -108,3 +108,8 @@ def quantity(table: dict[str, Quantity], name: str) -> Quantity:
             f"no unit is known for {name!r}. Known: {', '.join(sorted(table))}. "
             f"A new quantity is declared in coupler_protocol/files/quantities.py."
         ) from None
+
+
+def declare_field(name: str, unit: str, long_name: str) -> None:
+    """Give a field that a law declares to remember a unit and a long name; a name that is in FIELDS keeps its own."""
+    FIELDS.setdefault(name, Quantity(unit, long_name))

@@ -6,13 +6,17 @@ checkpoints of equal session and stage are of the same moment.
 """
 
 import json
+import logging
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from coupler_protocol import exits
 from coupler_protocol.problems import Problem, SceneError
+from coupler_protocol.scene.differences import first_difference
 
+log = logging.getLogger(__name__)
+FUNCTIONS = "functions"  # name of a plugin that was made from functions, not a file
 END = "end of step"  # phase of a State from which steps can go on; any other is for a person to look at
 
 
@@ -55,6 +59,27 @@ def attributes(scene, stage, phase, step, session, factor, **more):
     named = {"stage": stage, "phase": phase, "step": step, "session": session, "gravity_factor": factor}
     named["version"] = version("colluvium")
     return named | {key: json.dumps(value) for key, value in {"scene": scene.resolved(), **more}.items()}
+
+
+def named(plugin):
+    """Attribute that names the functions of a user with which a State was computed."""
+    return {} if plugin is None else {"plugin": plugin.name}
+
+
+def check_plugin(scene, origin, plugin):
+    """Raise EnvironmentFailed where a run that was computed with a file of functions would go on without any.
+
+    Functions that were given from Python have no name to ask for: that they are missing only goes into the log.
+    """
+    from coupler_protocol.files import checkpoint
+
+    found = checkpoint.attributes(origin.path(processes(scene, index_of(scene, origin))[0])).get("plugin")
+    name = json.loads(found) if found else None
+    if name is None or plugin is not None:
+        return
+    if name != FUNCTIONS:
+        raise exits.EnvironmentFailed(f"{origin} was computed with the plugin {name}: give it again (--plugin {name})")
+    log.warning("%s was computed with on_stage or on_step, the run goes on without them", origin)
 
 
 def index_of(scene, origin):
@@ -118,8 +143,6 @@ def check(scene, origin):
 
 def check_scene(scene, earlier, index, path):
     """Raise SceneError where `scene` differs from the resolved `earlier` in more than title and stages after `index`."""
-    from coupler_protocol.wire.handshake import first_difference
-
     now = scene.resolved()
     mine, theirs = (resolved | {"title": "", "stage": resolved["stage"][: index + 1]} for resolved in (now, earlier))
     found = first_difference(mine, theirs, ("this scene", str(path)))

@@ -1,6 +1,7 @@
 """run.json: what was run, where, with which versions, how it ended and where the time went."""
 
 import json
+import logging
 import os
 import platform
 import sys
@@ -10,6 +11,8 @@ from pathlib import Path
 
 from coupler_protocol import exits
 
+log = logging.getLogger(__name__)
+NAME, EARLIER = "run.json", "run.earlier.json"
 LIBRARIES = ("colluvium", "numpy", "numba", "scipy", "pyzmq", "msgpack", "h5py", "pydantic")
 
 
@@ -22,8 +25,39 @@ def describe(scene):
         "versions": {"python": platform.python_version()} | {name: _version(name) for name in LIBRARIES},
         "cpu": processor(),
         "host": platform.node(),
-        "start": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
+        "start": now(),
     }
+
+
+def now():
+    """Time of day, with its zone."""
+    return time.strftime("%Y-%m-%dT%H:%M:%S%z")
+
+
+def beginning(out, origin, plugin):
+    """What run.json says about where a run into the folder `out` begins, and about the functions of a user that it calls.
+
+    A run that goes on in the folder of its origin lists in `attempts` how those before it ended.
+    """
+    about = {} if plugin is None else {"plugin": plugin.name}
+    if origin is not None:
+        about["begins_after"] = {"run": str(origin.folder), "stage": origin.stage}
+        if origin.continues(out) and (out / EARLIER).exists():
+            about["attempts"] = _attempts(json.loads((out / EARLIER).read_text(encoding="utf-8")))
+    return about
+
+
+def _attempts(earlier):
+    """How the run that left `earlier` ended, after those before it."""
+    kept = ("start", "end", "seconds", "exit_code", "reason", "plugin", "warnings")
+    return [*earlier.get("attempts", []), {key: earlier[key] for key in kept if key in earlier}]
+
+
+def set_aside(out):
+    """Make room for the run.json of a run that goes on; what it says is kept for `attempts`."""
+    path = Path(out) / NAME
+    if path.exists():
+        path.replace(Path(out) / EARLIER)
 
 
 def _version(name):
@@ -60,12 +94,32 @@ def write_json(path, content):
     os.replace(new, path)
 
 
+def write(out, content):
+    """Write run.json into the folder `out`; what does not fit its schema is a fault of this program, and goes into the log."""
+    write_json(Path(out) / NAME, content)
+    for problem in misfits(content):
+        log.error("run.json: %s", problem)
+
+
+def misfits(content):
+    """How the content of a run.json differs from what coupler_protocol.files.run_schema.RunJson declares, a text each."""
+    from pydantic import ValidationError
+
+    from coupler_protocol.files.run_schema import RunJson
+
+    try:
+        RunJson.model_validate(content)
+    except ValidationError as error:
+        return [f"{'.'.join(map(str, found['loc']))}: {found['msg']}" for found in error.errors()]
+    return []
+
+
 def name_the_cause(path, code):
     """Where run.json has only heard of the other side's failure (exit code PEER), give it the code of that failure."""
     path = Path(path)
     content = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     if content.get("exit_code") == exits.PEER:
-        write_json(path, content | {"exit_code": code})
+        write(path.parent, content | {"exit_code": code})
 
 
 def stage_rows(results, continuum, discrete):

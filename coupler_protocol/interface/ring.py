@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from coupler_protocol.geometry import polygon_area, segment_vectors
+
 
 class Ring(NamedTuple):
     """Control discs on the rim. K nodes, R discs, ordered along the loop.
@@ -28,17 +30,6 @@ class Ring(NamedTuple):
     w0: NDArray[np.float64]  # (R,)
     node: NDArray[np.int64]  # (R,)
     arc: NDArray[np.float64]  # (R,) [m] length of rim each disc stands for
-
-
-def segment_vectors(nodes):
-    """Vectors (K,2) from each node to the next along the closed loop [m]."""
-    return np.roll(nodes, -1, axis=0) - nodes
-
-
-def polygon_area(nodes):
-    """Signed area [m2] of the loop, positive when it runs counter-clockwise."""
-    following = np.roll(nodes, -1, axis=0)
-    return 0.5 * float(np.sum(nodes[:, 0] * following[:, 1] - nodes[:, 1] * following[:, 0]))
 
 
 def build_ring(nodes, radius):
@@ -82,6 +73,14 @@ def build_ring(nodes, radius):
             arc[p] = 2.0 * r_seg[i]
             p += 1
     return Ring(nodes, xy, r, seg0, seg1, w0, node, arc)
+
+
+def inner_share(ring_xy):
+    """Share of each control disc's area inside the ring (R,): the chain's interior angle over a full turn."""
+    ahead = np.roll(ring_xy, -1, axis=0) - ring_xy
+    back = np.roll(ring_xy, 1, axis=0) - ring_xy
+    cross = ahead[:, 0] * back[:, 1] - ahead[:, 1] * back[:, 0]
+    return np.mod(np.arctan2(cross, (ahead * back).sum(axis=1)), 2.0 * np.pi) / (2.0 * np.pi)
 
 
 def node_shares(ring):

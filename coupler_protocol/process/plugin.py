@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from coupler_protocol.exits import EnvironmentFailed, RunEnded
+from coupler_protocol.files.restart import FUNCTIONS
 
 
 class Moment(NamedTuple):
@@ -60,7 +61,7 @@ def from_functions(on_stage=None, on_step=None) -> Plugin | None:
     every, function = on_step or (1, None)
     if not isinstance(every, int) or every < 1:
         raise ValueError(f"on_step is (steps between calls, function), at least 1 step, not {on_step!r}")
-    return Plugin("functions", function, on_stage, every)
+    return Plugin(FUNCTIONS, function, on_stage, every)
 
 
 def from_file(path: str | Path) -> Plugin:

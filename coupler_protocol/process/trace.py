@@ -1,6 +1,6 @@
-"""What a process did when: computing, waiting and recording in the first steps of every stage, one row an interval.
+"""Where the wall time of a process goes: seconds of every stage, and a trace of its first steps, one row an interval.
 
-`NAME.trace.csv` in the run directory has the columns
+A process computes, waits for the other side, or records. `NAME.trace.csv` in the run directory has the columns
 
     stage     name of the stage
     step      steps of the stage that were done when the interval ended
@@ -12,10 +12,45 @@ processes, so files of processes of one machine have one time; of two machines t
 """
 
 import csv
-
-from coupler_protocol.timing import Stopwatch
+import time
+from dataclasses import asdict, dataclass
 
 COLUMNS = ("stage", "step", "activity", "begin", "end")
+
+
+@dataclass
+class StageTimes:
+    """Seconds of one stage on one side; `steps` are those of the stage."""
+
+    name: str
+    steps: int = 0
+    computing: float = 0.0
+    waiting: float = 0.0
+    recording: float = 0.0
+
+    def as_dict(self):
+        """Plain data for run.json."""
+        return asdict(self)
+
+
+class Stopwatch:
+    """Adds the time since the last call to one of a stage's columns."""
+
+    def __init__(self):
+        self.stages = []
+        self._last = time.perf_counter()
+
+    def begin(self, name):
+        """Start a stage."""
+        self.stages.append(StageTimes(name))
+        self._last = time.perf_counter()
+
+    def to(self, column):
+        """Book the time since the last booking under `column` of the present stage."""
+        now = time.perf_counter()
+        stage = self.stages[-1]
+        setattr(stage, column, getattr(stage, column) + now - self._last)
+        self._last = now
 
 
 class Trace(Stopwatch):
@@ -46,7 +81,7 @@ class Trace(Stopwatch):
         with open(path, "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(COLUMNS)
-            writer.writerows((*row[:3], *(f"{time:.9f}" for time in row[3:])) for row in self.rows)
+            writer.writerows((*row[:3], *(f"{moment:.9f}" for moment in row[3:])) for row in self.rows)
 
 
 def stopwatch(steps):

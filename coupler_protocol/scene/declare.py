@@ -28,10 +28,10 @@ def quantity(default: Any = ..., *, unit: str = "-", meaning: str, **bounds: Any
 
 
 class History(NamedTuple):
-    """An array in which a law remembers something: its name in State, one number per `place`, what it means.
+    """An array in which a law remembers something: its name in State, `components` numbers per `place`, what it means.
 
     place: "pair", "zone" or "gridpoint"; what carries arrays of that place (a new contact list, a removed zone, a checkpoint, a
-    frame) carries this one by its declaration.
+    frame) carries this one by its declaration. recorded: its name in frames; "": in none.
     """
 
     name: str
@@ -39,6 +39,8 @@ class History(NamedTuple):
     dtype: str = "f8"
     unit: str = "-"
     meaning: str = ""
+    components: int = 1
+    recorded: str = ""
 
 
 def increasing(value):

@@ -8,16 +8,16 @@ import hashlib
 import json
 from functools import cache
 from importlib.metadata import entry_points
-from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import AfterValidator, Field, create_model, model_validator
+from pydantic import Field, create_model, model_validator
 
 from coupler_protocol.scene.declare import Table, quantity
 from coupler_protocol.scene.tables.boundary import Boundary, InitialStress
 from coupler_protocol.scene.tables.discs import Discs
 from coupler_protocol.scene.tables.fos import FactorOfSafety
 from coupler_protocol.scene.tables.grid import Grid, Point, Span
+from coupler_protocol.scene.tables.materials import Grain, Material, Pair, Ring
 from coupler_protocol.scene.tables.stages import Stage
 from coupler_protocol.scene.tables.stones import Stones
 
@@ -30,6 +30,12 @@ def declared_effects():
     """All effects that are installed: {place in the scene: class that declares the table's keys}."""
     found = entry_points(group="colluvium.effects")
     return {point.name: point.load() for point in sorted(found, key=lambda p: p.name)}
+
+
+def distribution_of(place):
+    """Name of the distribution that declares the effect of this place; "" where nobody says."""
+    point = next((p for p in entry_points(group="colluvium.effects") if p.name == place), None)
+    return point.dist.name if point is not None and point.dist is not None else ""
 
 
 def _effect_fields(place):
@@ -59,12 +65,6 @@ class Window(Table):
         if any(span is not None and span[0] > span[1] for span in (self.columns, self.rows)):
             raise ValueError("columns and rows are [first, last] with first <= last")
         return self
-
-
-def _rightwards(line):
-    if any(b[0] <= a[0] for a, b in pairwise(line)):
-        raise ValueError("points must follow each other from left to right")
-    return line
 
 
 class Coupling(Table):
@@ -101,59 +101,17 @@ class Record(Table):
 def scene_class():
     """The class of scenes, with all installed effects in their places."""
     grain = _effect_fields("grain")
-    material = create_model(
-        "Material",
-        __base__=Table,
-        __doc__="A soil of the continuum; a zone is of the last material whose region (or ground below `top`) holds its centre.",
-        name=(str, quantity(meaning="name of the material", min_length=1)),
-        density=(float, quantity(unit="kg/m3", meaning="density", gt=0)),
-        region=(list[Point] | None, quantity(None, unit="m", meaning="polygon it fills; none: everywhere", min_length=3)),
-        top=(
-            Annotated[list[Point], AfterValidator(_rightwards)] | None,
-            quantity(
-                None,
-                unit="m",
-                meaning="line from left to right below which it fills the ground (level beyond its ends), in place of a region; "
-                'with fit = "profile" zones follow it where they can stay good, elsewhere their centre decides',
-                min_length=1,
-            ),
-        ),
-        **_effect_fields("material"),
-    )
-    discs_material = create_model(
-        "Grain",
-        __base__=Table,
-        __doc__="Material of discs.",
-        density=(float, quantity(unit="kg/m3", meaning="density of the discs", gt=0)),
-        **grain,
-    )
-    ring = create_model("Ring", __base__=Table, __doc__="Properties of contacts with control discs.", **grain)
-    pair = create_model(
-        "Pair",
-        __base__=Table,
-        __doc__="Contacts between two materials of discs; a table here goes before what both materials combine to.",
-        between=(
-            tuple[Literal["soil", "stone", "ring"], Literal["soil", "stone", "ring"]],
-            quantity(meaning="the two materials"),
-        ),
-        **grain,
-    )
-    discs = create_model(
-        "Discs",
-        __base__=Discs,
-        __doc__=Discs.__doc__,
+    material, discs_material = _extended(Material, **_effect_fields("material")), _extended(Grain, **grain)
+    ring, pair = _extended(Ring, **grain), _extended(Pair, **grain)
+    discs = _extended(
+        Discs,
         soil=(discs_material, quantity(meaning="material of the discs")),
         stone=(discs_material | None, quantity(None, meaning="material of the discs in stones")),
         pair=(list[pair], Field(default_factory=list, description="contacts between two materials that have their own values")),
         **_effect_fields("discs"),
     )
     damping = declared_effects()["damping"] | None
-    stage = create_model(
-        "Stage",
-        __base__=Stage,
-        __doc__=Stage.__doc__,
-        damping=(damping, Field(default=None, description=DAMPING)),
-    )
+    stage = _extended(Stage, damping=(damping, Field(default=None, description=DAMPING)))
     return create_model(
         "Scene",
         __base__=SceneBase,
@@ -163,6 +121,11 @@ def scene_class():
         damping=(damping, Field(default=None, description="damping of the grid")),
         stage=(list[stage], Field(description="the procedure, in order", min_length=1)),
     )
+
+
+def _extended(table, **fields):
+    """The class of a table with more fields, under its own name."""
+    return create_model(table.__name__, __base__=table, __doc__=table.__doc__, **fields)
 
 
 class SceneBase(Table):

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from coupler_protocol.scene.stage_kinds import of
+
 
 class Leg(NamedTuple):
     """Gravity during one stage: factor goes linearly from `start` to `end` over `over` steps, then stays."""
@@ -46,7 +48,7 @@ def large_strain(scene, stage):
     """Whether a stage computes in large strain. Equilibrium finds the stress in the shape that the scene draws: never there."""
     if scene.grid is None:
         return False
-    return stage.kind not in ("equilibrium", "fill") and (scene.grid.large_strain or stage.large_strain is True)
+    return not of(stage).drawn and (scene.grid.large_strain or stage.large_strain is True)
 
 
 def acting(scene, index):
@@ -57,5 +59,5 @@ def acting(scene, index):
 
 def beginning(scene, index):
     """The boundaries that begin in the stage with this number; the scene's own in the first that computes the grid and stays."""
-    first = all(stage.kind == "fill" or stage.discard for stage in scene.stage[:index])
+    first = all(not of(stage).computes or stage.discard for stage in scene.stage[:index])
     return [*(scene.boundary if first else []), *scene.stage[index].boundary]

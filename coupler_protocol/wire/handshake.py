@@ -7,33 +7,8 @@ from importlib.metadata import version
 import numpy as np
 
 from coupler_protocol.exits import PeerLost
+from coupler_protocol.scene.differences import both_values, first_difference
 from coupler_protocol.wire import frames, messages
-
-OF = "'s"
-SIDES = ("the discrete side", "the continuum" + OF)
-
-
-def first_difference(a, b, whose=SIDES, path=""):
-    """The first key at which two resolved scenes differ, with both values; None when there is none. whose: owners of a and b."""
-    if isinstance(a, dict) and isinstance(b, dict):
-        for key in sorted(a.keys() | b.keys()):
-            if key not in a or key not in b:
-                return f"{path}{key}: only {whose[key in b].removesuffix(OF)} has it"
-            found = first_difference(a[key], b[key], whose, f"{path}{key}.")
-            if found:
-                return found
-        return None
-    if isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
-        for i, (x, y) in enumerate(zip(a, b, strict=True)):
-            found = first_difference(x, y, whose, f"{path}{i}.")
-            if found:
-                return found
-        return None
-    return None if a == b else f"{path.rstrip('.')}: {_not_equal(a, b, whose)}"
-
-
-def _not_equal(a, b, whose=SIDES):
-    return f"{a!r} on {whose[0]}, {b!r} on {whose[1]}"
 
 
 def _begins(resume):
@@ -46,9 +21,9 @@ def _begins(resume):
 def _objection(hello, scene, resume):
     """Why a HELLO cannot be accepted, or None."""
     if hello["package"] != version("colluvium"):
-        return f"versions differ: {_not_equal(hello['package'], version('colluvium'))}"
+        return f"versions differ: {both_values(hello['package'], version('colluvium'))}"
     if hello["float"] != "<f8":
-        return f"number formats differ: {_not_equal(hello['float'], '<f8')}"
+        return f"number formats differ: {both_values(hello['float'], '<f8')}"
     difference = first_difference(hello["scene"], scene.resolved())
     if difference:
         return f"the scenes differ: {difference}"
@@ -94,7 +69,6 @@ def welcome_all(hub, scene, rims, resume=None):
                 "exchange_every": scene.coupling.exchange_every,
             },
         )
-        conversation.sequence += 1
 
 
 def _heard_objection(frame, scene, resume):
@@ -123,5 +97,4 @@ def join(conversation, scene, resume=None):
     if len(rim) < 3:
         raise PeerLost(f"the continuum sent a rim of {len(rim)} nodes")
     conversation.session = content["session"]
-    conversation.sequence += 1
     return np.ascontiguousarray(rim)

@@ -42,8 +42,9 @@ class Conversation:
     def __init__(self, transport, rank, peer, clocks, stop):
         self.transport, self.rank, self.peer = transport, rank, peer
         self.clocks, self.stop = clocks, stop
+        self.answers = peer != 0  # the continuum answers: its words end a turn, and the discrete side has heard them then
         self.session = 0
-        self.sequence = 0
+        self.sequence = 0  # number of the turn
         self.waited = 0.0  # seconds spent waiting since somebody last set this to zero
         self.repeated = 0  # messages sent again
         self.refused = 0  # frames not believed
@@ -61,9 +62,14 @@ class Conversation:
     # -- saying ------------------------------------------------------------------------------------------------------
 
     def say(self, frame):
-        """Send the sealed frame of this turn; it is kept until the next one for saying it again."""
+        """Send the sealed frame of this turn; it is kept until the next one for saying it again. An answer ends the turn."""
         self._last = frame
         self.transport.send(frame, self.peer)
+        self.sequence += self.answers
+
+    def say_step(self, frame):
+        """Say a coupler_protocol.wire.frames.StepFrame."""
+        self.say(frame.seal(self.sequence))
 
     def say_control(self, kind, content):
         """Say a message other than a step with the current turn's number."""
@@ -94,6 +100,7 @@ class Conversation:
                     if sender == self.peer:
                         kind = self._believe(frame, kinds)
                         if kind is not None:
+                            self.sequence += not self.answers
                             return kind, frame
                     else:
                         self._elsewhere(sender, frame)

@@ -26,6 +26,7 @@ from coupler_protocol.compiled.jit import jit
 from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
 from coupler_protocol.interface.ring import node_shares, segment_vectors
 from dem_server.coupling.ring_springs import ring_contacts
+from dem_server.model import MOMENT, SPIN, VX
 
 
 @jit
@@ -78,12 +79,12 @@ class Rim:
         R = self.discs
         where = self._where
         forces_to_nodes(self.nodes, *where, state.x[:R], state.force[:R], state.moment[:R], self.force, self.paper)
-        self._carried[:] = state.load[:R, :3]
+        self._carried[:] = state.load[:R, : MOMENT + 1]
         return self.force
 
     def power(self, state):
         """Power [W] of the contact forces that were carried to the nodes last, in the present velocities of the discs."""
-        return float(np.sum(self._carried * state.disc[: self.discs, 2:5]))
+        return float(np.sum(self._carried * state.disc[: self.discs, VX : SPIN + 1]))
 
     def inner_mass(self, state):
         """Mass (K,) [kg/m] of the control discs' inner shares, at the nodes: weight, in real time inertia, of the grid."""

@@ -14,6 +14,7 @@ import numpy as np
 import shapely
 
 from coupler_protocol.compiled.jit import jit
+from dem_server.model import RADIUS, X, Y
 
 
 class Opening(NamedTuple):
@@ -87,8 +88,8 @@ def gaps_between(disc, ring):
     gaps = np.empty(ring)
     for p in range(ring):
         q = p + 1 if p + 1 < ring else 0
-        distance = np.sqrt((disc[q, 0] - disc[p, 0]) ** 2 + (disc[q, 1] - disc[p, 1]) ** 2)
-        gaps[p] = distance - disc[p, 5] - disc[q, 5]
+        distance = np.sqrt((disc[q, X] - disc[p, X]) ** 2 + (disc[q, Y] - disc[p, Y]) ** 2)
+        gaps[p] = distance - disc[p, RADIUS] - disc[q, RADIUS]
     return gaps
 
 
@@ -136,7 +137,7 @@ def outside(polygon, disc, first):
             place[s] += 1
     out = np.empty(len(disc) - first, dtype=np.bool_)
     for d in range(first, len(disc)):
-        x, y, crossed = disc[d, 0], disc[d, 1], False
+        x, y, crossed = disc[d, X], disc[d, Y], False
         if low <= y <= high:
             s = min(int((y - low) * scale), strips - 1)
             for k in range(start[s], start[s + 1]):

@@ -1,21 +1,15 @@
-"""What the window says of its strain where the continuum asks for it: a FORCE with the bins of the moment behind the forces."""
+"""What the window says of its strain where the continuum asks for it, in bins behind the forces of a FORCE."""
 
 from coupler_protocol.criteria import strain_bins
-from coupler_protocol.wire import messages
-from coupler_protocol.wire.frames import StepFrame
 
 
 class WindowStrain:
-    """Strain of a window in bins of about `length` [m], and the frame of the FORCE that carries it.
+    """Strain of a window in `bins` bins of about `length` [m]. ring: number of control discs, the first of the state."""
 
-    talk: the conversation; nodes: their number K on the rim; ring: number of control discs, which are the first of the state.
-    """
-
-    def __init__(self, length, state, ring, talk, nodes):
+    def __init__(self, length, state, ring):
         self.length, self.ring = length, ring
         columns, rows = strain_bins.shape_over(self._start(state)[:ring], length)
-        size = 3 * (nodes + columns * rows)
-        self.frame = StepFrame(messages.FORCE, talk.session, talk.rank, len(messages.Answer._fields), size)
+        self.bins = columns * rows
 
     def measure(self, state):
         """Middle and shear strain (B, 3) of each bin, to the bit what a report finds in the frame of this step."""

@@ -13,7 +13,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from coupler_protocol.scene.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, History, quantity
 from dem_server.effects.pairs import by_kind
 
 NONE, BONDED, BROKEN_TENSION, BROKEN_SHEAR = 0, 1, 2, 3  # values of `bond_state`
@@ -25,6 +25,9 @@ class Bond(Effect):
     source: ClassVar[str] = "Potyondy & Cundall (2004), Int. J. Rock Mech. Min. Sci. 41, 1329-1364"
     tension: float = quantity(unit="N", meaning="tensile strength of a contact bond", ge=0)
     shear: float = quantity(unit="N", meaning="shear strength of a contact bond", ge=0)
+
+
+HISTORIES = (History("bond_state", "pair", "i1", meaning="NONE, BONDED, BROKEN_TENSION, BROKEN_SHEAR", recorded="bond_state"),)
 
 
 class BondTable(NamedTuple):

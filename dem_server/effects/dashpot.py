@@ -8,17 +8,26 @@ infinite. With `tension = false` Fn' is not allowed to pull: Fn' >= 0. In slip |
 friction and bonds are those of the spring forces, and so are the recorded forces. In static mode
 masses and velocities are those of the scaled motion.
 
-Two discs that collide part with e times their speed: with tension e = exp(-pi beta / sqrt(1 - beta^2)), without
-e = exp(-beta / sqrt(1 - beta^2) (pi - atan2(2 beta sqrt(1 - beta^2), 1 - 2 beta^2))).
+Two discs that collide part with e times their speed; with s = sqrt(|1 - beta^2|)
+
+    tension:            e = exp(-pi beta / s)                                     (3)
+    none, beta < 1:     e = exp(-beta / s (pi - atan2(2 beta s, 1 - 2 beta^2)))   (4)
+    none, beta > 1:     e = exp(-beta / s ln((beta + s) / (beta - s)))            (5)
+
+and e = exp(-2) without tension at beta = 1. A table that gives the restitution e gets the beta for which these hold. Of two
+materials the smaller fraction counts, that is the larger restitution: the damping that both have. It is compared for the
+`tension` of the pair, so that a pair of equal restitutions has that restitution.
 Sources: Schwager & Poeschel (2007), Granular Matter 9, 465-469 (both e); Itasca, PFC2D 3.1 Theory, "Mechanical
 damping".
 """
 
+from math import atan2, exp, log, pi, sqrt
 from typing import ClassVar, NamedTuple
 
 import numpy as np
+from pydantic import model_validator
 
-from coupler_protocol.scene.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, History, quantity
 from dem_server.effects.pairs import by_kind
 
 
@@ -26,9 +35,31 @@ class Dashpot(Effect):
     """viscous dashpots at the contacts"""
 
     source: ClassVar[str] = "Schwager & Poeschel (2007), Granular Matter 9, 465-469"
-    normal: float = quantity(meaning="fraction of critical damping of the gap; the smaller one of a pair counts", ge=0, le=10)
+    normal: float | None = quantity(
+        None, meaning="fraction of critical damping of the gap; the smaller one of a pair counts", ge=0, le=10
+    )
+    restitution: float | None = quantity(
+        None,
+        meaning="in place of `normal`: speed after over speed before a head-on collision of two discs; the larger one of a pair "
+        "counts",
+        ge=0.01,
+        le=1,
+    )
     shear: float = quantity(0.0, meaning="fraction of critical damping of slip; the smaller one of a pair counts", ge=0, le=10)
     tension: bool = quantity(False, meaning="the normal dashpot may pull at a contact that is not bonded")
+
+    @model_validator(mode="after")
+    def _one_of_two(self):
+        if (self.normal is None) == (self.restitution is None):
+            raise ValueError("a dashpot has either `normal` or `restitution`: give one of the two")
+        return self
+
+    def fraction(self, tension):
+        """beta_n of Eqs (1) at contacts whose dashpot may pull or not."""
+        return self.normal if self.restitution is None else fraction_of(self.restitution, tension)
+
+
+HISTORIES = (History("root_mass", "pair", unit="kg^0.5", meaning="sqrt(m) of Eqs (1), set with the masses of the discs"),)
 
 
 class DashpotTable(NamedTuple):
@@ -44,7 +75,7 @@ def dashpot_table(pairs, spring):
     found = by_kind(pairs, "dashpot", weaker)
     if found is None:
         return None
-    beta = np.array([(table.normal, table.shear) if table else (0.0, 0.0) for table in found])
+    beta = np.array([(table.fraction(table.tension), table.shear) if table else (0.0, 0.0) for table in found])
     return DashpotTable(
         normal=2.0 * beta[:, 0] * np.sqrt(spring.normal),
         shear=2.0 * beta[:, 1] * np.sqrt(spring.shear),
@@ -54,7 +85,33 @@ def dashpot_table(pairs, spring):
 
 def weaker(a, b):
     """The smaller fractions of two tables; it may pull if both allow it."""
-    return Dashpot(normal=min(a.normal, b.normal), shear=min(a.shear, b.shear), tension=a.tension and b.tension)
+    tension = a.tension and b.tension
+    return Dashpot(normal=min(a.fraction(tension), b.fraction(tension)), shear=min(a.shear, b.shear), tension=tension)
+
+
+def restitution_of(beta, tension):
+    """e of two discs that collide head-on, Eqs (3) to (5) [-]."""
+    s = sqrt(abs(1.0 - beta * beta))
+    if tension:
+        return exp(-pi * beta / s) if beta < 1.0 else 0.0
+    if s == 0.0:
+        return exp(-2.0)
+    if beta < 1.0:
+        return exp(-beta / s * (pi - atan2(2.0 * beta * s, 1.0 - 2.0 * beta * beta)))
+    return exp(-beta / s * log((beta + s) / (beta - s)))
+
+
+def fraction_of(restitution, tension):
+    """beta for which Eqs (3) to (5) give the restitution; Eq (3) in closed form, the others by halving an interval."""
+    if tension:
+        decrement = -log(restitution)
+        return decrement / sqrt(pi * pi + decrement * decrement)
+    low, high = 0.0, 10.0  # e of 10 is 0.0024
+    while True:
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            return low
+        low, high = (middle, high) if restitution_of(middle, tension) > restitution else (low, middle)
 
 
 def viscous_force(coefficient, root_mass, velocity):

@@ -16,7 +16,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from coupler_protocol.scene.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, History, quantity
 from dem_server.effects.bond import BONDED, BROKEN_SHEAR, BROKEN_TENSION
 from dem_server.effects.pairs import by_kind
 
@@ -45,14 +45,13 @@ class ParallelBondTable(NamedTuple):
     radius: np.ndarray
 
 
-class ParallelBonds(NamedTuple):
-    """History of the listed pairs (m,): `state` as of contact bonds, `gap` g0 [m], `normal`, `shear` [N], `moment` [N m]."""
-
-    state: np.ndarray
-    gap: np.ndarray
-    normal: np.ndarray
-    shear: np.ndarray
-    moment: np.ndarray
+HISTORIES = (
+    History("parallel.state", "pair", "i1", meaning="as of contact bonds", recorded="parallel_bond_state"),
+    History("parallel.gap", "pair", unit="m", meaning="g0 of Eqs (1)"),
+    History("parallel.normal", "pair", unit="N", meaning="Fn of Eqs (1)", recorded="parallel_bond_normal_force"),
+    History("parallel.shear", "pair", unit="N", meaning="Fs of Eqs (1)", recorded="parallel_bond_shear_force"),
+    History("parallel.moment", "pair", unit="N m", meaning="M of Eqs (1)", recorded="parallel_bond_moment"),
+)
 
 
 def parallel_bond_table(pairs):
@@ -83,9 +82,9 @@ def halves(a, b):
     return 2.0 * a * b / (a + b) if a * b > 0.0 else 0.0
 
 
-def bond_radius(factor, ri, rj):
-    """R [m]."""
-    return factor * min(ri, rj)
+def bond_radius(factor, smaller):
+    """R [m]; smaller: radius of the smaller disc [m]."""
+    return factor * smaller
 
 
 def bending_stiffness(normal_stiffness, radius):

@@ -13,7 +13,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from coupler_protocol.scene.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, History, quantity
 from dem_server.effects.pairs import by_kind
 
 
@@ -22,6 +22,9 @@ class Rolling(Effect):
 
     source: ClassVar[str] = "Iwashita & Oda (1998), J. Eng. Mech. 124, 285-292"
     coefficient: float = quantity(meaning="rolling coefficient; the smaller one of a pair counts", ge=0)
+
+
+HISTORIES = (History("rolled", "pair", unit="N m", meaning="Mr of Eq (1)", recorded="rolling_moment"),)
 
 
 class RollingTable(NamedTuple):

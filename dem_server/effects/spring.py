@@ -16,7 +16,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from coupler_protocol.scene.declare import Effect, quantity
+from coupler_protocol.scene.declare import Effect, History, quantity
 
 
 class Spring(Effect):
@@ -25,6 +25,13 @@ class Spring(Effect):
     source: ClassVar[str] = "Cundall & Strack (1979), Géotechnique 29, 47-65"
     normal: float = quantity(unit="N/m", meaning="normal stiffness of a disc (or of a contact)", gt=0)
     shear: float = quantity(unit="N/m", meaning="shear stiffness of a disc (or of a contact)", ge=0)
+
+
+HISTORIES = (
+    History("normal", "pair", unit="N", meaning="normal force of the spring, compression positive"),
+    History("shear", "pair", unit="N", meaning="shear force; only where the law has one"),
+    History("reference_gap", "pair", unit="m", meaning="gr of Eqs (2); only where contacts are given one"),
+)
 
 
 class SpringTable(NamedTuple):

@@ -10,6 +10,8 @@ Ponts et Chaussées 20; Christoffersen, Mehrabadi & Nemat-Nasser (1981), J. Appl
 
 import numpy as np
 
+from coupler_protocol.geometry import share_inside
+
 
 def contact_moments(pairs):
     """Integral of stress along each contact's branch: -sym(F (x) l) as columns xx, yy, xy (m, 3) [N m]."""
@@ -44,13 +46,3 @@ def stress_along(start, line, moments, centres, radius):
         share = share_inside(start[near] - centre, line[near], radius)
         stress[q] = share @ moments[near] / (np.pi * radius**2)
     return stress
-
-
-def share_inside(start, branch, radius):
-    """Share of each line from `start` along `branch` (m, 2) that lies in the circle about the origin (m,)."""
-    a = (branch**2).sum(axis=1)
-    b = (start * branch).sum(axis=1)
-    c = (start**2).sum(axis=1) - radius**2
-    half = np.sqrt(np.maximum(b * b - a * c, 0.0))
-    enter, leave = np.clip((-b - half) / a, 0.0, 1.0), np.clip((-b + half) / a, 0.0, 1.0)
-    return leave - enter

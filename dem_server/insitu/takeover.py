@@ -43,7 +43,7 @@ def take_over(model, state, target, gravity, mesostructure=None, body="clump", m
 def bond(model, state):
     """Bond all closed contacts whose materials have contact bonds or parallel bonds."""
     if model.law.bond is not None:
-        virtual_strain.add_bonds(model, state)
+        bonds_made.add_bonds(model, state)
     if model.law.parallel_bond is not None:
         bonds_made.add_parallel_bonds(model, state)
     contact_forces(model, state)

@@ -25,6 +25,7 @@ import shapely
 
 from coupler_protocol.interface.ring import polygon_area
 from coupler_protocol.problems import unfit
+from coupler_protocol.wire.payloads import FIELD
 from dem_server.effects.bond import BONDED, NONE
 from dem_server.insitu.contact_stress import circle_stress, contact_moments
 from dem_server.insitu.hat_bins import bins_over
@@ -32,8 +33,10 @@ from dem_server.insitu.packing_strength import friction_sine, inside_cone, tensi
 from dem_server.insitu.stone_stress import circle_stress_with_stones
 from dem_server.insitu.zone_stress import imbalance, stress_field
 from dem_server.model import SHEAR_BREAKS, SPIN, TENSION_BREAKS, VX
+from dem_server.observe.coordination import coordination, porosity
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
-from dem_server.pairs import contacts, coordination, porosity
+from dem_server.pairs import contacts
+from dem_server.step.bonds_made import add_bonds
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
 
@@ -83,7 +86,7 @@ def match_weight(model, state, target):
     Stones keep their weight.
     """
     soil = np.ones(model.count, dtype=bool) if state.stone is None else state.stone < 0
-    wanted = float(target[:, 2] @ target[:, 6]) - float(state.weight[~soil].sum())
+    wanted = float(target[:, FIELD.area] @ target[:, FIELD.density]) - float(state.weight[~soil].sum())
     if wanted <= 0.0:
         reason = "the stones alone weigh more than the zones they replace"
         raise unfit("discs.stone.density", reason, "choose a lower density, or density_matching = false")
@@ -98,7 +101,7 @@ def bring_to_stress(model, state, target, gravity, report=None):
     target (z, 7): x, y, area, xx, yy, xy, density of the zones (tension positive); report(text, fraction):
     progress, if wanted. Raises SceneError for zones without any vertical stress.
     """
-    if not target[:, 4].any():
+    if not target[:, FIELD.yy].any():
         reason = "the zones of the window carry no stress that their discs could be brought to"
         raise unfit("stage", reason, "insitu = false in the stage of kind fill, or gravity in a stage before it")
     polygon = state.x[: model.ring].copy()
@@ -205,19 +208,6 @@ def stress_error(state, aim, outlines=None):
         pairs = contacts(state)
         found = circle_stress(state.x[pairs.disc_a], pairs, aim.centres, aim.radius)
     return np.sqrt(((found - aim.stress) ** 2).mean(axis=0)) / np.abs(aim.stress[:, 1]).mean()
-
-
-def add_bonds(model, state):
-    """Bond all closed contacts, the ring's too, whose materials have bonds; return how many.
-
-    A contact whose shear force is already beyond the bond's strength stays unbonded: its bond would break
-    at once.
-    """
-    pairs = contacts(state)
-    strength = model.law.bond.shear[pairs.kind]
-    chosen = pairs.slot[(pairs.gap < 0.0) & (strength > 0.0) & (np.abs(pairs.shear_force) <= strength)]
-    state.bond_state[chosen] = BONDED
-    return len(chosen)
 
 
 def forget_breakage(state):

@@ -9,13 +9,15 @@ is brought in, the discs will move until their own stress does. "Zones": rows x,
 import numpy as np
 import scipy.interpolate
 
+from coupler_protocol.wire.payloads import PLACE, STRESS
+
 
 def stress_field(target):
     """The zones' stresses (z, 7) as a function of points (m, 2), exact at centres and for linear fields."""
-    xy = target[:, :2]
+    xy = target[:, PLACE]
     plane = np.linalg.matrix_rank(xy - xy.mean(axis=0), tol=1e-9) == 2
     return scipy.interpolate.RBFInterpolator(
-        xy, target[:, 3:6], neighbors=min(len(xy), 40), kernel="linear", degree=1 if plane else 0
+        xy, target[:, STRESS], neighbors=min(len(xy), 40), kernel="linear", degree=1 if plane else 0
     )
 
 

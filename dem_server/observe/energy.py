@@ -6,8 +6,9 @@ sum Fn^2 / 2 kn + Fs^2 / 2 ks, in rolling springs Mr^2 / 2 kr, in parallel bonds
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED
+from dem_server.model import INERTIA, MASS, RADIUS, SPIN, VX, VY
 from dem_server.step import walls
-from dem_server.step.stiffness import bending_stiffness, bond_radius, effective_radius, rolling_stiffness
+from dem_server.step.compiled_laws import bending_stiffness, bond_radius, effective_radius, rolling_stiffness
 
 
 @jit
@@ -18,11 +19,11 @@ def kinetic_kernel(disc, clumps, first):
         if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if clumps.body[i] >= 0:
                 continue
-        total += disc[i, 6] * (disc[i, 2] ** 2 + disc[i, 3] ** 2) + disc[i, 7] * disc[i, 4] ** 2
+        total += disc[i, MASS] * (disc[i, VX] ** 2 + disc[i, VY] ** 2) + disc[i, INERTIA] * disc[i, SPIN] ** 2
     if clumps is not None:
         body = clumps.motion
         for c in range(len(body)):
-            total += body[c, 6] * (body[c, 2] ** 2 + body[c, 3] ** 2) + body[c, 7] * body[c, 4] ** 2
+            total += body[c, MASS] * (body[c, VX] ** 2 + body[c, VY] ** 2) + body[c, INERTIA] * body[c, SPIN] ** 2
     return 0.5 * total
 
 
@@ -31,7 +32,7 @@ def stored_kernel(disc, first, second, kind, normal, shear, rolled, parallel, sp
     """Elastic energy [J] of all contacts; a pair apart carries no force."""
     total = 0.0
     for p in range(len(first)):
-        k, ri, rj = kind[p], disc[first[p], 5], disc[second[p], 5]
+        k, ri, rj = kind[p], disc[first[p], RADIUS], disc[second[p], RADIUS]
         total += normal[p] ** 2 / spring.normal[k]
         if shear is not None:
             total += over(shear[p] ** 2, spring.shear[k])
@@ -39,7 +40,7 @@ def stored_kernel(disc, first, second, kind, normal, shear, rolled, parallel, sp
             total += over(rolled[p] ** 2, rolling_stiffness(spring.shear[k], effective_radius(ri, rj)))
         if parallel is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if parallel.state[p] == BONDED:
-                R = bond_radius(parallel_bond.radius[k], ri, rj)
+                R = bond_radius(parallel_bond.radius[k], min(ri, rj))
                 total += parallel.normal[p] ** 2 / (2.0 * R * parallel_bond.normal[k])
                 total += over(parallel.shear[p] ** 2, 2.0 * R * parallel_bond.shear[k])
                 total += parallel.moment[p] ** 2 / bending_stiffness(parallel_bond.normal[k], R)

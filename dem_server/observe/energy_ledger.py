@@ -29,10 +29,12 @@ within a step, and what dashpots take.
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from dem_server.effects import histories
+from dem_server.model import INERTIA, MASS, MOMENT, SPIN, VX, VY
 from dem_server.observe import energy
 from dem_server.observe.pair_work import pair_losses
 from dem_server.step.clumps import resultant
-from dem_server.step.contact_pass import NO_BONDS, make_current
+from dem_server.step.contact_pass import make_current
 
 GRAVITY, RING, DAMPING = range(3)
 NAMES = ("kinetic", "stored", "friction", "bonds", "damping", "masses", "gravity", "ring", "error")
@@ -52,31 +54,31 @@ def body_work(disc, load, weight, clumps, ring, gravity, dt, old, old_body, on_b
         if i < ring:
             for k in range(3):
                 half_old[RING] -= 0.5 * dt * load[i, k] * old[i, k]
-                half_new[RING] -= 0.5 * dt * load[i, k] * disc[i, 2 + k]
+                half_new[RING] -= 0.5 * dt * load[i, k] * disc[i, VX + k]
             continue
         half_old[GRAVITY] -= 0.5 * dt * gravity * weight[i] * old[i, 1]
-        half_new[GRAVITY] -= 0.5 * dt * gravity * weight[i] * disc[i, 3]
+        half_new[GRAVITY] -= 0.5 * dt * gravity * weight[i] * disc[i, VY]
         if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if clumps.body[i] >= 0:
                 continue
         for k in range(3):
-            m = disc[i, 7] if k == 2 else disc[i, 6]
+            m = disc[i, INERTIA] if k == 2 else disc[i, MASS]
             force = load[i, k] - (weight[i] * gravity if k == 1 else 0.0)
-            rest = m * (disc[i, 2 + k] - old[i, k]) / dt - force
-            kinetic += 0.5 * m * old[i, k] * disc[i, 2 + k]
+            rest = m * (disc[i, VX + k] - old[i, k]) / dt - force
+            kinetic += 0.5 * m * old[i, k] * disc[i, VX + k]
             half_old[DAMPING] += 0.5 * dt * rest * old[i, k]
-            half_new[DAMPING] += 0.5 * dt * rest * disc[i, 2 + k]
+            half_new[DAMPING] += 0.5 * dt * rest * disc[i, VX + k]
     if clumps is not None:
         body = clumps.motion
         for c in range(len(body)):
             if clumps.start[c] == clumps.start[c + 1]:
                 continue
             for k in range(3):
-                m = body[c, 7] if k == 2 else body[c, 6]
-                rest = m * (body[c, 2 + k] - old_body[c, k]) / dt - on_body[c, k]
-                kinetic += 0.5 * m * old_body[c, k] * body[c, 2 + k]
+                m = body[c, INERTIA] if k == 2 else body[c, MASS]
+                rest = m * (body[c, VX + k] - old_body[c, k]) / dt - on_body[c, k]
+                kinetic += 0.5 * m * old_body[c, k] * body[c, VX + k]
                 half_old[DAMPING] += 0.5 * dt * rest * old_body[c, k]
-                half_new[DAMPING] += 0.5 * dt * rest * body[c, 2 + k]
+                half_new[DAMPING] += 0.5 * dt * rest * body[c, VX + k]
     return kinetic
 
 
@@ -95,14 +97,14 @@ def mass_work(disc, clumps, ring, mass, inertia, body_mass, old, old_body):
         if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if clumps.body[i] >= 0:
                 continue
-        total += (disc[i, 6] - mass[i]) * (old[i, 0] ** 2 + old[i, 1] ** 2) + (disc[i, 7] - inertia[i]) * old[i, 2] ** 2
-        mass[i], inertia[i] = disc[i, 6], disc[i, 7]
+        total += (disc[i, MASS] - mass[i]) * (old[i, 0] ** 2 + old[i, 1] ** 2) + (disc[i, INERTIA] - inertia[i]) * old[i, 2] ** 2
+        mass[i], inertia[i] = disc[i, MASS], disc[i, INERTIA]
     if clumps is not None:
         body = clumps.motion
         for c in range(len(body)):
-            total += (body[c, 6] - body_mass[c, 0]) * (old_body[c, 0] ** 2 + old_body[c, 1] ** 2)
-            total += (body[c, 7] - body_mass[c, 1]) * old_body[c, 2] ** 2
-            body_mass[c, 0], body_mass[c, 1] = body[c, 6], body[c, 7]
+            total += (body[c, MASS] - body_mass[c, 0]) * (old_body[c, 0] ** 2 + old_body[c, 1] ** 2)
+            total += (body[c, INERTIA] - body_mass[c, 1]) * old_body[c, 2] ** 2
+            body_mass[c, 0], body_mass[c, 1] = body[c, MASS], body[c, INERTIA]
     return 0.5 * total
 
 
@@ -115,10 +117,10 @@ class Ledger:
 
     def __init__(self, model, state):
         self.dt = state.dt
-        self.old = state.disc[:, 2:5].copy()
-        self.old_body = None if state.clumps is None else state.clumps.motion[:, 2:5].copy()
+        self.old = state.disc[:, VX : SPIN + 1].copy()
+        self.old_body = None if state.clumps is None else state.clumps.motion[:, VX : SPIN + 1].copy()
         self.mass, self.inertia = state.mass.copy(), state.inertia.copy()
-        self.body_mass = None if state.clumps is None else state.clumps.motion[:, 6:8].copy()
+        self.body_mass = None if state.clumps is None else state.clumps.motion[:, MASS : INERTIA + 1].copy()
         self.on_body = None if state.clumps is None else np.zeros((len(state.clumps.motion), 3))
         self.total = np.zeros(3)  # up to half a step ahead of the last whole step
         self.half_old, self.half_new = np.zeros(3), np.zeros(3)
@@ -128,9 +130,9 @@ class Ledger:
     def keep(self, state, gravity):
         """Before velocities change: what they and the step were, and what acts on clumps, whose levers turn with them."""
         self.dt = state.dt
-        self.old[:] = state.disc[:, 2:5]
+        self.old[:] = state.disc[:, VX : SPIN + 1]
         if state.clumps is not None:
-            self.old_body[:] = state.clumps.motion[:, 2:5]
+            self.old_body[:] = state.clumps.motion[:, VX : SPIN + 1]
             forces_on_clumps(state.disc, state.load, state.weight, state.clumps, float(gravity), self.on_body)
 
     def book_motion(self, model, state, gravity, kick):
@@ -155,20 +157,18 @@ class Ledger:
             self.masses = 0.0
         self.total += self.half_old + self.half_new
         R = model.ring
-        self.power = float(np.sum(state.load[:R, :3] * state.disc[:R, 2:5]))
+        self.power = float(np.sum(state.load[:R, : MOMENT + 1] * state.disc[:R, VX : SPIN + 1]))
         self.work += self.power * state.dt
 
     def keep_contacts(self, model, state):
         """Before contact forces change: what they were, in the order of the list that `contact_forces` will use."""
         make_current(model, state)
-        self.before = tuple(None if taken is None else taken.copy() for taken in remembered(state))
+        self.before = histories.copied(state)
 
     def book_contacts(self, model, state):
         """After contact forces have changed."""
-        friction, bonds = pair_losses(
-            state.disc, state.first, state.second, state.kind, state.dt, *remembered(state), *self.before,
-            model.law.spring, model.law.parallel_bond,
-        )  # fmt: skip
+        law, after = model.law, histories.history_of(state)
+        friction, bonds = pair_losses(state.disc, state.listed, state.dt, self.before, after, law.spring, law.parallel_bond)
         self.friction += friction
         self.bonds += bonds
 
@@ -186,11 +186,5 @@ class Ledger:
 
 def count_back(old, moved, ratio):
     """Velocities (b,3) a whole step before those of the records `moved` (b,8), from those `ratio` of a step nearer."""
-    now = moved[:, 2:5]
+    now = moved[:, VX : SPIN + 1]
     old[:] = now - (now - old) * ratio
-
-
-def remembered(state):
-    """Forces and bonds of the listed pairs, None where the effect is absent."""
-    glue = state.parallel or NO_BONDS
-    return state.normal, state.shear, state.rolled, state.bond_state, glue.state, glue.normal, glue.shear, glue.moment

@@ -8,7 +8,9 @@ from math import sqrt
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED
-from dem_server.step.contact_law import NOWHERE, bending_stiffness, bond_radius, effective_radius, rolling_stiffness
+from dem_server.model import RADIUS, SPIN, VX, VY, X, Y
+from dem_server.step.compiled_laws import bending_stiffness, bond_radius, effective_radius, rolling_stiffness
+from dem_server.step.contact_law import NOWHERE
 
 
 @jit
@@ -20,45 +22,66 @@ def lost(k, before, after, way):
 @jit
 def ways(i, j, disc, dt):
     """Change of the gap [m], slip [m] and relative turn [rad] of discs i and j in the step that ends."""
-    dx, dy = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
-    du, dv = (disc[j, 2] - disc[i, 2]) * dt, (disc[j, 3] - disc[i, 3]) * dt
+    dx, dy = disc[j, X] - disc[i, X], disc[j, Y] - disc[i, Y]
+    du, dv = (disc[j, VX] - disc[i, VX]) * dt, (disc[j, VY] - disc[i, VY]) * dt
     d = sqrt(dx * dx + dy * dy)
     inv = 1.0 / max(d, NOWHERE)
     nx, ny = dx * inv, dy * inv
     vn, vt = du * nx + dv * ny, dv * nx - du * ny
-    lever = 0.5 * (d - disc[i, 5] - disc[j, 5])
+    lever = 0.5 * (d - disc[i, RADIUS] - disc[j, RADIUS])
     a, b = 0.5 * vn * inv, 0.125 * (vt * inv) * (vt * inv)
-    slip = vt * (1.0 + a + a * a - b) - (disc[i, 4] * (disc[i, 5] + lever) + disc[j, 4] * (disc[j, 5] + lever)) * dt
+    slip = (
+        vt * (1.0 + a + a * a - b) - (disc[i, SPIN] * (disc[i, RADIUS] + lever) + disc[j, SPIN] * (disc[j, RADIUS] + lever)) * dt
+    )
     before2 = (dx - du) * (dx - du) + (dy - dv) * (dy - dv)
     stretch = (du * (2.0 * dx - du) + dv * (2.0 * dy - dv)) / max(d + sqrt(before2), NOWHERE)  # d - before, without cancellation
-    return stretch, slip, (disc[j, 4] - disc[i, 4]) * dt
+    return stretch, slip, (disc[j, SPIN] - disc[i, SPIN]) * dt
 
 
 @jit
-def pair_losses(
-    disc, first, second, kind, dt, normal, shear, rolled, bond_state, glued, glue_normal, glue_shear, glue_moment,
-    normal0, shear0, rolled0, bonded0, glued0, glue_normal0, glue_shear0, glue_moment0, spring, parallel_bond,
-):  # fmt: skip
-    """Losses [J] of all pairs in a step: of slip and rolling, and of pairs whose bond broke; names with 0: before the step."""
+def lost_of(p, k, before, after, way):
+    """`lost` of pair p with arrays of forces; nothing where the effect is absent."""
+    if after is None:
+        return 0.0
+    return lost(k, before[p], after[p], way)
+
+
+@jit
+def breaks_now(p, before, after):
+    """Whether the contact bond of pair p breaks in the step."""
+    if after is None:
+        return False
+    return after[p] != before[p]
+
+
+@jit
+def lost_with_parallel_bond(p, k, smaller, ways_of_pair, before, after, parallel_bond):
+    """Energy [J] that goes with the parallel bond of pair p, if that breaks in the step."""
+    total = 0.0
+    if after is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+        if before.state[p] == BONDED and after.state[p] != BONDED:
+            stretch, slip, turn = ways_of_pair
+            R = bond_radius(parallel_bond.radius[k], smaller)
+            total += lost(2.0 * R * parallel_bond.normal[k], before.normal[p], after.normal[p], stretch)
+            total += lost(2.0 * R * parallel_bond.shear[k], before.shear[p], after.shear[p], slip)
+            total += lost(bending_stiffness(parallel_bond.normal[k], R), before.moment[p], after.moment[p], turn)
+    return total
+
+
+@jit
+def pair_losses(disc, listed, dt, before, after, spring, parallel_bond):
+    """Losses [J] of all pairs in a step, from the PairHistory `before` to that `after`: of slip and rolling, of broken bonds."""
     friction = bonds = 0.0
-    for p in range(len(first)):
-        k, ri, rj = kind[p], disc[first[p], 5], disc[second[p], 5]
-        stretch, slip, turn = ways(first[p], second[p], disc, dt)
-        tangential, breaks = 0.0, False
-        if shear is not None:
-            tangential += lost(spring.shear[k], shear0[p], shear[p], slip)
-        if rolled is not None:
-            tangential += lost(rolling_stiffness(spring.shear[k], effective_radius(ri, rj)), rolled0[p], rolled[p], turn)
-        if bond_state is not None:
-            breaks = bond_state[p] != bonded0[p]
-        if breaks:
-            bonds += tangential + lost(spring.normal[k], normal0[p], normal[p], stretch)
+    for p in range(len(listed.first)):
+        i, j, k = listed.first[p], listed.second[p], listed.kind[p]
+        ri, rj = disc[i, RADIUS], disc[j, RADIUS]
+        stretch, slip, turn = ways(i, j, disc, dt)
+        tangential = lost_of(p, spring.shear[k], before.shear, after.shear, slip)
+        kr = rolling_stiffness(spring.shear[k], effective_radius(ri, rj))
+        tangential += lost_of(p, kr, before.rolled, after.rolled, turn)
+        if breaks_now(p, before.bond_state, after.bond_state):
+            bonds += tangential + lost(spring.normal[k], before.normal[p], after.normal[p], stretch)
         else:
             friction += tangential
-        if glued is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-            if glued0[p] == BONDED and glued[p] != BONDED:
-                R = bond_radius(parallel_bond.radius[k], ri, rj)
-                bonds += lost(2.0 * R * parallel_bond.normal[k], glue_normal0[p], glue_normal[p], stretch)
-                bonds += lost(2.0 * R * parallel_bond.shear[k], glue_shear0[p], glue_shear[p], slip)
-                bonds += lost(bending_stiffness(parallel_bond.normal[k], R), glue_moment0[p], glue_moment[p], turn)
+        bonds += lost_with_parallel_bond(p, k, min(ri, rj), (stretch, slip, turn), before.parallel, after.parallel, parallel_bond)
     return friction, bonds

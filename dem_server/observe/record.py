@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dem_server.effects.histories import recorded
 from dem_server.observe import wall_forces
 from dem_server.pairs import body_centres, contacts
 
@@ -34,19 +35,7 @@ def frame(model, state):
     lines = {"disc_a": pairs.disc_a, "disc_b": pairs.disc_b, "normal_force": pairs.normal_force}
     if state.shear is not None:
         lines["shear_force"] = pairs.shear_force
-    if state.bond_state is not None:
-        lines["bond_state"] = pairs.bond_state
-    for name, taken in history_fields(state).items():
-        lines[name] = taken[pairs.slot]
+    for name, remembered in recorded(state).items():
+        lines[name] = remembered[pairs.slot]
     ends = np.stack([pairs.disc_a, pairs.disc_b], axis=1)
     return {"points": state.x, "cells": ends, "point_fields": points, "cell_fields": lines}
-
-
-def history_fields(state):
-    """What rolling resistance and parallel bonds remember of each pair, by the name of the field."""
-    fields = {} if state.rolled is None else {"rolling_moment": state.rolled}
-    if state.parallel is not None:
-        bonds = state.parallel
-        fields |= {"parallel_bond_state": bonds.state, "parallel_bond_normal_force": bonds.normal}
-        fields |= {"parallel_bond_shear_force": bonds.shear, "parallel_bond_moment": bonds.moment}
-    return fields

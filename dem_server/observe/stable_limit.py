@@ -17,6 +17,7 @@ import scipy.sparse
 
 from coupler_protocol.criteria.stable_step import Springs, limit, spring_sums
 from coupler_protocol.interface.mapping import velocities_to_discs
+from dem_server.model import INERTIA, MASS, Y
 from dem_server.pairs import contacts, levers, listed_pairs
 from dem_server.step.stiffness import pair_stiffnesses
 
@@ -44,9 +45,9 @@ def bodies_of(model, state):
     motion, count = state.clumps.motion, len(state.clumps.motion)
     return Bodies(
         np.concatenate([disc, np.full(count, -1)]),
-        np.concatenate([state.x[disc], motion[:, :2]]),
-        np.concatenate([state.mass[disc], motion[:, 6]]),
-        np.concatenate([state.inertia[disc], motion[:, 7]]),
+        np.concatenate([state.x[disc], motion[:, : Y + 1]]),
+        np.concatenate([state.mass[disc], motion[:, MASS]]),
+        np.concatenate([state.inertia[disc], motion[:, INERTIA]]),
     )
 
 
@@ -88,7 +89,7 @@ def motion_of_discs(model, state, rim):
         inside = clumps.body[disc] >= 0
         free = np.count_nonzero(~inside)
         body = np.where(inside, free + clumps.body[disc], np.cumsum(~inside) - 1)
-        arm[inside] = state.x[disc[inside]] - clumps.motion[clumps.body[disc[inside]], :2]
+        arm[inside] = state.x[disc[inside]] - clumps.motion[clumps.body[disc[inside]], : Y + 1]
     count, row, one = len(bodies_of(model, state).disc), 3 * np.arange(len(disc)), np.ones(len(disc))
     entries = [  # (row, column, value): x, y and rotation of the body; its rotation moves a disc of a clump sideways
         (row, 3 * body, one), (row + 1, 3 * body + 1, one), (row + 2, 3 * body + 2, one),
@@ -117,5 +118,5 @@ def safe_limit(model, state, rim):
     sums = spring_sums(springs_of(model, state, rim, listed=True))
     own = np.maximum(sums.bodies / bodies.mass, sums.rotations / bodies.inertia)
     worst, damping = int(np.argmax(own)), model.law.damping
-    alpha, dt = 0.0 if damping is None else damping.local, None if model.real_time is None else state.next_dt
+    alpha, dt = 0.0 if damping is None else damping.local, None if not model.in_real_time else state.next_dt
     return limit(own[worst], alpha, dt, bodies.name(worst), bodies.xy[worst])

@@ -7,6 +7,7 @@ The same words as on the continuum's side.
 """
 
 from coupler_protocol.compiled.jit import jit
+from dem_server.model import FX, FY
 from dem_server.step.clumps import resultant
 
 
@@ -56,7 +57,7 @@ def ratio(disc, load, weight, first, second, normal, shear, parallel, walls, clu
             if clumps.body[i] >= 0:
                 bodies -= 1
                 continue
-        worst = max(worst, load[i, 0] ** 2 + (load[i, 1] - weight[i] * gravity) ** 2)
+        worst = max(worst, load[i, FX] ** 2 + (load[i, FY] - weight[i] * gravity) ** 2)
     if clumps is not None:
         for c in range(len(clumps.motion)):
             if clumps.start[c] < clumps.start[c + 1]:

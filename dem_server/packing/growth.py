@@ -19,10 +19,10 @@ porosity are loose; discs that would have to overlap by a tenth of their radius 
 
 import numpy as np
 
+from coupler_protocol.interface.ring import inner_share
 from coupler_protocol.problems import unfit
 from dem_server.model import RADIUS
 from dem_server.pairs import contacts
-from dem_server.ring import inner_share
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
 from dem_server.step.neighbours import rebuild

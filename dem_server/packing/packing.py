@@ -18,20 +18,19 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.interface.ring import inner_share, polygon_area
 from coupler_protocol.problems import unfit
 from coupler_protocol.scene.tables.grading import Grading, grading_of
-from dem_server import pairs
 from dem_server.effects import RING, SOIL, Law
 from dem_server.effects.damping import DampingTable
 from dem_server.effects.pairs import Pair
 from dem_server.effects.spring import SpringTable, spring_table
 from dem_server.model import Model, new_state
+from dem_server.observe.coordination import porosity
 from dem_server.packing import front_filling, growth
 from dem_server.packing.growth import run
 from dem_server.packing.radii import places, radii
 from dem_server.pairs import contacts
-from dem_server.ring import inner_share
 from dem_server.step.contact_pass import contact_forces
 
 PLASTIC = 1.32471795724474602596  # real root of x^3 = x + 1
@@ -93,7 +92,7 @@ def pack(polygon, ring_xy, ring_radius, discs, rng, report=None):
         raise ArithmeticError(f"{escaped.sum()} discs left the ring while packing: porosity too small?")
     xy, now = state.x[model.ring :].copy(), state.radius[model.ring :].copy()
     grown = float(np.sqrt((now**2).sum() / (radius**2).sum())) * START
-    return Packing(xy, now, growth.pressure(contacts(state), area), pairs.porosity(model, state), grown, loose)
+    return Packing(xy, now, growth.pressure(contacts(state), area), porosity(model, state), grown, loose)
 
 
 def draw_radii(area, grading, rng):

@@ -12,9 +12,10 @@ import numpy as np
 import shapely
 
 from coupler_protocol.files import disc_csv
+from coupler_protocol.geometry import moments
 from coupler_protocol.problems import unfit
 from dem_server.effects import SOIL, STONE
-from dem_server.model import SPIN, VX, build_model
+from dem_server.model import SPIN, VX, VY, Y, build_model
 from dem_server.packing import discs_of_a_file
 from dem_server.packing.packing import Packing
 from dem_server.pairs import listed_pairs
@@ -22,7 +23,6 @@ from dem_server.step.clumps import make_clumps
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.neighbours import rebuild
 from dem_server.stones import bodies
-from dem_server.stones.polygons import moments
 
 QUARTER = 32  # corners of a quarter of a circle in a union
 
@@ -126,6 +126,6 @@ def set_going(clumps, state, motion):
     for c in range(len(clumps.motion)):
         own = clumps.member[clumps.start[c] : clumps.start[c + 1]]
         spin = motion[own, 2].mean()
-        arm = state.x[own] - clumps.motion[c, :2]
-        clumps.motion[c, 4] = spin
-        clumps.motion[c, 2:4] = (motion[own, :2] - spin * np.column_stack([-arm[:, 1], arm[:, 0]])).mean(axis=0)
+        arm = state.x[own] - clumps.motion[c, : Y + 1]
+        clumps.motion[c, SPIN] = spin
+        clumps.motion[c, VX : VY + 1] = (motion[own, :2] - spin * np.column_stack([-arm[:, 1], arm[:, 0]])).mean(axis=0)

@@ -14,11 +14,11 @@ import numpy as np
 from coupler_protocol import exits
 from coupler_protocol.files import checkpoint, restart, run_json
 from coupler_protocol.files.recorder import FrameInfo, Recorder
+from coupler_protocol.process import server
 from coupler_protocol.process.plugin import Moment
+from coupler_protocol.process.trace import Stopwatch
 from coupler_protocol.scene.ending import Ending
 from coupler_protocol.scene.schedule import plan
-from coupler_protocol.timing import Stopwatch
-from dem_server.insitu import virtual_strain
 from dem_server.model import Model, State
 from dem_server.observe import energy, record, unbalanced_ratio
 from dem_server.packing import alone_window, draw_apart
@@ -48,6 +48,7 @@ class DiscsAlone:
         self.watch = Stopwatch()
         self.steps, self.time = 0, 0.0
         self.results, self.report = [], {}
+        self._unfinished = None  # row of the stage in which the run is: a function
         self.model = self.state = self.recorder = self.stones = None
         self.saved = restart.load(scene, origin, NAME) if origin else None
 
@@ -83,11 +84,11 @@ class DiscsAlone:
         self.model, self.state, self.stones, self.report = alone_window.fill(self.scene, self._note)
         self.state.walls = walls_of_scene.walls_of(self.scene, self.model, self.state)
         contact_forces(self.model, self.state)
-        if self.scene.discs.file is not None and self.scene.stage[1].time == "static":
+        if self.scene.discs.file is not None and not self.scene.stage[1].in_real_time:
             self.model, left = draw_apart.draw_apart(self.model, self.state)
             self.report |= left
         if self.model.law.bond is not None:
-            virtual_strain.add_bonds(self.model, self.state)
+            bonds_made.add_bonds(self.model, self.state)
         if self.model.law.parallel_bond is not None:
             bonds_made.add_parallel_bonds(self.model, self.state)
         self.state.origin[:] = self.state.x
@@ -100,7 +101,8 @@ class DiscsAlone:
         walls_of_scene.begin_stage(self.scene, stage, self.model, self.state)
         model = self._in_time_of(stage)
         every, record_every = self.scene.record.history, self.scene.record.every
-        ending, done, began, ended_by = Ending(stage.until, leg.over), 0, self.time, ""
+        ending, done, began, ended_by, ratio = Ending(stage.until, leg.over), 0, self.time, "", 1.0
+        self._unfinished = lambda: self._row(stage, leg, done, "", [ratio], self.time - began)
         while not ended_by:
             self.stop.check()
             chunk = self._chunk(stage, leg, done, every, self.time - began)
@@ -122,10 +124,11 @@ class DiscsAlone:
                 self.plugin.step(self._moment(stage.name))
         self._end_stage(stage.name, factor)
         self.results.append(self._row(stage, leg, done, ended_by, [ratio], self.time - began))
+        self._unfinished = None
 
     def _in_time_of(self, stage):
         """The model in the stage's mode, with the stage's damping."""
-        factor = (stage.step_factor or self.scene.discs.time_step) if stage.time == "real" else None
+        factor = (stage.step_factor or self.scene.discs.time_step) if stage.in_real_time else None
         self.model = clock.begin(self.model, self.state, stage.damping or self.scene.discs.damping, factor)
         return self.model
 
@@ -192,7 +195,8 @@ class DiscsAlone:
     def save(self, stage, phase, factor=0.0):
         """Write the State to its checkpoint file; returns the path."""
         path = self.out / f"{NAME}.{stage}.h5"
-        about = restart.attributes(self.scene, stage, phase, self.steps, 0, factor, report=self.report)
+        more = {"report": self.report} | restart.named(self.plugin)
+        about = restart.attributes(self.scene, stage, phase, self.steps, 0, factor, **more)
         checkpoint.save(path, AloneState(self.model, self.state, self.time), about)
         return path
 
@@ -208,8 +212,8 @@ class DiscsAlone:
             "name": stage.name,
             "kind": stage.kind,
             "steps": steps,
-            "time": seconds if stage.time == "real" else None,
-            "time_step": self.state.dt if stage.time == "real" else None,
+            "seconds_simulated": seconds if stage.in_real_time else None,
+            "time_step": self.state.dt if stage.in_real_time else None,
             "ended_by": ended_by,
             "gravity": leg.gravity,
             "gravity_factor": leg.factor(steps - 1),
@@ -222,7 +226,8 @@ class DiscsAlone:
         times = [stage.as_dict() for stage in self.watch.stages]
         if self.origin is not None:
             times = times[1:]
-        return {"stages": run_json.stage_rows_alone(self.results, times), "windows": [self.report] if self.report else []}
+        results = self.results + ([self._unfinished()] if self._unfinished else [])
+        return {"stages": run_json.stage_rows_alone(results, times), "windows": [self.report] if self.report else []}
 
     def _note(self, text, fraction=None):
         """Progress of a long phase, and the place where it can be interrupted."""
@@ -232,24 +237,4 @@ class DiscsAlone:
 
 def compute(scene, out, progress, stop, origin=None, plugin=None):
     """Compute a scene without a grid into the folder `out`; writes run.json however it ends, the State where it fails."""
-    about, begin = run_json.describe(scene), time.perf_counter()
-    if origin is not None:
-        about["begins_after"] = {"run": str(origin.folder), "stage": origin.stage}
-    side, code, reason = None, exits.OURSELVES, ""
-    try:
-        side = DiscsAlone(scene, out, progress, stop, origin, plugin)
-        run_json.write_json(Path(out) / "scene.json", scene.resolved())
-        reason, code = exits.physics(side.run), exits.DONE
-        progress("done", reason, now=True)
-    except BaseException as error:
-        reason = str(error) or type(error).__name__
-        code = exits.code_of(error)
-        if side is not None and side.state is not None:
-            log.info("state saved to %s", side.save("stopped", "stopped"))
-        raise
-    finally:
-        about |= {"end": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "seconds": time.perf_counter() - begin}
-        about |= {"exit_code": code, "reason": reason, "peak_memory_MB": run_json.peak_memory()}
-        if side is not None:
-            about |= side.summary()
-        run_json.write_json(Path(out) / "run.json", about)
+    server.conduct(lambda: DiscsAlone(scene, out, progress, stop, origin, plugin), scene, out, progress, origin, plugin)

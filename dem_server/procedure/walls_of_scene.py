@@ -39,7 +39,7 @@ def begin_stage(scene, stage, model, state):
     names, walls = names_of_walls(scene.discs.wall), state.walls
     for table in stage.wall:
         set_going(walls, names.index(table.name), table)
-    if stage.time == "static" and walls is not None and walls.servo is not None:
+    if not stage.in_real_time and walls is not None and walls.servo is not None:
         speed, limit = np.where(walls.servo.pressure > 0.0, walls.servo.fastest, 0.0), SPEED_CAP * model.smallest_radius
         worst = int(speed.argmax())
         if speed[worst] > limit:

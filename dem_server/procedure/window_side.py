@@ -14,10 +14,11 @@ from coupler_protocol.files.run_json import peak_memory
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
 from coupler_protocol.scene.schedule import plan
-from coupler_protocol.wire import messages
-from coupler_protocol.wire.frames import StepFrame, content_of, pack_array, unpack_array
+from coupler_protocol.wire import messages, payloads
+from coupler_protocol.wire.frames import content_of
 from coupler_protocol.wire.handshake import join, resume_from
 from dem_server import run
+from dem_server.coupling.grid_talk import GridTalk
 from dem_server.coupling.ring_guard import RingGuard
 from dem_server.coupling.window_strain import WindowStrain
 from dem_server.insitu.takeover import take_over
@@ -29,7 +30,6 @@ from dem_server.step import clock
 from dem_server.stones import bodies
 
 log = logging.getLogger(__name__)
-FIELD_COLUMNS = 7  # x, y, area, sxx, syy, sxy, density
 
 
 class DiscreteSide:
@@ -44,7 +44,7 @@ class DiscreteSide:
         self.step = 1.0  # [s] agreed with the continuum, 1 in static mode; None: not yet, in a stage in real time
         self.substeps = 1  # of the discs in one of them
         self.power = 0.0  # [W] of the ring in the last step that was looked at
-        self.stage = None
+        self.stage = self.talk = None
         self.ledger = None  # a dem_server.observe.energy_ledger.Ledger, where the scene asks for it
         self.recorder = None
         self.report, self.openings, self.limits = {}, [], []
@@ -99,15 +99,14 @@ class DiscreteSide:
             self.report |= bodies.report(self.model, self.state, self.stones, nodes)
         log.info("packed %s", self.report)
         self.watch.to("computing")
-        self._turn(messages.PACKED, self.report)
+        self.conversation.say_control(messages.PACKED, self.report)
 
     def bring_to_stress(self):
         """FIELD: the stress of the zones that were here; the discs take it over, then they are bonded."""
         _, frame = self.conversation.hear((messages.FIELD,))
-        self.conversation.sequence += 1
         self.watch.to("waiting")
         content = content_of(frame)
-        field = unpack_array(content["field"], FIELD_COLUMNS)
+        field = payloads.field_of(content)
         gravity = content["gravity"]
         self.model, found = take_over(
             self.model, self.state, field, gravity, self.stones, self.scene.stones and self.scene.stones.body,
@@ -122,15 +121,13 @@ class DiscreteSide:
         """READY, and wait for GO; a window that was just filled is saved, and recorded in any case."""
         log.info("ready %s", self.report)
         self.watch.to("computing")
-        inner = pack_array(self.rim.inner_mass(self.state))
-        self._turn(messages.READY, {"inner_mass": inner, "report": self.report})
+        self.conversation.say_control(messages.READY, payloads.ready_content(self.rim.inner_mass(self.state), self.report))
         _, frame = self.conversation.hear((messages.GO,))
-        self.conversation.sequence += 1
         self.watch.to("waiting")
         go = content_of(frame)
         self.gravity, self.steps, self.time = go["gravity"], go["step"], float(go["time"])
         self.guard = RingGuard(self.model, self.state)
-        self._prepare_frames(go.get("bin"))
+        self._prepare_talk(go.get("bin"))
         name, factor = self._begin_with()
         self.recorder.frame(FrameInfo(self.steps, self.time, name, factor), **record.frame(self.model, self.state))
         if not self.saved:
@@ -148,18 +145,11 @@ class DiscreteSide:
         stages = zip(self.scene.stage, plan(self.scene), strict=True)
         return next((stage.name, leg.end) for stage, leg in stages if stage.kind == "fill")
 
-    def _prepare_frames(self, bin_length):
-        talk, K = self.conversation, len(self.rim.nodes)
-        self.force_frame = StepFrame(messages.FORCE, talk.session, self.rank, len(messages.Answer._fields), 3 * K)
-        self.velocity_frame = StepFrame(messages.VELOCITY, talk.session, self.rank, len(messages.Order._fields), 2 * K)
-        self.velocity = np.zeros((K, 2))
+    def _prepare_talk(self, bin_length):
         if bin_length is not None and not bin_length > 0.0:
             raise PeerLost(f"the continuum wants the strain in bins of {bin_length} m")
-        self.strain = None if bin_length is None else WindowStrain(bin_length, self.state, self.model.ring, talk, K)
-
-    def _turn(self, kind, content):
-        """Say something that the continuum will answer when it gets there."""
-        self.conversation.say_control(kind, content)
+        self.strain = None if bin_length is None else WindowStrain(bin_length, self.state, self.model.ring)
+        self.talk = GridTalk(self.conversation, len(self.rim.nodes), self.strain.bins if self.strain else 0)
 
     def _begin_stage(self, index):
         self.stage = index
@@ -289,7 +279,7 @@ class DiscreteSide:
         if self.substeps > 1:
             found |= {"share": found["share"] / self.substeps, "dt": self.step}
         self.limits.append({"stage": name} | found)
-        log.info("stage %s: the discs are stable up to %s", name, in_words(found))
+        log.info("stage %s: safe step limit of the discs as a multiple of the step in use: %s", name, in_words(found))
 
     def _note_opening(self):
         """Keep how far the ring opened in the stage that ends, if that deserves a warning."""

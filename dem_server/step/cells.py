@@ -13,6 +13,7 @@ Luding (2012), Comput. Phys. Commun. 183, 931-936.
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from dem_server.model import RADIUS, X, Y
 
 RATIO = 5.0  # of largest to smallest radius on a level
 CELLS_PER_DISC = 4  # at most: a disc far away must not make the cell grids grow without bound
@@ -48,14 +49,14 @@ def near_pairs(disc, level, side, widest, body, ring, reach, a, b):
     start = np.zeros(offset[levels] + 1, dtype=np.int64)
     for i in range(n):
         w, k = width[level[i]], level[i]
-        cell[i] = offset[k] + int((disc[i, 1] - low[1]) / w) * columns[k] + int((disc[i, 0] - low[0]) / w)
+        cell[i] = offset[k] + int((disc[i, Y] - low[1]) / w) * columns[k] + int((disc[i, X] - low[0]) / w)
         start[cell[i] + 1] += 1
     for c in range(offset[levels]):
         start[c + 1] += start[c]
     place, order, at = start[:-1].copy(), np.empty(n, dtype=np.int64), np.empty((n, 3))
     for i in range(n):
         q = place[cell[i]]
-        order[q], at[q, 0], at[q, 1], at[q, 2] = i, disc[i, 0], disc[i, 1], disc[i, 5]
+        order[q], at[q, 0], at[q, 1], at[q, 2] = i, disc[i, X], disc[i, Y], disc[i, RADIUS]
         place[cell[i]] += 1
 
     found = 0

@@ -41,14 +41,14 @@ def begin_coupled(model, state, discs, stage):
     their own.
     """
     if stage.time != "real":
-        return model if model.real_time is None else begin(model, state, discs.damping)
+        return model if not model.in_real_time else begin(model, state, discs.damping)
     own = stage.damping if stage.damping is not None and stage.damping.local is not None else discs.damping
     return begin(model, state, own, stage.step_factor or discs.time_step)
 
 
 def longest_step(model, state, substeps):
     """Eq (1): the longest step [s] of the grid in which the discs can take `substeps` of theirs; 1 in static mode."""
-    return state.next_dt if model.real_time is None else state.next_dt * min(substeps, 1.0 / model.real_time)
+    return state.next_dt if not model.in_real_time else state.next_dt * min(substeps, 1.0 / model.real_time)
 
 
 def divided(model, state, dt, substeps):

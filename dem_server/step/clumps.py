@@ -15,31 +15,11 @@ radius of gyration of the polygon. By the Cauchy-Schwarz inequality over the fou
 of both bodies) omega^2 <= 4 sf^2, as for discs. Source: Itasca, PFC2D 3.1 Theory, "Clump logic".
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
-from dem_server.effects import damping as damping_law
-
-damped = jit(damping_law.damped)
-
-
-class Clumps(NamedTuple):
-    """Rigid bodies of the State.
-
-    motion (c, 8): x, y, vx, vy, spin, angle, mass, inertia. The rest stays as it was made: body (n,) number of
-    each disc's clump or -1; start (c+1,), member (m,): discs of clump c are member[start[c]:start[c+1]]; offset
-    (m, 2) [m]; reach (c,) largest offset [m]; gyration (c,) squared radius of gyration [m2].
-    """
-
-    motion: np.ndarray
-    body: np.ndarray
-    start: np.ndarray
-    member: np.ndarray
-    offset: np.ndarray
-    reach: np.ndarray
-    gyration: np.ndarray
+from dem_server.model import ANGLE, FX, FY, INERTIA, MASS, MOMENT, SPIN, VX, VY, Clumps, X, Y
+from dem_server.step.compiled_laws import damped
 
 
 def make_clumps(body, xy, centroid, gyration):
@@ -51,20 +31,20 @@ def make_clumps(body, xy, centroid, gyration):
     reach = np.zeros(count)
     np.maximum.at(reach, body[member], np.hypot(*offset.T))
     motion = np.zeros((count, 8))
-    motion[:, :2], motion[:, 6:] = centroid, 1.0
+    motion[:, : Y + 1], motion[:, MASS:] = centroid, 1.0
     return Clumps(motion, body.copy(), start, member, offset, reach, np.asarray(gyration, dtype=float))
 
 
 @jit
 def resultant(c, clumps, disc, load, weight, gravity):
     """Eq (1) with the weight: force and moment (3,) on clump c."""
-    x, y = clumps.motion[c, 0], clumps.motion[c, 1]
+    x, y = clumps.motion[c, X], clumps.motion[c, Y]
     fx = fy = m = 0.0
     for q in range(clumps.start[c], clumps.start[c + 1]):
         i = clumps.member[q]
-        fx += load[i, 0]
-        fy += load[i, 1] - weight[i] * gravity
-        m += load[i, 2] + (disc[i, 0] - x) * load[i, 1] - (disc[i, 1] - y) * load[i, 0]
+        fx += load[i, FX]
+        fy += load[i, FY] - weight[i] * gravity
+        m += load[i, MOMENT] + (disc[i, X] - x) * load[i, FY] - (disc[i, Y] - y) * load[i, FX]
     return fx, fy, m
 
 
@@ -79,13 +59,13 @@ def move_clumps(disc, load, weight, angle, damping, clumps, gravity, fastest, ca
         if clumps.start[c] == clumps.start[c + 1]:
             continue
         fx, fy, m = resultant(c, clumps, disc, load, weight, gravity)
-        u, v, w = motion[c, 2], motion[c, 3], motion[c, 4]
+        u, v, w = motion[c, VX], motion[c, VY], motion[c, SPIN]
         if damping is not None:
             alpha = damping.local
             fx, fy, m = damped(fx, u, alpha), damped(fy, v, alpha), damped(m, w, alpha)
-        u += fx / motion[c, 6] * kick
-        v += fy / motion[c, 6] * kick
-        w += m / motion[c, 7] * kick
+        u += fx / motion[c, MASS] * kick
+        v += fy / motion[c, MASS] * kick
+        w += m / motion[c, INERTIA] * kick
         speed = (u * u + v * v) ** 0.5 + abs(w) * clumps.reach[c]
         if speed > fastest:
             fast += 1
@@ -94,10 +74,10 @@ def move_clumps(disc, load, weight, angle, damping, clumps, gravity, fastest, ca
                 u, v, w = u * scale, v * scale, w * scale
                 speed = fastest
         largest = max(largest, speed * speed)
-        motion[c, 0] += u * dt
-        motion[c, 1] += v * dt
-        motion[c, 2], motion[c, 3], motion[c, 4] = u, v, w
-        motion[c, 5] += w * dt
+        motion[c, X] += u * dt
+        motion[c, Y] += v * dt
+        motion[c, VX], motion[c, VY], motion[c, SPIN] = u, v, w
+        motion[c, ANGLE] += w * dt
         place_members(c, clumps, disc, angle, dt)
     return fast, largest
 
@@ -106,17 +86,17 @@ def move_clumps(disc, load, weight, angle, damping, clumps, gravity, fastest, ca
 def place_members(c, clumps, disc, angle, dt):
     """Eq (3): discs of clump c and their velocities."""
     x, y, u, v, w, now = (
-        clumps.motion[c, 0], clumps.motion[c, 1], clumps.motion[c, 2], clumps.motion[c, 3],
-        clumps.motion[c, 4], clumps.motion[c, 5],
+        clumps.motion[c, X], clumps.motion[c, Y], clumps.motion[c, VX], clumps.motion[c, VY],
+        clumps.motion[c, SPIN], clumps.motion[c, ANGLE],
     )  # fmt: skip
     turn = w * dt
     ca, sa, chord = np.cos(now), np.sin(now), 2.0 * np.sin(0.5 * turn) / dt
     cm, sm = chord * np.cos(now - 0.5 * turn), chord * np.sin(now - 0.5 * turn)
     for q in range(clumps.start[c], clumps.start[c + 1]):
         i, ox, oy = clumps.member[q], clumps.offset[q, 0], clumps.offset[q, 1]
-        disc[i, 0] = x + ca * ox - sa * oy
-        disc[i, 1] = y + sa * ox + ca * oy
-        disc[i, 2] = u - sm * ox - cm * oy
-        disc[i, 3] = v + cm * ox - sm * oy
-        disc[i, 4] = w
+        disc[i, X] = x + ca * ox - sa * oy
+        disc[i, Y] = y + sa * ox + ca * oy
+        disc[i, VX] = u - sm * ox - cm * oy
+        disc[i, VY] = v + cm * ox - sm * oy
+        disc[i, SPIN] = w
         angle[i] += turn

@@ -10,36 +10,36 @@ import numpy as np
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED, BROKEN_SHEAR, BROKEN_TENSION
-from dem_server.model import SHEAR_BREAKS, TENSION_BREAKS
+from dem_server.model import FX, FY, MOMENT, RADIUS, SHEAR_BREAKS, SPIN, TENSION_BREAKS, VX, VY, X, Y
 from dem_server.step import scratch_rows
 from dem_server.step.contact_law import law_of_block
 
 
 @jit(borrows=True)
-def add_parts(
-    begin, end, disc, load, first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
-    glued, glue_gap, glue_normal, glue_shear, glue_moment, counters,
-    friction, bond, rolling, dashpot, parallel_bond, dt, table, f,
-):  # fmt: skip
+def add_parts(begin, end, disc, load, listed, history, counters, law, dt, table, f):
     """Add the forces of parts begin..end of the list to the loads; table: of `table_of`, f: scratch memory (rows.SIZE,).
 
-    Effects only say that they are there: their parameters come from the table.
+    Effects only say that they are there: their parameters come from the table. What is absent must be an argument of its own
+    where it is asked for, so tuples are opened at the calls.
     """
     filled = -1
     for part in range(begin, end):
-        p0, p1 = parts[part, 0], parts[part, 1]
+        p0, p1 = listed.parts[part, 0], listed.parts[part, 1]
         while p0 < p1:
             m = min(np.uint64(scratch_rows.LANES), p1 - p0)
-            gather(p0, m, first, second, disc, f)
-            filled = gather_parameters(p0, m, kind, filled, table, friction, bond, rolling, dashpot, parallel_bond, f)
-            gather_history(
-                p0, m, shear, reference_gap, bond_state, rolled, root_mass, glued, glue_gap, glue_shear, glue_moment, f
+            gather(p0, m, listed.first, listed.second, disc, f)
+            filled = gather_parameters(
+                p0, m, listed.kind, filled, table, law.friction, law.bond, law.rolling, law.dashpot, law.parallel_bond, f
             )  # fmt: skip
-            broken = law_of_block(m, dt, f, shear, reference_gap, friction, bond, rolling, dashpot, parallel_bond)
-            scatter(p0, m, first, second, load, f)
-            keep_history(p0, m, normal, shear, rolled, glue_normal, glue_shear, glue_moment, f)
+            gather_history(p0, m, history, f)
+            broken = law_of_block(
+                m, dt, f, history.shear, history.reference_gap, law.friction, law.bond, law.rolling, law.dashpot,
+                law.parallel_bond,
+            )  # fmt: skip
+            scatter(p0, m, listed.first, listed.second, load, f)
+            store_history(p0, m, history, f)
             if broken > 0:
-                keep_bonds(p0, m, bond_state, glued, counters, f)
+                store_bonds(p0, m, history.bond_state, history.parallel, counters, f)
             p0 += m
 
 
@@ -48,10 +48,10 @@ def gather(p0, m, first, second, disc, f):
     """What the law needs of both discs."""
     for q in range(m):
         i, j = first[p0 + q], second[p0 + q]
-        f[scratch_rows.DX + q], f[scratch_rows.DY + q] = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
-        f[scratch_rows.DU + q], f[scratch_rows.DV + q] = disc[j, 2] - disc[i, 2], disc[j, 3] - disc[i, 3]
-        f[scratch_rows.RI + q], f[scratch_rows.RJ + q] = disc[i, 5], disc[j, 5]
-        f[scratch_rows.WI + q], f[scratch_rows.WJ + q] = disc[i, 4], disc[j, 4]
+        f[scratch_rows.DX + q], f[scratch_rows.DY + q] = disc[j, X] - disc[i, X], disc[j, Y] - disc[i, Y]
+        f[scratch_rows.DU + q], f[scratch_rows.DV + q] = disc[j, VX] - disc[i, VX], disc[j, VY] - disc[i, VY]
+        f[scratch_rows.RI + q], f[scratch_rows.RJ + q] = disc[i, RADIUS], disc[j, RADIUS]
+        f[scratch_rows.WI + q], f[scratch_rows.WJ + q] = disc[i, SPIN], disc[j, SPIN]
 
 
 @jit(forceinline=True, borrows=True)
@@ -98,39 +98,40 @@ def spread(p0, m, same, kind, table, row, f):
 
 
 @jit(forceinline=True, borrows=True)
-def take(p0, m, array, row, f):
-    """Row of what the m pairs from p0 on remember."""
-    for q in range(m):
-        f[row + q] = array[p0 + q]
+def fill_row(p0, m, array, row, f):
+    """Copy what the pairs p0 .. p0 + m remember in an array into its scratch row; nothing for None."""
+    if array is not None:
+        for q in range(m):
+            f[row + q] = array[p0 + q]
 
 
 @jit(forceinline=True, borrows=True)
-def keep(p0, m, array, row, f):
-    """The other way round."""
-    for q in range(m):
-        array[p0 + q] = f[row + q]
+def store_row(p0, m, array, row, f):
+    """Copy a scratch row into the array of the pairs p0 .. p0 + m; nothing for None."""
+    if array is not None:
+        for q in range(m):
+            array[p0 + q] = f[row + q]
 
 
 @jit(forceinline=True, borrows=True)
-def gather_history(
-    p0, m, shear, reference_gap, bond_state, rolled, root_mass, glued, glue_gap, glue_shear, glue_moment, f
-):  # fmt: skip
-    """What the pairs remember."""
-    if shear is not None:
-        take(p0, m, shear, scratch_rows.SHEAR, f)
-    if reference_gap is not None:
-        take(p0, m, reference_gap, scratch_rows.GAP, f)
-    if bond_state is not None:
-        take(p0, m, bond_state, scratch_rows.BONDED, f)
-    if rolled is not None:
-        take(p0, m, rolled, scratch_rows.ROLLED, f)
-    if root_mass is not None:
-        take(p0, m, root_mass, scratch_rows.ROOT, f)
-    if glued is not None:
-        take(p0, m, glued, scratch_rows.GLUED, f)
-        take(p0, m, glue_gap, scratch_rows.GLUE_GAP, f)
-        take(p0, m, glue_shear, scratch_rows.GLUE_S, f)
-        take(p0, m, glue_moment, scratch_rows.GLUE_M, f)
+def gather_history(p0, m, history, f):
+    """Copy the histories of the pairs p0 .. p0 + m into scratch rows."""
+    fill_row(p0, m, history.shear, scratch_rows.SHEAR, f)
+    fill_row(p0, m, history.reference_gap, scratch_rows.GAP, f)
+    fill_row(p0, m, history.bond_state, scratch_rows.BONDED, f)
+    fill_row(p0, m, history.rolled, scratch_rows.ROLLED, f)
+    fill_row(p0, m, history.root_mass, scratch_rows.ROOT, f)
+    fill_parallel_bonds(p0, m, history.parallel, f)
+
+
+@jit(forceinline=True, borrows=True)
+def fill_parallel_bonds(p0, m, parallel, f):
+    """Copy the parallel bonds of the pairs p0 .. p0 + m into scratch rows."""
+    if parallel is not None:
+        fill_row(p0, m, parallel.state, scratch_rows.GLUED, f)
+        fill_row(p0, m, parallel.gap, scratch_rows.GLUE_GAP, f)
+        fill_row(p0, m, parallel.shear, scratch_rows.GLUE_S, f)
+        fill_row(p0, m, parallel.moment, scratch_rows.GLUE_M, f)
 
 
 @jit(forceinline=True, borrows=True)
@@ -139,40 +140,48 @@ def scatter(p0, m, first, second, load, f):
     for q in range(m):
         i, j = first[p0 + q], second[p0 + q]
         px, py = f[scratch_rows.PX + q], f[scratch_rows.PY + q]
-        load[i, 0] -= px
-        load[i, 1] -= py
-        load[i, 2] -= f[scratch_rows.MI + q]
-        load[j, 0] += px
-        load[j, 1] += py
-        load[j, 2] -= f[scratch_rows.MJ + q]
+        load[i, FX] -= px
+        load[i, FY] -= py
+        load[i, MOMENT] -= f[scratch_rows.MI + q]
+        load[j, FX] += px
+        load[j, FY] += py
+        load[j, MOMENT] -= f[scratch_rows.MJ + q]
 
 
 @jit(forceinline=True, borrows=True)
-def keep_history(p0, m, normal, shear, rolled, glue_normal, glue_shear, glue_moment, f):
-    """What the pairs will remember; bonds only change where one breaks."""
-    keep(p0, m, normal, scratch_rows.FN, f)
-    if shear is not None:
-        keep(p0, m, shear, scratch_rows.SHEAR, f)
-    if rolled is not None:
-        keep(p0, m, rolled, scratch_rows.ROLLED, f)
-    if glue_normal is not None:
-        keep(p0, m, glue_normal, scratch_rows.GLUE_N, f)
-        keep(p0, m, glue_shear, scratch_rows.GLUE_S, f)
-        keep(p0, m, glue_moment, scratch_rows.GLUE_M, f)
+def store_history(p0, m, history, f):
+    """Copy scratch rows back into the histories of the pairs p0 .. p0 + m; bonds only change where one breaks."""
+    store_row(p0, m, history.normal, scratch_rows.FN, f)
+    store_row(p0, m, history.shear, scratch_rows.SHEAR, f)
+    store_row(p0, m, history.rolled, scratch_rows.ROLLED, f)
+    store_parallel_bonds(p0, m, history.parallel, f)
+
+
+@jit(forceinline=True, borrows=True)
+def store_parallel_bonds(p0, m, parallel, f):
+    """Copy forces and moments of parallel bonds back."""
+    if parallel is not None:
+        store_row(p0, m, parallel.normal, scratch_rows.GLUE_N, f)
+        store_row(p0, m, parallel.shear, scratch_rows.GLUE_S, f)
+        store_row(p0, m, parallel.moment, scratch_rows.GLUE_M, f)
 
 
 @jit(borrows=True)
-def keep_bonds(p0, m, bond_state, glued, counters, f):
-    """States of bonds after some of the m from p0 on broke, and the counts of broken ones."""
+def store_bonds(p0, m, bond_state, parallel, counters, f):
+    """States of bonds after some of the pairs p0 .. p0 + m broke, and the counts of broken ones."""
+    if bond_state is not None:
+        store_states(p0, m, bond_state, scratch_rows.BONDED, counters, f)
+    if parallel is not None:
+        store_states(p0, m, parallel.state, scratch_rows.GLUED, counters, f)
+
+
+@jit(borrows=True)
+def store_states(p0, m, states, row, counters, f):
+    """Copy the states of bonds of one kind back, counting those that broke."""
     for q in range(m):
-        if bond_state is not None:
-            now = np.int8(f[scratch_rows.BONDED + q])
-            count(bond_state[p0 + q], now, counters)
-            bond_state[p0 + q] = now
-        if glued is not None:
-            now = np.int8(f[scratch_rows.GLUED + q])
-            count(glued[p0 + q], now, counters)
-            glued[p0 + q] = now
+        now = np.int8(f[row + q])
+        count(states[p0 + q], now, counters)
+        states[p0 + q] = now
 
 
 @jit(borrows=True)
@@ -185,9 +194,28 @@ def count(before, now, counters):
 
 
 @jit
-def table_of(spring, friction, bond, rolling, dashpot, parallel_bond):
+def table_of(law):
     """Parameters of all effects in one array (rows, kinds), each in the row that it has in the scratch memory."""
-    table = np.zeros((scratch_rows.COUNT, len(spring.normal)))
+    table = np.zeros((scratch_rows.COUNT, kinds_of(law)))
+    fill_table_of(law, table)
+    return table
+
+
+@jit(borrows=True)
+def kinds_of(law):
+    """Number of kinds of pairs."""
+    return len(law.spring.normal)
+
+
+@jit(borrows=True)
+def fill_table_of(law, table):
+    """Open the law for `fill_table`."""
+    fill_table(law.spring, law.friction, law.bond, law.rolling, law.dashpot, law.parallel_bond, table)
+
+
+@jit(borrows=True)
+def fill_table(spring, friction, bond, rolling, dashpot, parallel_bond, table):
+    """Rows of `table_of`."""
     put(spring.normal, scratch_rows.KN, table)
     put(spring.shear, scratch_rows.KS, table)
     if friction is not None:
@@ -207,7 +235,6 @@ def table_of(spring, friction, bond, rolling, dashpot, parallel_bond):
         put(parallel_bond.tension, scratch_rows.GLUE_TENSION, table)
         put(parallel_bond.cohesion, scratch_rows.GLUE_COHESION, table)
         put(parallel_bond.radius, scratch_rows.GLUE_RADIUS, table)
-    return table
 
 
 @jit

@@ -21,28 +21,23 @@ file in `effects`.
 from math import sqrt
 
 from coupler_protocol.compiled.jit import jit
-from dem_server.effects import bond as bond_law
-from dem_server.effects import dashpot as dashpot_law
-from dem_server.effects import friction as friction_law
-from dem_server.effects import parallel_bond as parallel_law
-from dem_server.effects import rolling as rolling_law
-from dem_server.effects import spring as spring_law
 from dem_server.effects.bond import BONDED
 from dem_server.step import scratch_rows
-
-normal_force = jit(spring_law.normal_force)
-shear_force = jit(spring_law.shear_force)
-slip_limit = jit(friction_law.slip_limit)
-clipped = jit(friction_law.clipped)
-bond_after = jit(bond_law.bond_after)
-effective_radius = jit(rolling_law.effective_radius)
-rolling_stiffness = jit(rolling_law.rolling_stiffness)
-rolling_moment = jit(rolling_law.rolling_moment)
-rolling_limit = jit(rolling_law.rolling_limit)
-viscous_force = jit(dashpot_law.viscous_force)
-bond_radius = jit(parallel_law.bond_radius)
-bending_stiffness = jit(parallel_law.bending_stiffness)
-parallel_bond_after = jit(parallel_law.parallel_bond_after)
+from dem_server.step.compiled_laws import (
+    bending_stiffness,
+    bond_after,
+    bond_radius,
+    clipped,
+    effective_radius,
+    normal_force,
+    parallel_bond_after,
+    rolling_limit,
+    rolling_moment,
+    rolling_stiffness,
+    shear_force,
+    slip_limit,
+    viscous_force,
+)
 
 NOWHERE = 1e-150  # [m]: distance below which two centres have no direction
 
@@ -104,7 +99,7 @@ def law_of_block(m, dt, f, shear, reference_gap, friction, bond, rolling, dashpo
             Fn = Dn if holds else (free_n if touches else Fn)
             Fs = Ds if holds else (free_s if touches else Fs)
         if parallel_bond is not None:
-            R = bond_radius(f[scratch_rows.GLUE_RADIUS + q], ri, rj)
+            R = bond_radius(f[scratch_rows.GLUE_RADIUS + q], min(ri, rj))
             Pn = normal_force(f[scratch_rows.GLUE_KN + q] * 2.0 * R, gap - f[scratch_rows.GLUE_GAP + q])
             Ps = shear_force(f[scratch_rows.GLUE_KS + q] * 2.0 * R, slip, f[scratch_rows.GLUE_S + q])
             Pm = rolling_moment(bending_stiffness(f[scratch_rows.GLUE_KN + q], R), (wj - wi) * dt, f[scratch_rows.GLUE_M + q])

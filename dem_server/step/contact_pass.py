@@ -8,14 +8,13 @@ whatever the number of threads.
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
-from dem_server.effects.parallel_bond import ParallelBonds
+from dem_server.effects.histories import history_of
+from dem_server.model import X, Y
 from dem_server.step import neighbours, scratch_rows, walls
 from dem_server.step.contact_blocks import add_parts, table_of
 from dem_server.step.thread_crew import meet, part_of, work_together
 from dem_server.step.thread_shares import shares
 from dem_server.step.walls import wall_pass
-
-NO_BONDS = ParallelBonds(None, None, None, None, None)
 
 
 def contact_forces(model, state):
@@ -36,28 +35,13 @@ def make_current(model, state):
 
 def add_forces(model, state):
     """Forces and moments on all discs from the list as it is."""
-    listed, laws, split = arguments(model, state), laws_of(model), shares(model)
+    split, known = shares(model), (state.disc, state.load, state.listed, history_of(state), model.law, state.dt)
     if len(split) > 1:
-        work_together(lambda _, __, counts, crew: force_pass(*listed, counts, *laws, state.dt, crew), split, state.counters)
+        work_together(lambda _, __, counts, crew: force_pass(*known, counts, crew), split, state.counters)
     else:
-        force_pass(*listed, state.counters, *laws, state.dt, None)
+        force_pass(*known, state.counters, None)
     if state.walls is not None:
         wall_pass(state.disc, state.load, state.dt, *walls.arguments(model, state))
-
-
-def arguments(model, state):
-    """What `force_pass` takes before counters and laws: discs, list, and what its pairs remember."""
-    return (
-        state.disc, state.load, state.first, state.second, state.parts, state.kind,
-        state.normal, state.shear, state.reference_gap, state.bond_state, state.rolled, state.root_mass,
-        *(state.parallel or NO_BONDS),
-    )  # fmt: skip
-
-
-def laws_of(model):
-    """What `force_pass` takes after the counters."""
-    law = model.law
-    return law.spring, law.friction, law.bond, law.rolling, law.dashpot, law.parallel_bond
 
 
 @jit
@@ -65,39 +49,33 @@ def farthest(disc, listed_at):
     """How far any disc is from where it was when the list was made [m]; infinite if one is nowhere."""
     largest = 0.0
     for i in range(len(disc)):
-        dx, dy = disc[i, 0] - listed_at[i, 0], disc[i, 1] - listed_at[i, 1]
+        dx, dy = disc[i, X] - listed_at[i, 0], disc[i, Y] - listed_at[i, 1]
         moved = dx * dx + dy * dy
         largest = max(largest, moved if moved == moved else np.inf)
     return largest**0.5
 
 
+@jit(borrows=True)
+def number_of_parts(listed):
+    """How many parts the list has."""
+    return len(listed.parts)
+
+
 @jit
-def force_pass(
-    disc, load, first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
-    glued, glue_gap, glue_normal, glue_shear, glue_moment, counters,
-    spring, friction, bond, rolling, dashpot, parallel_bond, dt, crew,
-):  # fmt: skip
+def force_pass(disc, load, listed, history, law, dt, counters, crew):
     """Loads of all discs from all listed pairs, by one thread (`crew` None) or by all of the crew that call it together."""
-    table, f = table_of(spring, friction, bond, rolling, dashpot, parallel_bond), np.empty(scratch_rows.SIZE)
+    table, f, parts = table_of(law), np.empty(scratch_rows.SIZE), number_of_parts(listed)
     if crew is None:
         load[:] = 0.0
-        add_parts(
-            0, len(parts), disc, load, first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled,
-            root_mass, glued, glue_gap, glue_normal, glue_shear, glue_moment, counters, friction, bond, rolling, dashpot,
-            parallel_bond, dt, table, f,
-        )  # fmt: skip
+        add_parts(0, parts, disc, load, listed, history, counters, law, dt, table, f)
     else:
         begin, end = part_of(crew, 0, len(load))
         load[begin:end] = 0.0
         meet(crew)
-        even, last = 1 + (len(parts) - 1) // 2, len(parts) - 1
+        even, last = 1 + (parts - 1) // 2, parts - 1
         for begin, end, shared in ((0, 1, False), (1, even, True), (even, last, True), (last, last + 1, False)):
             if shared:
                 begin, end = part_of(crew, begin, end)
             if shared or crew.rank == 0:
-                add_parts(
-                    begin, end, disc, load, first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled,
-                    root_mass, glued, glue_gap, glue_normal, glue_shear, glue_moment, counters, friction, bond, rolling,
-                    dashpot, parallel_bond, dt, table, f,
-                )  # fmt: skip
+                add_parts(begin, end, disc, load, listed, history, counters, law, dt, table, f)
             meet(crew)

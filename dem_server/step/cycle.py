@@ -6,20 +6,42 @@ ends the run: the discs fly apart. guards.py says when a body is too fast for th
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from dem_server.effects.histories import history_of
 from dem_server.model import CAPS, SPIN, VX
-from dem_server.step import contact_pass, guards, motion, walls
+from dem_server.step import guards
 from dem_server.step.clumps import move_clumps
 from dem_server.step.contact_pass import contact_forces, farthest, force_pass
 from dem_server.step.masses import stable_step
 from dem_server.step.motion import SPEED_CAP, move
 from dem_server.step.neighbours import rebuild, skin
-from dem_server.step.thread_crew import meet, of_all, work_together
+from dem_server.step.thread_crew import meet, over_all_threads, work_together
 from dem_server.step.thread_shares import shares
 from dem_server.step.walls import move_walls, wall_pass
+
+
+class Bodies(NamedTuple):
+    """What moves, as `cycle` takes it: fields of State."""
+
+    disc: np.ndarray
+    load: np.ndarray
+    weight: np.ndarray
+    angle: np.ndarray
+    listed_at: np.ndarray
+
+
+class Pace(NamedTuple):
+    """gravity [m/s2]; fastest [m/s]: limit of the speed; cap: faster bodies are slowed down; leeway [m] until the next list."""
+
+    gravity: float
+    fastest: float
+    cap: bool
+    leeway: float
+
 
 SHORTEST = 1e-3  # of the stable step: no shorter one is tried
 
@@ -69,13 +91,13 @@ def advance(model, state, gravity, steps):
     """
     time = 0.0
     while steps > 0:
-        ahead = steps if model.real_time is None else guarded(model, state, steps)
+        ahead = steps if not model.in_real_time else guarded(model, state, steps)
         done, fast, fresh = cycle_shares(model, state, gravity, ahead)
         steps -= done
         time += done * state.dt
         if not fresh:
             contact_forces(model, state)
-        if fast > 0 and model.real_time is not None:
+        if fast > 0 and model.in_real_time:
             shorten(model, state)
     return time
 
@@ -84,16 +106,27 @@ def cycle_shares(model, state, gravity, steps):
     """`cycle` by as many threads as there are shares of the discs; the bits do not depend on their number."""
     kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
     state.dt = dt
-    before = (
-        steps, kick, *motion.arguments(model, state, gravity), state.listed_at, 0.5 * skin(model),
-        *contact_pass.arguments(model, state)[2:], *contact_pass.laws_of(model), dt, *walls.arguments(model, state)[:4],
+    known = (
+        steps, kick, dt, bodies_of(state), pace_of(model, state, gravity), state.listed, history_of(state), model.law,
+        state.clumps, state.walls, model.material, model.materials,
     )  # fmt: skip
 
     def work(begin, end, counters, crew):
-        return cycle(*before, begin, end, counters, crew)
+        return cycle(*known, begin, end, counters, crew)
 
     split = shares(model)
     return work(*split[0], state.counters, None) if len(split) == 1 else work_together(work, split, state.counters)[0]
+
+
+def bodies_of(state):
+    """The Bodies of a State."""
+    return Bodies(state.disc, state.load, state.weight, state.angle, state.listed_at)
+
+
+def pace_of(model, state, gravity):
+    """The Pace of the next steps under `gravity` [m/s2]."""
+    fastest = SPEED_CAP * model.smallest_radius / state.next_dt
+    return Pace(gravity, fastest, not model.in_real_time, 0.5 * skin(model))
 
 
 def guarded(model, state, steps):
@@ -117,10 +150,7 @@ def shorten(model, state):
 
 @jit
 def cycle(
-    steps, kick, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, listed_at, leeway,
-    first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
-    glued, glue_gap, glue_normal, glue_shear, glue_moment, spring, friction, bond, rolling, dashpot, parallel_bond, dt,
-    walls, servo, material, materials, begin, end, counters, crew,
+    steps, kick, dt, bodies, pace, listed, history, law, clumps, walls, material, materials, begin, end, counters, crew
 ):  # fmt: skip
     """Kernel of `advance`: steps done, bodies that were too fast in the last, whether its contact forces are known.
 
@@ -128,6 +158,11 @@ def cycle(
     of the largest speeds; only where that comes to `leeway` [m], but for rounding, all are looked at. Discs begin..end-1
     are moved here: all free ones (`crew` None), or the share of one of several threads that do the same at the same time.
     """
+    disc, load, weight, angle, listed_at = bodies
+    gravity, fastest, cap, leeway = pace
+    damping, spring, friction, rolling, dashpot = law.damping, law.spring, law.friction, law.rolling, law.dashpot
+    if walls is not None:
+        servo = walls.servo  # opened here: in the loop every opening would count references
     fast, fresh, step, moved = 0, True, 0, leeway
     first_of_all = True
     if crew is not None:
@@ -146,7 +181,7 @@ def cycle(
             if first_of_all:
                 strayed = move_walls(walls, servo, listed_at, leeway, dt)
         if crew is not None:
-            fast, quickest, strayed = of_all(crew, fast, quickest, strayed)
+            fast, quickest, strayed = over_all_threads(crew, fast, quickest, strayed)
         if strayed:
             moved = leeway
         moved += quickest**0.5 * dt
@@ -154,14 +189,12 @@ def cycle(
             moved = farthest(disc, listed_at)
             fresh = moved <= leeway
         if fresh:
-            force_pass(
-                disc, load, first, second, parts, kind, normal, shear, reference_gap, bond_state, rolled, root_mass,
-                glued, glue_gap, glue_normal, glue_shear, glue_moment, counters, spring, friction, bond, rolling, dashpot,
-                parallel_bond, dt, crew,
-            )  # fmt: skip
+            force_pass(disc, load, listed, history, law, dt, counters, crew)
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if fresh and first_of_all:
-                wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring, friction, rolling, dashpot)
+                wall_pass(
+                    disc, load, dt, walls, servo, material, materials, clumps, spring, friction, rolling, dashpot
+                )  # fmt: skip
         if crew is not None:
             meet(crew)
         kick = dt

@@ -10,6 +10,7 @@ import numpy as np
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED
+from dem_server.model import MASS, SPIN, VX, VY
 from dem_server.pairs import listed_pairs
 from dem_server.step import walls
 
@@ -33,13 +34,13 @@ def quickest_kernel(disc, clumps, first):
         if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if clumps.body[i] >= 0:
                 continue
-        v = (disc[i, 2] ** 2 + disc[i, 3] ** 2) ** 0.5
-        speed, push = max(speed, v), max(push, v * disc[i, 6] ** 0.5)
+        v = (disc[i, VX] ** 2 + disc[i, VY] ** 2) ** 0.5
+        speed, push = max(speed, v), max(push, v * disc[i, MASS] ** 0.5)
     if clumps is not None:
         motion = clumps.motion
         for c in range(len(motion)):
-            v = (motion[c, 2] ** 2 + motion[c, 3] ** 2) ** 0.5 + abs(motion[c, 4]) * clumps.reach[c]
-            speed, push = max(speed, v), max(push, v * motion[c, 6] ** 0.5)
+            v = (motion[c, VX] ** 2 + motion[c, VY] ** 2) ** 0.5 + abs(motion[c, SPIN]) * clumps.reach[c]
+            speed, push = max(speed, v), max(push, v * motion[c, MASS] ** 0.5)
     return speed, push
 
 
@@ -84,5 +85,5 @@ def remedy(stops):
 def mass_of(state, i):
     """Mass of the body that disc `i` belongs to [kg/m]."""
     if state.clumps is not None and state.clumps.body[i] >= 0:
-        return float(state.clumps.motion[state.clumps.body[i], 6])
+        return float(state.clumps.motion[state.clumps.body[i], MASS])
     return float(state.mass[i])

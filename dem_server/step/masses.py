@@ -28,6 +28,7 @@ Theory, "Determination of the critical timestep" and "Density scaling".
 
 import numpy as np
 
+from dem_server.model import INERTIA, MASS
 from dem_server.step.stiffness import set_pair_masses, sums
 
 
@@ -39,7 +40,7 @@ def safety(damping):
 
 def set_masses(model, state):
     """Set mass and inertia of all discs and clumps, and in real time the step, from the listed pairs."""
-    if model.real_time is None:
+    if not model.in_real_time:
         set_static_masses(model, state)
         set_pair_masses(model, state)
     else:
@@ -58,8 +59,8 @@ def set_static_masses(model, state):
     if state.clumps is not None:
         body, viscous = state.clumps.motion, found.clump_dashpots
         largest = np.maximum(found.clumps[:, 0], floor)
-        body[:, 6] = _mass(largest, viscous, sf)
-        body[:, 7] = _inertia(np.maximum(found.clumps[:, 1], largest * state.clumps.gyration), viscous, body[:, 6], sf)
+        body[:, MASS] = _mass(largest, viscous, sf)
+        body[:, INERTIA] = _inertia(np.maximum(found.clumps[:, 1], largest * state.clumps.gyration), viscous, body[:, MASS], sf)
 
 
 def _mass(stiffness, viscous, sf):
@@ -82,8 +83,8 @@ def set_real_masses(model, state):
     if state.clumps is not None:
         body, clumps = state.clumps.motion, state.clumps
         inside = clumps.body >= 0
-        body[:, 6] = np.bincount(clumps.body[inside], weights=state.weight[inside], minlength=len(body))
-        body[:, 7] = body[:, 6] * clumps.gyration
+        body[:, MASS] = np.bincount(clumps.body[inside], weights=state.weight[inside], minlength=len(body))
+        body[:, INERTIA] = body[:, MASS] * clumps.gyration
 
 
 def stable_step(model, state):
@@ -99,8 +100,8 @@ def stable_step(model, state):
     if state.clumps is not None:
         body, there = state.clumps.motion, np.diff(state.clumps.start) > 0
         parts += [
-            (np.maximum(found.clumps[:, 0], floor), _column(found.clump_dashpots, 0), body[:, 6], there),
-            (found.clumps[:, 1], _column(found.clump_dashpots, 1), body[:, 7], there),
+            (np.maximum(found.clumps[:, 0], floor), _column(found.clump_dashpots, 0), body[:, MASS], there),
+            (found.clumps[:, 1], _column(found.clump_dashpots, 1), body[:, INERTIA], there),
         ]
     return float(min(_tau(k, c, m)[free].min(initial=np.inf) for k, c, m, free in parts))
 

@@ -10,12 +10,10 @@ change momentum: there the step shortens (cycle.py). Discs of a clump move with 
 
 from coupler_protocol.compiled import threads
 from coupler_protocol.compiled.jit import jit
-from dem_server.effects import damping as damping_law
-from dem_server.model import CAPS
+from dem_server.model import CAPS, FX, FY, INERTIA, MASS, MOMENT, SPIN, VX, VY, X, Y
 from dem_server.step.clumps import move_clumps
+from dem_server.step.compiled_laws import damped
 from dem_server.step.thread_shares import shares
-
-damped = jit(damping_law.damped)
 
 SPEED_CAP = 0.1  # of the smallest radius, a step
 
@@ -29,7 +27,7 @@ def move_free(model, state, gravity):
     taken = arguments(model, state, gravity)
     fast = 0 if state.clumps is None else move_clumps(*taken, kick, dt)[0]
     fast += sum(found[0] for found in threads.each(lambda a, b: move(a, b, *taken, kick, dt), shares(model)))
-    if model.real_time is None:
+    if not model.in_real_time:
         state.counters[CAPS] += fast
     state.dt = state.next_dt
     return fast
@@ -37,7 +35,7 @@ def move_free(model, state, gravity):
 
 def arguments(model, state, gravity):
     """What `move` and `move_clumps` take before the times of kick and drift."""
-    cap = model.real_time is None
+    cap = not model.in_real_time
     fastest = SPEED_CAP * model.smallest_radius / state.next_dt
     return state.disc, state.load, state.weight, state.angle, model.law.damping, state.clumps, gravity, fastest, cap
 
@@ -53,15 +51,15 @@ def move(first, last, disc, load, weight, angle, damping, clumps, gravity, faste
         if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if clumps.body[i] >= 0:
                 continue
-        fx, fy, m = load[i, 0], load[i, 1] - weight[i] * gravity, load[i, 2]
-        u, v, w = disc[i, 2], disc[i, 3], disc[i, 4]
+        fx, fy, m = load[i, FX], load[i, FY] - weight[i] * gravity, load[i, MOMENT]
+        u, v, w = disc[i, VX], disc[i, VY], disc[i, SPIN]
         if damping is not None:
             alpha = damping.local
             fx, fy, m = damped(fx, u, alpha), damped(fy, v, alpha), damped(m, w, alpha)
-        each = kick / disc[i, 6]
+        each = kick / disc[i, MASS]
         u += fx * each
         v += fy * each
-        w += m / disc[i, 7] * kick
+        w += m / disc[i, INERTIA] * kick
         speed2 = u * u + v * v
         if speed2 > fastest * fastest:
             fast += 1
@@ -71,8 +69,8 @@ def move(first, last, disc, load, weight, angle, damping, clumps, gravity, faste
                 v *= scale
                 speed2 = fastest * fastest
         largest = max(largest, speed2)
-        disc[i, 0] += u * dt
-        disc[i, 1] += v * dt
-        disc[i, 2], disc[i, 3], disc[i, 4] = u, v, w
+        disc[i, X] += u * dt
+        disc[i, Y] += v * dt
+        disc[i, VX], disc[i, VY], disc[i, SPIN] = u, v, w
         angle[i] += w * dt
     return fast, largest

@@ -13,14 +13,13 @@ import numpy as np
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED
-from dem_server.effects.parallel_bond import ParallelBonds
+from dem_server.effects.histories import carry_to_new_list
 from dem_server.model import BUILDS
 from dem_server.step.cells import levels_of, near_pairs, sorted_pairs
 from dem_server.step.masses import set_masses
 from dem_server.step.thread_shares import RUN
 
 SKIN = 0.3  # of the smallest radius
-HISTORY = ("bond_state", "reference_gap", "normal", "shear", "rolled")  # fields of State kept from list to list
 FAR = np.int64(1) << 62  # added to the key of a pair of distant numbers
 
 
@@ -45,7 +44,7 @@ def rebuild(model, state):
         first, second = np.concatenate([first, state.first[lost]])[order], np.concatenate([second, state.second[lost]])[order]
     state.first, state.second = first, second
     state.parts = parts_of(model, state.first, key)
-    carry_over(state, origin)
+    carry_to_new_list(state, origin)
     state.kind = kinds(model.material, model.materials, state.first, state.second)
     set_masses(model, state)
     state.counters[BUILDS] += 1
@@ -133,23 +132,3 @@ def _kinds(material, materials, first, second):
     for p in range(len(first)):
         kind[p] = material[first[p]] * materials + material[second[p]]
     return kind
-
-
-def carry_over(state, origin):
-    """Histories of the new list: what pair `origin` of the old one knew, zero where it is -1."""
-    there = origin >= 0
-    taken = origin[there]
-
-    def carried(array):
-        if array is None:
-            return None
-        new = np.zeros(len(origin), dtype=array.dtype)
-        new[there] = array[taken]
-        return new
-
-    for name in HISTORY:
-        setattr(state, name, carried(getattr(state, name)))
-    if state.parallel is not None:
-        state.parallel = ParallelBonds(*map(carried, state.parallel))
-    if state.root_mass is not None:
-        state.root_mass = np.zeros(len(origin))

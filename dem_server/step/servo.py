@@ -14,31 +14,12 @@ Walls may be longer than the side they close: only the part on the discs' side o
 walls cross beyond its corners, p L is then the pressure on the side of the box at any time.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from dem_server.model import Servo
 
 GAIN = 0.25  # G of Eq (1)
-
-
-class Servo(NamedTuple):
-    """Servos of all W walls of a State.
-
-    pressure (W,) [Pa], 0: the wall has none now; fastest (W,) [m/s]; average (W,): N; inward (W, 2): unit normals to the discs.
-    From the contacts: force (W,), averaged [N]; stiffness [N/m], dashpot [N s/m] (W,), of the last pass; length (W,): L of the
-    last step [m].
-    """
-
-    pressure: np.ndarray
-    fastest: np.ndarray
-    average: np.ndarray
-    inward: np.ndarray
-    force: np.ndarray
-    stiffness: np.ndarray
-    dashpot: np.ndarray
-    length: np.ndarray
 
 
 def make_servo(ends, xy):

@@ -14,17 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
-from dem_server.effects import parallel_bond as parallel_law
-from dem_server.effects import rolling as rolling_law
 from dem_server.effects.bond import BONDED
+from dem_server.effects.pair_stiffness import pair_dashpots, pair_stiffness
+from dem_server.effects.rolling import effective_radius
+from dem_server.model import MASS, RADIUS, X, Y
+from dem_server.step.compiled_laws import dashpots_of_pair, stiffness_of_pair
+from dem_server.step.compiled_laws import effective_radius as reduced_radius
 from dem_server.step.contact_law import NOWHERE
 from dem_server.step.walls import add_to_sums
-
-effective_radius = jit(rolling_law.effective_radius)
-rolling_stiffness = jit(rolling_law.rolling_stiffness)
-bond_radius = jit(parallel_law.bond_radius)
-bending_stiffness = jit(parallel_law.bending_stiffness)
-
 
 REACH = 0.6  # of the smallest radius: walls within it count; discs and walls both move before the next sum
 
@@ -64,19 +61,15 @@ def set_pair_masses(model, state):
 def pair_stiffnesses(model, state, pairs):
     """kn + 2 cn / dt, ks + 2 cs / dt [N/m] and kr [N m] of listed pairs (m,), dt the next step."""
     law, kind, slot = model.law, pairs.kind, pairs.slot
-    kn, ks, kr = law.spring.normal[kind], law.spring.shear[kind] * law.has_shear, np.zeros(len(kind))
     ri, rj = state.radius[pairs.disc_a], state.radius[pairs.disc_b]
-    if law.rolling is not None:
-        kr = rolling_law.rolling_stiffness(ks, rolling_law.effective_radius(ri, rj))
-    if law.parallel_bond is not None:
-        bonded = state.parallel.state[slot] == BONDED
-        R = bonded * law.parallel_bond.radius[kind] * np.minimum(ri, rj)
-        kn, ks = kn + 2.0 * R * law.parallel_bond.normal[kind], ks + 2.0 * R * law.parallel_bond.shear[kind]
-        kr = kr + parallel_law.bending_stiffness(law.parallel_bond.normal[kind], R)
+    bonded = 0.0 if state.parallel is None else state.parallel.state[slot] == BONDED
+    spring = law.spring._replace(shear=law.spring.shear * law.has_shear)
+    size = effective_radius(ri, rj), np.minimum(ri, rj)
+    kn, ks, kr = pair_stiffness(kind, *size, bonded, spring, law.rolling, law.parallel_bond)
     if law.dashpot is not None:
-        root = 2.0 / state.next_dt * state.root_mass[slot]
-        kn, ks = kn + root * law.dashpot.normal[kind], ks + root * law.dashpot.shear[kind]
-    return kn, ks, kr
+        cn, cs = pair_dashpots(kind, 2.0 / state.next_dt * state.root_mass[slot], law.dashpot)
+        kn, ks = kn + cn, ks + cs
+    return kn, ks, np.zeros(len(kind)) + kr
 
 
 @jit
@@ -87,41 +80,38 @@ def add_up(
     """Kernel of `sums`; matrix (c, 4): xx, yy, xy of Eq (2) and the sum of the rotation."""
     for p in range(len(first)):
         i, j, k = first[p], second[p], kind[p]
-        dx, dy = disc[j, 0] - disc[i, 0], disc[j, 1] - disc[i, 1]
+        dx, dy = disc[j, X] - disc[i, X], disc[j, Y] - disc[i, Y]
         d = max((dx * dx + dy * dy) ** 0.5, NOWHERE)
         nx, ny = dx / d, dy / d
         nx2 = nx * nx
-        kn, ks, kr = spring.normal[k], spring.shear[k], 0.0
-        if rolling is not None:
-            kr += rolling_stiffness(ks, effective_radius(disc[i, 5], disc[j, 5]))
-        if parallel_bond is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-            if parallel.state[p] == BONDED:
-                R = bond_radius(parallel_bond.radius[k], disc[i, 5], disc[j, 5])
-                kn += 2.0 * R * parallel_bond.normal[k]
-                ks += 2.0 * R * parallel_bond.shear[k]
-                kr += bending_stiffness(parallel_bond.normal[k], R)
+        bonded = False
+        if parallel is not None:
+            bonded = parallel.state[p] == BONDED
+        ri, rj = disc[i, RADIUS], disc[j, RADIUS]
+        kn, ks, kr = stiffness_of_pair(k, reduced_radius(ri, rj), min(ri, rj), bonded, spring, rolling, parallel_bond)
         cn = cs = 0.0
         if dashpot is not None:
             root = 1.0
             if root_mass is not None:
                 root = root_mass[p]
-            cn, cs = root * dashpot.normal[k], root * 2.0 * dashpot.shear[k]
+            cn, cs = dashpots_of_pair(k, root, dashpot)
+            cs *= 2.0
         for a in (i, j):
             stiff[a, 0] += kn * nx2 + ks * (1.0 - nx2)
             stiff[a, 1] += kn * (1.0 - nx2) + ks * nx2
-            stiff[a, 2] += ks * disc[a, 5] ** 2 + kr
+            stiff[a, 2] += ks * disc[a, RADIUS] ** 2 + kr
             if viscous is not None:
                 viscous[a, 0] += max(cn, cs)
-                viscous[a, 1] += cs * disc[a, 5] ** 2
+                viscous[a, 1] += cs * disc[a, RADIUS] ** 2
         if clumps is None:
             continue
-        arm = 0.5 * (d + disc[i, 5] - disc[j, 5])
-        x, y = disc[i, 0] + arm * nx, disc[i, 1] + arm * ny
+        arm = 0.5 * (d + disc[i, RADIUS] - disc[j, RADIUS])
+        x, y = disc[i, X] + arm * nx, disc[i, Y] + arm * ny
         for a in (i, j):
             c = clumps.body[a]
             if c < 0:
                 continue
-            lx, ly = x - clumps.motion[c, 0], y - clumps.motion[c, 1]
+            lx, ly = x - clumps.motion[c, X], y - clumps.motion[c, Y]
             matrix[c, 0] += kn * nx * nx + ks * ny * ny
             matrix[c, 1] += kn * ny * ny + ks * nx * nx
             matrix[c, 2] += (kn - ks) * nx * ny
@@ -150,9 +140,9 @@ def pair_masses(disc, first, second, clumps, ring, root_mass):
         for a in (first[p], second[p]):
             if a < ring:
                 continue
-            mass = disc[a, 6]
+            mass = disc[a, MASS]
             if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
                 if clumps.body[a] >= 0:
-                    mass = clumps.motion[clumps.body[a], 6]
+                    mass = clumps.motion[clumps.body[a], MASS]
             inverse += 1.0 / mass
         root_mass[p] = inverse**-0.5

@@ -57,7 +57,7 @@ def meet(crew):
 
 
 @jit
-def of_all(crew, fast, quickest, far):
+def over_all_threads(crew, fast, quickest, far):
     """Bodies too fast (sum), largest speed squared (largest) and whether walls went far (of rank 0), of all the threads."""
     mine = crew.found[crew.rank]
     mine[0], mine[1], mine[2] = fast, quickest, far

@@ -10,43 +10,23 @@ discs; a wall has the material "ring", takes after the disc where the scene has 
 two walls meet at an angle of less than 180 degrees on the discs' side a disc may touch both.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects import RING
-from dem_server.effects import dashpot as dashpot_law
-from dem_server.effects import friction as friction_law
-from dem_server.effects import rolling as rolling_law
-from dem_server.effects import spring as spring_law
-from dem_server.step.servo import Servo, steer
-
-normal_force = jit(spring_law.normal_force)
-shear_force = jit(spring_law.shear_force)
-slip_limit = jit(friction_law.slip_limit)
-clipped = jit(friction_law.clipped)
-rolling_stiffness = jit(rolling_law.rolling_stiffness)
-rolling_moment = jit(rolling_law.rolling_moment)
-rolling_limit = jit(rolling_law.rolling_limit)
-viscous_force = jit(dashpot_law.viscous_force)
-
-
-class Walls(NamedTuple):
-    """W walls of the State: `ends` (W, 4) x0, y0, x1, y1 [m], `velocity` (W, 2), `force` (W, 2) of the discs on each [N].
-
-    Histories (n, W): `normal`, `shear` [N], `rolled` [N m] (None without rolling resistance). summed_at (W, 4): `ends` when the
-    masses were last set; servo: None where no wall has one.
-    """
-
-    ends: np.ndarray
-    velocity: np.ndarray
-    force: np.ndarray
-    normal: np.ndarray
-    shear: np.ndarray
-    rolled: np.ndarray | None
-    summed_at: np.ndarray
-    servo: Servo | None = None
+from dem_server.effects.pair_stiffness import pair_dashpots, pair_stiffness
+from dem_server.model import FX, FY, MASS, MOMENT, RADIUS, SPIN, VX, VY, Walls, X, Y
+from dem_server.step.compiled_laws import (
+    clipped,
+    normal_force,
+    rolling_limit,
+    rolling_moment,
+    rolling_stiffness,
+    shear_force,
+    slip_limit,
+    viscous_force,
+)
+from dem_server.step.servo import steer
 
 
 def make_walls(ends, velocity, model, servo=None):
@@ -103,8 +83,8 @@ def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring,
         if servo is not None:
             servo.stiffness[w] = servo.dashpot[w] = 0.0
         for i in range(disc.shape[0]):
-            dx, dy = nearest(ends, w, disc[i, 0], disc[i, 1])
-            r, d2 = disc[i, 5], dx * dx + dy * dy
+            dx, dy = nearest(ends, w, disc[i, X], disc[i, Y])
+            r, d2 = disc[i, RADIUS], dx * dx + dy * dy
             if d2 >= r * r:
                 before_n[i, w] = before_s[i, w] = 0.0
                 if rolling is not None:
@@ -114,8 +94,8 @@ def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring,
             d = d2**0.5
             nx, ny = dx / d, dy / d
             arm = r + 0.5 * (d - r)
-            du, dv = velocity[w, 0] - disc[i, 2], velocity[w, 1] - disc[i, 3]
-            rate = dv * nx - du * ny - disc[i, 4] * arm
+            du, dv = velocity[w, 0] - disc[i, VX], velocity[w, 1] - disc[i, VY]
+            rate = dv * nx - du * ny - disc[i, SPIN] * arm
             Fn = normal_force(spring.normal[k], d - r)
             if servo is not None:
                 servo.stiffness[w] += spring.normal[k]
@@ -125,15 +105,15 @@ def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring,
             Fs = clipped(Fs, limit)
             before_n[i, w], before_s[i, w] = Fn, Fs
             if rolling is not None:
-                mr = rolling_moment(rolling_stiffness(spring.shear[k], r), -disc[i, 4] * dt, rolled[i, w])
+                mr = rolling_moment(rolling_stiffness(spring.shear[k], r), -disc[i, SPIN] * dt, rolled[i, w])
                 mr = clipped(mr, rolling_limit(rolling.coefficient[k], r, Fn))
                 rolled[i, w] = mr
-                load[i, 2] -= mr
+                load[i, MOMENT] -= mr
             if dashpot is not None:
-                root = disc[i, 6] ** 0.5
+                root = disc[i, MASS] ** 0.5
                 if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
                     if clumps.body[i] >= 0:
-                        root = clumps.motion[clumps.body[i], 6] ** 0.5
+                        root = clumps.motion[clumps.body[i], MASS] ** 0.5
                 if servo is not None:
                     servo.dashpot[w] += dashpot.normal[k] * root
                 Fn += viscous_force(dashpot.normal[k], root, du * nx + dv * ny)
@@ -141,9 +121,9 @@ def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring,
                     Fn = max(Fn, 0.0)
                 Fs = clipped(Fs + viscous_force(dashpot.shear[k], root, rate), limit)
             px, py = Fn * nx - Fs * ny, Fn * ny + Fs * nx
-            load[i, 0] -= px
-            load[i, 1] -= py
-            load[i, 2] -= Fs * arm
+            load[i, FX] -= px
+            load[i, FY] -= py
+            load[i, MOMENT] -= Fs * arm
             force[w, 0] += px
             force[w, 1] += py
 
@@ -166,19 +146,19 @@ def add_to_sums(model, state, found, reach, with_masses):
     state.walls.summed_at[:] = state.walls.ends
     law, (disc, _, normal, distance) = model.law, near(state, reach)
     kind = wall_kinds(model)[model.material[disc]]
-    kn, ks, r = law.spring.normal[kind], law.spring.shear[kind], state.radius[disc]
-    kr = 0.0 if law.rolling is None else ks * r * r
+    r = state.radius[disc]
+    kn, ks, kr = pair_stiffness(kind, r, r, 0.0, law.spring, law.rolling, None)
     nx2, ny2 = normal[:, 0] ** 2, normal[:, 1] ** 2
     np.add.at(found.discs, disc, np.column_stack([kn * nx2 + ks * ny2, kn * ny2 + ks * nx2, ks * r * r + kr]))
     if law.dashpot is not None:
-        root = np.sqrt(_mass(state, disc)) if with_masses else 1.0
-        cn, cs = root * law.dashpot.normal[kind], root * 2.0 * law.dashpot.shear[kind]
+        cn, cs = pair_dashpots(kind, np.sqrt(_mass(state, disc)) if with_masses else 1.0, law.dashpot)
+        cs = 2.0 * cs
         np.add.at(found.disc_dashpots, disc, np.column_stack([np.maximum(cn, cs), cs * r * r]))
     if state.clumps is None:
         return
     body = state.clumps.body[disc]
     own = body >= 0
-    at = state.x[disc] + normal * distance[:, None] - state.clumps.motion[body, :2]
+    at = state.x[disc] + normal * distance[:, None] - state.clumps.motion[body, : Y + 1]
     lever = (at**2).sum(axis=1)
     larger = np.maximum(kn, ks)
     np.add.at(found.clumps, body[own], np.column_stack([larger, larger * lever + kr])[own])
@@ -190,7 +170,7 @@ def _mass(state, disc):
     if state.clumps is None:
         return state.mass[disc]
     body = state.clumps.body[disc]
-    return np.where(body >= 0, state.clumps.motion[body, 6], state.mass[disc])
+    return np.where(body >= 0, state.clumps.motion[body, MASS], state.mass[disc])
 
 
 def stored(model, state):

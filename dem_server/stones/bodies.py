@@ -21,6 +21,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
+from coupler_protocol.geometry import moments
 from coupler_protocol.interface.ring import polygon_area
 from dem_server.effects import STONE
 from dem_server.effects.bond import BONDED
@@ -30,7 +31,6 @@ from dem_server.step.bonds_made import add_parallel_bonds
 from dem_server.step.clumps import make_clumps
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.neighbours import kinds, rebuild
-from dem_server.stones.polygons import moments
 
 LEAST = 0.8  # share of its weight that a disc may at most give to others of its stone
 

@@ -3,11 +3,11 @@
 import numpy as np
 import shapely
 
+from coupler_protocol.geometry import moments
 from coupler_protocol.interface.ring import polygon_area
 from coupler_protocol.problems import unfit
 from dem_server.stones import mesostructure
 from dem_server.stones.mesostructure import Mesostructure
-from dem_server.stones.polygons import moments
 from dem_server.stones.traced_stones import LISTED, outlines_of
 
 SLIVER = 1e-9  # of the window's area: what is smaller is round-off of cutting

@@ -33,10 +33,11 @@ import numpy as np
 import scipy.optimize
 import shapely
 
+from coupler_protocol.geometry import moments
 from coupler_protocol.interface.ring import polygon_area
 from coupler_protocol.problems import unfit
 from dem_server.stones.placing import SWEEPS, grow, largest_first
-from dem_server.stones.polygons import moments, normalised, placed, random_outline
+from dem_server.stones.polygons import normalised, placed, random_outline
 from dem_server.stones.traced_stones import outlines_of
 
 REACHED, JAMMED = 0.80, 0.85  # of Phi, Eq (3): growth comes that far with nearly every seed, and with none

@@ -1,14 +1,8 @@
-"""Polygons: area, centroid, second moments, and the random outline of a stone.
+"""Outlines of stones: random, traced, placed.
 
-Green's theorem turns integrals over a simple counter-clockwise polygon into sums over its edges, with
-c = x_i y_(i+1) - x_(i+1) y_i:
+A random outline in polar coordinates, with independent random numbers u, w in [0, 1):
 
-    A = sum c / 2,   A X = sum c (p_i + p_(i+1)) / 6                             (1)
-    int p p^T = sum c (p_i p_i^T + p_(i+1) p_(i+1)^T + sym(p_i p_(i+1)^T)) / 12  (2)
-
-Outline of a stone in polar coordinates, with independent random numbers u, w in [0, 1):
-
-    r_i = 1 + (2 u_i - 1) ROUGHNESS,   dtheta_i ~ 1 + (2 w_i - 1) JITTER         (3)
+    r_i = 1 + (2 u_i - 1) ROUGHNESS,   dtheta_i ~ 1 + (2 w_i - 1) JITTER         (1)
 
 the angles scaled to one full turn. Source: Study on Failure Mechanism of Soil-Rock Slope with FDM-DEM Method
 (2022), equations 13 to 17, where one random number serves both. The polygon is then brought to equal
@@ -16,51 +10,14 @@ principal moments and stretched, so that its flatness, the ratio of its principa
 exactly the one asked for.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 import shapely
+
+from coupler_protocol.geometry import moments
 
 ROUGHNESS = 0.3  # variation of a corner's distance from the centre; not given in the paper
 JITTER = 0.3  # variation of the angle between two corners, the paper's delta
 SIMPLER = 0.01  # of its size an outline may move where a shape is simplified
-
-
-class Moments(NamedTuple):
-    """area [m2], centroid (2,) [m], second moments (2, 2) about the centroid: int p p^T [m4]."""
-
-    area: float
-    centroid: np.ndarray
-    second: np.ndarray
-
-    @property
-    def gyration(self):
-        """Squared polar radius of gyration [m2]: inertia over mass."""
-        return float(np.trace(self.second)) / self.area
-
-    @property
-    def flatness(self):
-        """Ratio of the principal radii of gyration [-]."""
-        least, largest = np.linalg.eigvalsh(self.second)
-        return float(np.sqrt(largest / least))
-
-    @property
-    def azimuth(self):
-        """Direction of the long axis [rad], in (-pi/2, pi/2]."""
-        (xx, xy), (_, yy) = self.second
-        return 0.5 * float(np.arctan2(2.0 * xy, xx - yy))
-
-
-def moments(corners):
-    """Moments of a simple counter-clockwise polygon (P, 2), Eqs (1) and (2)."""
-    p = corners - corners.mean(axis=0)  # near the origin nothing cancels
-    q = np.roll(p, -1, axis=0)
-    c = p[:, 0] * q[:, 1] - q[:, 0] * p[:, 1]
-    area = 0.5 * float(c.sum())
-    centre = c @ (p + q) / (6.0 * area)
-    half = (p * c[:, None]).T @ q
-    origin = ((p * c[:, None]).T @ p + (q * c[:, None]).T @ q + 0.5 * (half + half.T)) / 12.0
-    return Moments(area, corners.mean(axis=0) + centre, origin - area * np.outer(centre, centre))
 
 
 def random_outline(corners, flatness, rng):

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fdm_server.checks.room_for_discs import lack_of_room
 from fdm_server.ground.excavation import excavations
-from fdm_server.ground.load_ramps import spread
+from fdm_server.ground.load_ramps import forces_of_even_loads
 from fdm_server.mesh.grid import build_grid
 from fdm_server.mesh.grid_sides import edges_of, extent_of, fixed_components, points_in, sides_of
 from fdm_server.mesh.window_zones import rim_of, window_zones
@@ -74,7 +74,9 @@ def _misplaced(scene, grid):
     for path, boundary in tables:
         try:
             points = points_in(grid, sides, boundary) if not boundary.loads else edges_of(grid, boundary.on)
-            if boundary.loads and not np.any(spread(grid.xy, points, np.ones(points.shape), boundary.x, boundary.y)):
+            if boundary.loads and not np.any(
+                forces_of_even_loads(grid.xy, points, np.ones(points.shape), boundary.x, boundary.y)
+            ):
                 yield path, f"no part of the side lies in {boundary.place!r}", extent_of(grid, boundary.on)
         except ValueError as error:
             yield path, str(error), ""

@@ -1,11 +1,20 @@
 """What a scene's materials, damping and time must fulfil together; found by the scene reader through `colluvium.rules`."""
 
+from coupler_protocol.scene.scene import distribution_of
 from coupler_protocol.scene.schedule import large_strain
+from fdm_server.effects import added_laws
 from fdm_server.effects.softening import curves
 
 
 def laws_fit_together(scene):
-    """Softening has something to soften, and dilation never exceeds friction on the way."""
+    """Added laws can be computed, softening has something to soften, and dilation never exceeds friction on the way."""
+    for name, effect in added_laws.declared().items():
+        lacks = added_laws.missing(effect)
+        for i, m in enumerate(scene.material):
+            if lacks and getattr(m, name, None) is not None:
+                owner = distribution_of(f"material.{name}")
+                why = f"no kernel computes material.{name}: its file, of distribution {owner!r}, has {lacks}"
+                yield ("material", i, name), why, "fdm_server/effects/added_laws.py says what a law file holds"
     for i, m in enumerate(scene.material):
         if m.softening is None:
             continue

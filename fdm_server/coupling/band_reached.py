@@ -23,6 +23,6 @@ class BandWatch:
 
     def reached(self, model, state, rims):
         """Reason to end, or "". rims: of the windows that are open; they have heard the strain of their discs."""
-        windows = [(rim.conversation.rank, *rim.strain()) for rim in rims]
+        windows = [(rim.talk.rank, *rim.talk.strain()) for rim in rims]
         cells = shear_band.cells(model.grid.xy, model.zones, fields.shear_strain(model, state), windows)
         return f"band {self.wanted}" if shear_band_states.holds(self.wanted, cells, self._surface) else ""

@@ -9,21 +9,13 @@ discs' inner shares, whose weight belongs to the nodes. In static mode the nodes
 (dem_server/coupling/rim.py), in real time m_inner: without it a wave that should pass is reflected in part.
 """
 
-import logging
-from math import isfinite
-
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
-from coupler_protocol.criteria.strain_bins import from_rows, shape_over
-from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.wire import messages
-from coupler_protocol.wire.frames import StepFrame, WireError, content_of, pack_array, unpack_array
+from fdm_server.coupling.window_talk import WindowTalk
 from fdm_server.ground.removed_zones import cut_window
 from fdm_server.mesh.window_zones import rim_of, window_zones
-from fdm_server.step.present_shape import present
-
-log = logging.getLogger(__name__)
 
 
 @jit
@@ -39,13 +31,14 @@ def _carry(nodes, force, added, share, gravity, inner_mass, reaction, reaction_m
 
 
 class Rim:
-    """Rim of one window: gridpoints `nodes` (K,) counter-clockwise, and the conversation with the process inside it."""
+    """Rim of one window: gridpoints `nodes` (K,) counter-clockwise, what its discs do to it, and the talk with them."""
 
     def __init__(self, grid, window, conversation):
-        self.window, self.conversation = window, conversation
+        self.window = window
         self.mask = window_zones(grid, window)
         self.nodes = rim_of(grid, self.mask)
         self.xy = grid.xy[self.nodes]  # as drawn [m]
+        self.talk = WindowTalk(conversation, window.name, self.xy)
         K = len(self.nodes)
         self.force = np.zeros((K, 2))  # P [N], of the discs
         self.reaction = np.zeros((K, 2))  # R without weight [N]
@@ -56,73 +49,26 @@ class Rim:
         self.path = np.zeros((K, 2))  # [m] sum of the velocities since the last exchange
         self.before = np.zeros((K, 2))  # [m/step] velocities that were said last
         self.report = {}
-        self.strain_asked = False  # whether the next FORCE carries the window's strain
-
-    def prepare(self, bin_length=None):
-        """Buffers of the step messages; their sizes are known once the handshake is done. bin_length [m]: if strain is wanted."""
-        talk, K = self.conversation, len(self.nodes)
-        self.force_frame = StepFrame(messages.FORCE, talk.session, talk.rank, len(messages.Answer._fields), 3 * K)
-        if bin_length is not None:
-            columns, rows = shape_over(self.xy, bin_length)
-            size = 3 * (K + columns * rows)
-            self.strain_frame = StepFrame(messages.FORCE, talk.session, talk.rank, len(messages.Answer._fields), size)
-        self.velocity_frame = StepFrame(messages.VELOCITY, talk.session, talk.rank, len(messages.Order._fields), 2 * K)
-
-    # -- the window's beginning --------------------------------------------------------------------------------------
-
-    def hear_packed(self):
-        """Wait for PACKED."""
-        self._hear_control(messages.PACKED)
-
-    def say_field(self, field, gravity, insitu):
-        """FIELD: stress and density (n,7) of the zones that become the hole; then wait for READY."""
-        self._answer(messages.FIELD, {"field": pack_array(field), "gravity": gravity, "insitu": insitu})
 
     def hear_ready(self):
-        """Wait for READY: what the discs became, and the mass of the ring's inner shares."""
-        content = self._hear_control(messages.READY)
-        self.inner_mass = unpack_array(content["inner_mass"], rows=len(self.nodes))
-        self.report = content["report"]
-
-    def say_go(self, gravity, step, time, stage, bin_length=None):
-        """GO: the discs' first step comes next. time [s]; bin_length [m]: of bins in which a stage will want their strain."""
-        self.prepare(bin_length)
-        wanted = {} if bin_length is None else {"bin": bin_length}
-        self._answer(messages.GO, {"gravity": gravity, "step": step, "time": time, "stage": stage} | wanted)
-
-    def _hear_control(self, kind):
-        return content_of(self.conversation.hear((kind,))[1])
-
-    def _answer(self, kind, content):
-        self.conversation.say_control(kind, content)
-        self.conversation.sequence += 1
+        """What the discs became, and the mass of the ring's inner shares."""
+        self.inner_mass, self.report = self.talk.hear_ready()
 
     # -- every step --------------------------------------------------------------------------------------------------
 
     def hear_forces(self):
-        """FORCE: forces of the discs, and how they fare."""
-        _, frame = self.conversation.hear((messages.FORCE,), in_step=True)
-        expected = self.strain_frame if self.strain_asked else self.force_frame
-        try:
-            expected.accept(frame)
-        except WireError as error:
-            raise PeerLost(f"the discs of {self.window.name!r} sent what cannot be used: {error}") from None
-        self.answer = messages.Answer(*expected.scalars.tolist())
-        K = len(self.nodes)
-        self.force[:] = expected.values[: 2 * K].reshape(-1, 2)
-        self.sums = expected.values[2 * K : 3 * K]
+        """Forces of the discs, and how they fare."""
+        heard = self.talk.hear_forces()
+        self.answer, self.sums = heard.answer, heard.sums
+        self.force[:] = heard.force
 
     def carry(self, state, gravity, share):
         """Applied forces and added masses of the rim's gridpoints from the last FORCE; `share` is s above."""
-        added = self.sums if state.dt is None else self.inner_mass
+        added = self.inner_mass if state.in_real_time else self.sums
         _carry(
             self.nodes, self.force, added, share, gravity, self.inner_mass, self.reaction, self.reaction_mass,
             state.applied, state.added_mass,
         )  # fmt: skip
-
-    def strain(self):
-        """Middles (b,2) [m] and shear strains (b,) of the window's bins, as the last FORCE that was asked for them said."""
-        return from_rows(self.strain_frame.values[3 * len(self.nodes) :].reshape(-1, 3))
 
     def note_velocities(self, state, first):
         """Add the step's velocities to the path since the last exchange; `first`: it begins here."""
@@ -139,27 +85,9 @@ class Rim:
         return float(np.sqrt(squares[fastest])), fastest
 
     def say_velocities(self, order):
-        """VELOCITY: the rim's velocities, means of the steps since the last exchange, and what to do after the last of them."""
-        self.strain_asked = bool(int(order.flags) & messages.STRAIN)
-        self.velocity_frame.scalars[:] = order
+        """Means of the velocities in the steps since the last exchange, and what to do after the last of them."""
         np.divide(self.path, order.interval, out=self.before)
-        self.velocity_frame.values[:] = self.before.ravel()
-        if not isfinite(self.velocity_frame.values.sum()):
-            raise PhysicsFailed(f"the rim of {self.window.name!r} has velocities that are no numbers in step {order.step:.0f}")
-        self.conversation.say(self.velocity_frame.seal(self.conversation.sequence))
-        self.conversation.sequence += 1
-
-    # -- the end -----------------------------------------------------------------------------------------------------
-
-    def say_stop(self, reason):
-        """Wait for the forces that are on their way, say STOP, and return the discs' FAREWELL."""
-        self.conversation.hear((messages.FORCE,), in_step=True)
-        self._answer(messages.STOP, {"reason": reason})
-        try:
-            return self._hear_control(messages.FAREWELL)
-        except PeerLost as error:  # everything is computed and recorded: only the discs' timings are missing
-            log.warning("no farewell of rank %d: %s", self.conversation.rank, error)
-            return {}
+        self.talk.say_velocities(self.before, order)
 
 
 def open_windows(model, state, rims):
@@ -169,33 +97,3 @@ def open_windows(model, state, rims):
         rim.reaction = reaction.force[rim.nodes]
         rim.reaction_mass = reaction.mass[rim.nodes]
     return model, state
-
-
-def traction_difference(model, state, rim, stress):
-    """How well the discs' forces fit the stress of the zones next to the rim.
-
-    At every rim gridpoint the traction P / l (l: half of both segments) stands beside sigma n of the adjoining zones
-    (`stress` (A,4), area mean of the zones that share an edge with the rim there). Returns rms(difference) / rms(sigma n).
-    """
-    xy, K = present(model, state)[rim.nodes], len(rim.nodes)
-    vector = np.roll(xy, -1, axis=0) - xy
-    half = 0.5 * (np.linalg.norm(vector, axis=1) + np.linalg.norm(np.roll(vector, 1, axis=0), axis=1))
-    normal = np.column_stack([-vector[:, 1], vector[:, 0]])  # times length, into the window: out of the grid
-    zone = zones_behind(model, rim)
-    s = stress[zone]
-    push = np.column_stack([s[:, 0] * normal[:, 0] + s[:, 3] * normal[:, 1], s[:, 3] * normal[:, 0] + s[:, 1] * normal[:, 1]])
-    expected = 0.5 * (push + np.roll(push, 1, axis=0)) / half[:, None]
-    found = rim.force / half[:, None]
-    size = np.sqrt(np.mean(np.sum(expected**2, axis=1)))
-    return float(np.sqrt(np.mean(np.sum((found - expected) ** 2, axis=1))) / size) if K and size > 0 else 0.0
-
-
-def zones_behind(model, rim):
-    """Active zone on the outer side of every segment (K,)."""
-    edges = {}
-    for place, zone in enumerate(model.zones):
-        corners = list(dict.fromkeys(zone.tolist()))
-        for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
-            edges[(a, b)] = place
-    following = np.roll(rim.nodes, -1)
-    return np.array([edges[(b, a)] for a, b in zip(rim.nodes.tolist(), following.tolist(), strict=True)])

@@ -103,7 +103,7 @@ class RimWatch:
 
     def see(self, dt, step):
         """After the velocities of the `step`-th step, of dt [s], were said. Raises Unstable."""
-        velocity = self.rim.velocity_frame.values
+        velocity = self.rim.before.ravel()
         self.growth.see(velocity, dt)
         if self.power is not None:
             self.power.see(velocity, step)

@@ -1,31 +1,47 @@
 """The continuum's laws, one a file. `Law` lists those that act, in the order in which they act."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fdm_server.effects import elastic, mohr_coulomb, rayleigh, softening, tension
+from fdm_server.effects import added_laws, combined_damping, elastic, mohr_coulomb, rayleigh, softening, tension
 
 
 class Law(NamedTuple):
     """Parameters of the effects in acting order; None where no material (no table) asks for the effect.
 
-    elastic, mohr_coulomb, tension, softening: (M, P) rows of P parameters for M materials; damping, combined: alpha [-].
+    elastic, mohr_coulomb, tension, softening: (M, P) rows of P parameters for M materials; added: one named tuple of arrays (M,)
+    for each law of another distribution (added_laws.py); damping, combined: alpha [-].
     """
 
     elastic: NDArray[np.float64]
     mohr_coulomb: NDArray[np.float64] | None
     tension: NDArray[np.float64] | None
     softening: NDArray[np.float64] | None
+    added: tuple[Any, ...] | None
     damping: float | None
     combined: float | None
     rayleigh: rayleigh.Rayleigh | None
 
     @property
     def plastic(self):
-        """Whether stresses can be limited at all."""
+        """Whether stresses can be limited by the laws that mark a plastic state."""
         return self.mohr_coulomb is not None or self.tension is not None
+
+    @property
+    def histories(self):
+        """What the acting laws remember: {name: coupler_protocol.scene.declare.History}."""
+        found = {}
+        for name, law in REMEMBERING.items():
+            if getattr(self, name) is not None:
+                found |= {history.name: history for history in law.HISTORIES}
+        for law in self.added or ():
+            found |= {history.name: history for history in added_laws.histories(type(law))}
+        return found
+
+
+REMEMBERING = {"mohr_coulomb": mohr_coulomb, "tension": tension, "softening": softening, "combined": combined_damping}
 
 
 def law_from(scene):
@@ -38,19 +54,20 @@ def law_from(scene):
     for m in materials:
         if m.elastic is None:
             raise ValueError(f"material {m.name!r} has no stiffness: add elastic = {{ bulk = .., shear = .. }}")
-    has_mohr_coulomb = any(m.mohr_coulomb is not None for m in materials)
-    has_tension = any(m.tension is not None for m in materials)
-    has_softening = any(m.softening is not None for m in materials)
+
+    def asked(name):
+        return any(getattr(m, name) is not None for m in materials)
+
+    def rows(name, of_material):
+        return np.array([of_material(m) for m in materials]) if asked(name) else None
+
     return with_damping(
         Law(
-            elastic=np.array([elastic.parameters(m.elastic) for m in materials]),
-            mohr_coulomb=np.array([mohr_coulomb.parameters(m.mohr_coulomb, m.elastic) for m in materials])
-            if has_mohr_coulomb
-            else None,
-            tension=np.array([tension.parameters(m.tension, m.mohr_coulomb, m.elastic) for m in materials])
-            if has_tension
-            else None,
-            softening=softening.parameters(materials) if has_softening else None,
+            elastic=rows("elastic", lambda m: elastic.parameters(m.elastic)),
+            mohr_coulomb=rows("mohr_coulomb", lambda m: mohr_coulomb.parameters(m.mohr_coulomb, m.elastic)),
+            tension=rows("tension", lambda m: tension.parameters(m.tension, m.mohr_coulomb, m.elastic)),
+            softening=softening.parameters(materials) if asked("softening") else None,
+            added=added_laws.parameters(materials),
             damping=None,
             combined=None,
             rayleigh=None,

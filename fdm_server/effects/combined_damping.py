@@ -9,6 +9,11 @@ force falls where its velocity is positive. F may grow by 1 + alpha at most, as 
 Source: Itasca (2011), FLAC 7.0 Theory and Background, mechanical damping.
 """
 
+from coupler_protocol.scene.declare import History
+
+PREVIOUS_FORCE = History("previous_force", "gridpoint", unit="N", meaning="unbalanced force F a step ago", components=2)
+HISTORIES = (PREVIOUS_FORCE,)
+
 
 def damped(force, change, velocity, half):
     """Component of the unbalanced force [N] that accelerates; change [N] since the last step, half: alpha/2 [-]."""

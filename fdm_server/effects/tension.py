@@ -15,8 +15,10 @@ from typing import ClassVar
 
 from coupler_protocol.scene.declare import Effect, quantity
 from fdm_server.effects.elastic import LAME, P_WAVE
+from fdm_server.effects.plastic_state import PLASTIC
 
 INF = float("inf")
+HISTORIES = (PLASTIC,)
 
 
 class Tension(Effect):

@@ -12,7 +12,7 @@ import numpy as np
 
 from coupler_protocol.problems import unfit
 from coupler_protocol.scene.scene import declared_effects
-from fdm_server.effects import law_from
+from fdm_server.effects import added_laws, law_from
 from fdm_server.fos.loading import apply_loads, boundaries, gravity_of, loads
 from fdm_server.fos.reduction import reduced
 from fdm_server.fos.verdict import SPANS_OF_SETTLING
@@ -21,7 +21,7 @@ from fdm_server.ground.initial_stress import initial_state
 from fdm_server.mesh.grid import build_grid
 from fdm_server.mesh.grid_sides import fixed_components
 from fdm_server.mesh.hole_ring import ANGLES
-from fdm_server.model import Model, State, model_of, new_state
+from fdm_server.model import Model, State, forget, model_of, new_state
 from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
 from fdm_server.step.safety import check_motion
 from fdm_server.step.zone_pass import advance
@@ -70,11 +70,12 @@ def settle(scene, stop=lambda: None, say=lambda steps, ratio: None):
         raise unfit("stage", "nothing loads the ground", "add gravity = 9.81 to the first stage")
     if all(m.mohr_coulomb is None for m in scene.material):
         raise unfit("material", "no material can fail: none has a strength", "add mohr_coulomb = { .. } to a material")
+    _refuse_added_laws(scene)
     model = _model(scene, _elastic(scene.material))
     state = new_state(model)
     apply_loads(scene, model, state)
     steps = _settle(model, state, gravity, scene.fos.ratio, stop, say)
-    settlement = spread(model, state.displacement)
+    settlement = weighted_length(model, state.displacement)
     if scene.initial_stress is not None:
         state = initial_state(scene, model)
         apply_loads(scene, model, state)
@@ -86,12 +87,21 @@ def settle(scene, stop=lambda: None, say=lambda steps, ratio: None):
     return Ground(model, state, gravity, settlement, steps, span, budget)
 
 
+def _refuse_added_laws(scene):
+    """Raise SceneError where strength is to be divided by a factor that a law of another distribution knows nothing of."""
+    for i, m in enumerate(scene.material if scene.fos.by != "gravity" else ()):
+        for name in added_laws.declared():
+            if getattr(m, name, None) is not None:
+                why = f"material.{name} is not divided by the factor: it is a law of another distribution"
+                raise unfit(f"material[{i}].{name}", why, 'use [fos] by = "gravity", or remove the table')
+
+
 def begin_trial(scene, ground, factor):
     """Model and State that a trial begins with: strength divided by `factor`, or as it is where gravity is to grow."""
     materials = scene.material if scene.fos.by == "gravity" else reduced(scene.material, factor, scene.fos)
     model = _with_law(ground.model, scene, materials)
-    state, fresh = copy.deepcopy(ground.state), new_state(model)
-    state.plastic, state.plastic_shear = fresh.plastic, fresh.plastic_shear
+    state = copy.deepcopy(ground.state)
+    forget(model, state)
     return model, state
 
 
@@ -112,7 +122,7 @@ def _settle(model, state, gravity, ratio, stop, say):
                 return settled
 
 
-def spread(model, motion):
+def weighted_length(model, motion):
     """Root mean square of the lengths of `motion` (N,2), weighted by the gridpoints' real masses."""
     return float(np.sqrt((model.weight_mass[:, None] * motion**2).sum() / model.weight_mass.sum()))
 

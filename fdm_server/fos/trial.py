@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fdm_server.fos.ground import LOOK, begin_trial, spread
+from fdm_server.fos.ground import LOOK, begin_trial, weighted_length
 from fdm_server.fos.verdict import UNDECIDED, Span, verdict
 from fdm_server.model import Model, State
 from fdm_server.step.gridpoint_pass import farthest, unbalanced_ratio, update_velocities
@@ -72,7 +72,7 @@ def run_trial(scene, ground, factor, stop=lambda: None, say=lambda steps, ratio:
         stop()
         check_motion(model, state)
         moved = state.displacement - start
-        spans.append(Span(median(ratios), ratios[-1], spread(model, moved), _similarity(model, moved, before)))
+        spans.append(Span(median(ratios), ratios[-1], weighted_length(model, moved), _similarity(model, moved, before)))
         say(steps, ratios[-1])
         found = verdict(spans, scene.fos.ratio, ground.settlement, farthest(state.displacement) / model.extent)
         before = moved
@@ -95,7 +95,7 @@ def _similarity(model, moved, before):
     """Cosine between two displacement fields (N,2), weighted by mass; 0 where one is zero or missing."""
     if before is None:
         return 0.0
-    lengths = spread(model, moved) * spread(model, before)
+    lengths = weighted_length(model, moved) * weighted_length(model, before)
     if lengths == 0.0:
         return 0.0
     product = (model.weight_mass[:, None] * moved * before).sum() / model.weight_mass.sum()

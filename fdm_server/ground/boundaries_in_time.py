@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol.scene.schedule import acting, beginning
-from fdm_server.ground.load_ramps import spread
+from fdm_server.ground.load_ramps import forces_of_even_loads
 from fdm_server.ground.quiet_sides import Dashpots, dashpots, keep_reaction
 from fdm_server.mesh.grid_sides import edges_of, fixed_components, motion_of, points_in, sides_of
 from fdm_server.mesh.zone_sides import boundary_edges
@@ -177,4 +177,4 @@ def load_forces(model, state, boundary):
         push = np.column_stack([s.xx * outward[:, 0] + s.xy * outward[:, 1], s.xy * outward[:, 0] + s.yy * outward[:, 1]])
     else:
         push = (boundary.shear or 0.0) * along - (boundary.pressure or 0.0) * outward
-    return spread(xy, edges, push, boundary.x, boundary.y)
+    return forces_of_even_loads(xy, edges, push, boundary.x, boundary.y)

@@ -61,10 +61,10 @@ def pressure_forces(xy, edges, surcharge):
     upward = along[:, 0] < 0.0  # ground on the left of a side that runs to the left
     along = along[upward]
     push = surcharge.pressure * np.column_stack([-along[:, 1], along[:, 0]])  # -p n l
-    return spread(xy, edges[upward], push, surcharge.x)
+    return forces_of_even_loads(xy, edges[upward], push, surcharge.x)
 
 
-def spread(xy, edges, push, x=None, y=None):
+def forces_of_even_loads(xy, edges, push, x=None, y=None):
     """Forces (N,2) [N] at gridpoints xy (N,2) of loads `push` (E,2) [N], even over sides (E,2), as far as these lie in x, y."""
     a, b = xy[edges[:, 0]], xy[edges[:, 1]]
     along = b - a

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fdm_server.model import State, model_of
+from fdm_server.model import carried, model_of
 from fdm_server.step.blocks import from_blocks, to_blocks
 from fdm_server.step.forces import sum_all
 from fdm_server.step.masses import weight_masses
-from fdm_server.step.present_shape import begin_large_strain
+from fdm_server.step.present_shape import renew
 
 
 class Reaction(NamedTuple):
@@ -49,26 +49,10 @@ def cut_window(model, state, mask):
     mass = weight_masses(grid.xy, lost, model.zone_density[gone])
     reaction = Reaction(np.where(attached[:, None], force, 0.0), np.where(attached, mass, 0.0))
 
-    def keep(blocks):
-        return to_blocks(_rows_of(blocks, model, ~gone))
-
-    after = State(
-        velocity=np.where(attached[:, None], state.velocity, 0.0),
-        displacement=state.displacement.copy(),
-        force=np.zeros_like(state.force),
-        applied=state.applied.copy(),
-        added_mass=state.added_mass.copy(),
-        stress=keep(state.stress),
-        corner_force=keep(state.corner_force),
-        plastic=None if state.plastic is None else keep(state.plastic),
-        driven=state.driven,
-        loads=state.loads,
-        plastic_shear=None if state.plastic_shear is None else keep(state.plastic_shear),
-        previous_force=None if state.previous_force is None else state.previous_force.copy(),
-        dt=state.dt,
-    )
-    if state.mass is not None:
-        begin_large_strain(new, after)
+    after = carried(state, lambda blocks: to_blocks(_rows_of(blocks, model, ~gone)))
+    after.velocity[~attached] = 0.0
+    if after.mass is not None:
+        renew(new, after)
     sum_all(new, after.corner_force, after.force)
     return new, after, reaction
 

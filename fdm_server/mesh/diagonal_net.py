@@ -34,7 +34,8 @@ def _whole(extent, size, name, axis):
     if count < 1 or abs(count * size - extent) > SNAP * extent:
         fit = extent / max(count, 1)
         raise ValueError(
-            f"{name} {extent:g} m is no whole number of zones of {size:g} m: use a zone size in {axis} of {fit:.10g}"
+            f"{name} ({extent:g} m) is not a whole multiple of the zone size ({size:g} m): "
+            f"use a zone size in {axis} of {fit:.10g} m"
         )
     return count
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from coupler_protocol.wire.payloads import field_rows
 from fdm_server.mesh.grid import areas, centroids
 from fdm_server.step import present_shape
 from fdm_server.step.blocks import from_blocks, triangle_double_areas
@@ -27,6 +28,11 @@ def plastic_state(model, state):
 def plastic_shear_strain(model, state):
     """Plastic shear strain (A,) [-] that softening goes by; there must be a material that softens."""
     return from_blocks(state.plastic_shear, len(model.zone))[:, 0]
+
+
+def history(model, state, name):
+    """What a law remembers under this name in the active zones (A,)."""
+    return from_blocks(state.history(name), len(model.zone))[:, 0]
 
 
 def shear_strain(model, state):
@@ -64,18 +70,10 @@ def _max_shear(gradient):
 def zone_field(model, state, mask):
     """What the discs of a window start from, for the zones in `mask` (Z of the grid,), which must be active.
 
-    Columns (n,7): x, y of the centroid [m], area [m2], stresses xx, yy, xy [Pa], density [kg/m3].
+    Rows (n,7) of the message FIELD (coupler_protocol.wire.payloads).
     """
     chosen = mask[model.zone]
     zones = model.zones[chosen]
     s = stress(model, state)[chosen]
-    return np.column_stack(
-        [
-            centroids(model.grid.xy, zones),
-            areas(model.grid.xy, zones),
-            s[:, 0],
-            s[:, 1],
-            s[:, 3],
-            model.zone_density[chosen],
-        ]
-    )
+    xy = model.grid.xy
+    return field_rows(centroids(xy, zones), areas(xy, zones), s[:, [0, 1, 3]], model.zone_density[chosen])

@@ -1,5 +1,6 @@
 """What a frame of the grid holds. Nothing here runs between frames."""
 
+from coupler_protocol.files.quantities import declare_field
 from fdm_server.ground import reactions as at_boundaries
 from fdm_server.observe import fields
 from fdm_server.step.gridpoint_pass import farthest, kinetic_energy
@@ -13,10 +14,10 @@ def frame(model, state):
         "shear_strain_rate": fields.shear_strain_rate(model, state),
         "group": model.grid.material[model.zone],
     }
-    if state.plastic is not None:
-        zones["plastic_state"] = fields.plastic_state(model, state)
-    if state.plastic_shear is not None:
-        zones["plastic_shear_strain"] = fields.plastic_shear_strain(model, state)
+    for remembered in model.law.histories.values():
+        if remembered.place == "zone" and remembered.recorded:
+            declare_field(remembered.recorded, remembered.unit, remembered.meaning)
+            zones[remembered.recorded] = fields.history(model, state, remembered.name)
     return {
         "points": model.grid.xy,
         "cells": model.zones,

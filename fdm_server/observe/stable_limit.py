@@ -47,10 +47,10 @@ def zone_masses(model, state):
     """Shares (A, 4) [kg] of the active zones in the masses of their corners; the masses of contact springs are none of them."""
     xy, zones = present(model, state), model.zones
     apart, own = xy[zones].reshape(-1, 2), np.arange(zones.size).reshape(-1, 4)
-    if state.dt is None:
-        share = static_masses(apart, own, model.modulus)
-    else:
+    if state.in_real_time:
         share = weight_masses(apart, own, model.zone_density)
+    else:
+        share = static_masses(apart, own, model.modulus)
     whole = np.bincount(zones.ravel(), share, minlength=len(xy))
     return (share * (masses(model, state) / np.where(whole > 0.0, whole, 1.0))[zones.ravel()]).reshape(-1, 4)
 

@@ -1,6 +1,5 @@
 """The procedure as the continuum conducts it: each stage of the scene in its turn."""
 
-import copy
 import logging
 from pathlib import Path
 
@@ -15,13 +14,13 @@ from coupler_protocol.scene.schedule import large_strain, leg_of
 from coupler_protocol.wire import messages
 from coupler_protocol.wire.handshake import resume_from, welcome_all
 from fdm_server.coupling.band_reached import bin_length
-from fdm_server.coupling.rim import Rim, open_windows, traction_difference
+from fdm_server.coupling.rim import Rim
 from fdm_server.coupling.rim_growth import RimWatch
 from fdm_server.coupling.rim_stretch import StretchWatch
+from fdm_server.coupling.rim_traction import traction_difference
 from fdm_server.ground.boundaries_in_time import begin_stage
 from fdm_server.ground.excavation import excavations
 from fdm_server.ground.initial_stress import initial_state
-from fdm_server.ground.load_ramps import dig, press
 from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
 from fdm_server.observe import fields, record
@@ -29,6 +28,7 @@ from fdm_server.observe.energy_growth import EnergyWatch
 from fdm_server.observe.energy_ledger import Ledger
 from fdm_server.observe.stable_limit import safe_limits
 from fdm_server.procedure import restart
+from fdm_server.procedure.kinds import KINDS
 from fdm_server.procedure.stage_run import StageRun
 from fdm_server.run import run_stage
 from fdm_server.step.present_shape import begin_large_strain
@@ -55,6 +55,7 @@ class ContinuumSide:
         self.time = 0.0  # [s]; static steps count as 1
         self.earlier = []  # rows of run.json of the stages before `origin`
         self.results = []
+        self.stage = None  # the StageRun in which the run is
         self.warnings = []  # of all stages so far
         self.recorder = None
         self.farewells = {}
@@ -65,7 +66,7 @@ class ContinuumSide:
     @property
     def session(self):
         """Session of the conversations, 0 without discs."""
-        return self.rims[0].conversation.session if self.rims else 0
+        return self.rims[0].talk.conversation.session if self.rims else 0
 
     def run(self):
         """All stages that are left; returns the reason for the end."""
@@ -76,10 +77,12 @@ class ContinuumSide:
             for index, stage in enumerate(self.scene.stage):
                 if index >= begin:
                     self.watch.begin(stage.name)
-                    KINDS[stage.kind](self, StageRun(self, index, stage, leg_of(stage, *self.gravity)))
+                    self.stage = StageRun(self, index, stage, leg_of(stage, *self.gravity))
+                    KINDS[stage.kind](self, self.stage)
+                    self.stage = None
             reason = "all stages done"
             if self.coupled:
-                self.farewells = {rim.conversation.rank: rim.say_stop(reason) for rim in self.rims}
+                self.farewells = {rim.talk.rank: rim.talk.say_stop(reason) for rim in self.rims}
         if self.scene.record.trace is not None:
             self.watch.write(self.out / f"{restart.NAME}.trace.csv")
         return reason
@@ -90,75 +93,15 @@ class ContinuumSide:
         there = bool(self.saved) and filled(self.scene, index)
         if self.rims:
             resume = resume_from(self.origin.stage, self.saved.about["session"] if there else 0) if self.saved else None
-            welcome_all(self.hub, self.scene, {rim.conversation.rank: rim.xy for rim in self.rims}, resume)
+            welcome_all(self.hub, self.scene, {rim.talk.rank: rim.xy for rim in self.rims}, resume)
         if self.saved:
             self.frame(self.origin.stage, self.saved.about["gravity_factor"])
         for rim in self.rims if there else ():
             rim.hear_ready()
         for rim in self.rims if self.coupled else ():
             gravity = leg_of(self.scene.stage[index + 1], *self.gravity).at(0)
-            rim.say_go(gravity, self.steps, self.time, index + 1, self.bin_length)
+            rim.talk.say_go(gravity, self.steps, self.time, index + 1, self.bin_length)
         return index + 1
-
-    # -- kinds of stages ---------------------------------------------------------------------------------------------
-
-    def equilibrium(self, stage):
-        """The grid alone comes to rest; displacements count from there."""
-        self.compute(stage)
-        self.state.displacement[:] = 0.0
-        self.state.velocity[:] = 0.0
-        self.finish(stage)
-
-    def locate(self, stage):
-        """The grid alone under other gravity; where `discard` is set, nothing of it stays."""
-        before = copy.deepcopy(self.state) if stage.stage.discard else None
-        self.compute(stage)
-        self.finish(stage, before)
-
-    def fill(self, stage):
-        """Every window's discs take over the stress of their zones."""
-        for rim in self.rims:
-            rim.hear_packed()
-            field = fields.zone_field(self.model, self.state, rim.mask)
-            rim.say_field(field, stage.gravity, stage.stage.insitu is not False)
-        for rim in self.rims:
-            rim.hear_ready()
-            log.info("rank %d: %s", rim.conversation.rank, rim.report)
-        self.watch.to("waiting")
-        self.finish(stage)
-
-    def couple(self, stage):
-        """Windows become holes, discs take over gradually."""
-        self.model, self.state = open_windows(self.model, self.state, self.rims)
-        for rim in self.rims:
-            rim.say_go(stage.gravity, self.steps, self.time, stage.index, self.bin_length)
-        self.coupled = True
-        stage.rims = self.rims
-        self.compute(stage)
-        self.finish(stage)
-
-    def overload(self, stage):
-        """Gravity grows; coupled if windows are open."""
-        self.compute(stage)
-        self.finish(stage)
-
-    def excavate(self, stage):
-        """Zones are dug away; the ground is relieved of them gradually."""
-        mask, over = self.digs[stage.index], stage.stage.excavate.over
-        self.model, self.state, stage.load = dig(self.model, self.state, mask, stage.gravity, over)
-        self.compute(stage)
-        self.finish(stage)
-
-    def load(self, stage):
-        """Boundaries hold, move or load sides of the grid."""
-        self.compute(stage)
-        self.finish(stage)
-
-    def surcharge(self, stage):
-        """Pressure grows upon the ground surface."""
-        stage.load = press(self.model, self.state, stage.stage.surcharge, [rim.nodes for rim in self.rims])
-        self.compute(stage)
-        self.finish(stage)
 
     def compute(self, stage):
         """Take the steps of a stage."""
@@ -183,7 +126,7 @@ class ContinuumSide:
         if self.steps % self.scene.record.history == 0:
             values = record.history(self.model, self.state, stage.ratio, order.gravity_factor)
             values |= record.reactions(self.model, self.state, stage.leg.gravity * order.gravity_factor, stage.sides.holders)
-            values |= {} if self.state.dt is None else {"time": self.time}
+            values |= {"time": self.time} if self.state.in_real_time else {}
             self.recorder.history(self.steps, **values)
         if int(order.flags) & messages.RECORD:
             self.frame(stage.stage.name, order.gravity_factor)
@@ -218,10 +161,11 @@ class ContinuumSide:
         log.info("stage %s", result)
         self.progress(stage.stage.name, f"done: {result['ended_by']}", self.steps, None, stage.ratio, stage.factor, now=True)
 
-    def rows(self):
-        """Rows of run.json of all stages that are done."""
-        continuum = [times.as_dict() for times in self.watch.stages][: len(self.results)]
-        return self.earlier + stage_rows(self.results, continuum, [f.get("stages", []) for f in self.farewells.values()])
+    def rows(self, unfinished=()):
+        """Rows of run.json of all stages that are done, and of those `unfinished`."""
+        results = [*self.results, *unfinished]
+        continuum = [times.as_dict() for times in self.watch.stages][: len(results)]
+        return self.earlier + stage_rows(results, continuum, [f.get("stages", []) for f in self.farewells.values()])
 
     def summary(self):
         """Stages for run.json, as far as they got, and what the discs reported."""
@@ -229,12 +173,12 @@ class ContinuumSide:
             "steps": self.steps,
             "gridpoints": len(self.grid.xy),
             "zones": len(self.grid.zones),
-            "stages": self.rows(),
+            "stages": self.rows([self.stage.outcome()] if self.stage and len(self.results) < len(self.watch.stages) else []),
             **({"warnings": self.warnings} if self.warnings else {}),
             "windows": [
-                {"name": rim.window.name, "rank": rim.conversation.rank, "control_nodes": len(rim.nodes)}
+                {"name": rim.window.name, "rank": rim.talk.rank, "control_nodes": len(rim.nodes)}
                 | rim.report
-                | {k: v for k, v in self.farewells.get(rim.conversation.rank, {}).items() if k not in ("stages", "report")}
+                | {k: v for k, v in self.farewells.get(rim.talk.rank, {}).items() if k not in ("stages", "report")}
                 for rim in self.rims
             ],
         }
@@ -242,15 +186,3 @@ class ContinuumSide:
     def save(self, stage, phase, factor=0.0):
         """Write the State to its checkpoint file; returns the path."""
         return restart.save(self, stage, phase, factor)
-
-
-KINDS = {
-    "equilibrium": ContinuumSide.equilibrium,
-    "locate": ContinuumSide.locate,
-    "fill": ContinuumSide.fill,
-    "couple": ContinuumSide.couple,
-    "overload": ContinuumSide.overload,
-    "excavate": ContinuumSide.excavate,
-    "surcharge": ContinuumSide.surcharge,
-    "load": ContinuumSide.load,
-}

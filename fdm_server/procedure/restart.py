@@ -39,6 +39,7 @@ def save(side, stage, phase, factor):
     path = side.out / f"{NAME}.{stage}.h5"
     rims = {rim.window.name: RimState(rim.reaction, rim.reaction_mass, rim.force) for rim in side.rims}
     more = {"rows": side.rows(), "gravity": side.gravity, "time": side.time, "warnings": side.warnings}
+    more |= restart.named(side.plugin)
     about = restart.attributes(side.scene, stage, phase, side.steps, side.session, factor, **more)
     checkpoint.save(path, GridState(side.model.zone, side.state, rims), about)
     return path

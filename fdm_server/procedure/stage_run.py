@@ -131,7 +131,7 @@ class StageRun:
         """Bring model and state to the stage's kind of time and damping (fdm_server/step/clock.py)."""
         side, stage = self.side, self.stage
         damping = side.scene.damping if stage.damping is None else stage.damping
-        factor = None if stage.time == "static" else stage.step_factor or clock.STEP_FACTOR
+        factor = (stage.step_factor or clock.STEP_FACTOR) if stage.in_real_time else None
         self._step_before = side.state.dt or 0.0
         side.model = clock.begin(side.model, side.state, damping, factor)
 
@@ -143,7 +143,7 @@ class StageRun:
         side, state = self.side, self.side.state
         if not self.rims:
             return side.model
-        if state.dt is None:
+        if not state.in_real_time:
             if self.pace.begins:
                 self.pace.heard(self.rims, masses(side.model, state))
             return side.model
@@ -180,8 +180,8 @@ class StageRun:
         self.side.watch.stages[-1].steps += 1
         self.ended = self._last_step
 
-    def result(self):
-        """Outcome for run.json and the closing table."""
+    def outcome(self):
+        """Row of run.json so far; `ended_by` is "" where the stage did not reach its end."""
         return {
             "name": self.stage.name,
             "kind": self.stage.kind,
@@ -189,12 +189,16 @@ class StageRun:
             "ended_by": self.ended_by,
             "gravity": self.leg.gravity,
             "gravity_factor": self.factor,
-            "seconds_simulated": self.time if self.stage.time == "real" else None,
-            "time_step": self.side.state.dt if self.stage.time == "real" else None,
+            "seconds_simulated": self.time if self.stage.in_real_time else None,
+            "time_step": self.side.state.dt if self.stage.in_real_time else None,
             "ratio_continuum": self.ratio,
             "ratio_discrete": [rim.answer.ratio for rim in self.rims],
             "bonds_broken": [int(rim.answer.broken) for rim in self.rims],
             **(self.pace.report() if self.rims else {}),
             **(self.stretch.report() if self.stretch else {}),
-            "reactions": reactions(self.side.model, self.side.state, self.leg.at(max(0, self.done - 1)), self.sides.holders),
         }
+
+    def result(self):
+        """Row of run.json and the closing table at the end of the stage."""
+        gravity = self.leg.at(max(0, self.done - 1))
+        return self.outcome() | {"reactions": reactions(self.side.model, self.side.state, gravity, self.sides.holders)}

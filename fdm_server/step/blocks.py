@@ -19,6 +19,15 @@ LANES = 16
 TRIANGLES = np.array([[0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3]])
 
 
+class Gather(NamedTuple):
+    """Which corner forces each of N gridpoints sums up, and in which order gridpoints take their turn."""
+
+    order: NDArray[np.uint32]  # (N,) gridpoints in the order in which they are summed
+    ready: NDArray[np.uint32]  # (S+2,) order[ready[s]:ready[s + 1]] are summed after strip s; s = S: the seam between threads
+    start: NDArray[np.uint32]  # (N+1,) forces on gridpoint n stand at place[start[n]:start[n + 1]]
+    place: NDArray[np.uint32]  # (M,)
+
+
 class Geometry(NamedTuple):
     """Shape of the zones, B blocks."""
 
@@ -42,6 +51,13 @@ def from_blocks(blocks, zones):
     """Values by zone (Z,R) of blocks (B, 16 R)."""
     rows = blocks.reshape(len(blocks), -1, LANES).transpose(0, 2, 1)
     return np.ascontiguousarray(rows.reshape(-1, rows.shape[2])[:zones])
+
+
+def new_history(history, points, blocks):
+    """Zeros for a declared history: (N,) or (N,C) at N gridpoints, or (B, 16 C) in B blocks of zones."""
+    if history.place == "zone":
+        return np.zeros((blocks, history.components * LANES), dtype=history.dtype)
+    return np.zeros(points if history.components == 1 else (points, history.components), dtype=history.dtype)
 
 
 def triangle_double_areas(xy, zones):

@@ -21,10 +21,9 @@ def begin(model, state, damping, step_factor=None):
     """
     law = with_damping(model.law, damping)
     model = replace(model, law=law, step_factor=step_factor)
-    real = step_factor is not None
-    if real != (state.dt is not None):
+    if model.in_real_time != state.in_real_time:
         state.velocity[:] = 0.0
-    state.dt = real_step(present(model, state), model) if real else None
+    state.dt = real_step(present(model, state), model) if model.in_real_time else None
     if state.mass is not None:
         renew(model, state)
     state.previous_force = None if law.combined is None else np.zeros_like(state.force)
@@ -33,4 +32,4 @@ def begin(model, state, damping, step_factor=None):
 
 def seconds(state):
     """What a step adds to the time [s]: in static mode 1, which counts steps."""
-    return 1.0 if state.dt is None else state.dt
+    return state.dt if state.in_real_time else 1.0

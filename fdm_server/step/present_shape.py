@@ -29,12 +29,12 @@ def present(model, state):
 
 def masses(model, state):
     """Masses (N,) [kg] of the gridpoints: scaled for a step of 1, or real where steps are."""
-    if state.dt is not None:
+    if state.in_real_time:
         return model.weight_mass
     return model.mass if state.mass is None else state.mass
 
 
-def grow_older(model, state):
+def count_step(model, state):
     """Count a step of large strain; masses and steps too old are computed anew."""
     state.mass_age += 1
     if state.mass_age >= MASS_STEPS:
@@ -46,5 +46,5 @@ def renew(model, state):
     xy = model.grid.xy + state.displacement
     state.mass = static_masses(xy, model.zones, model.modulus)
     state.mass_age = 0
-    if state.dt is not None:
+    if state.in_real_time:
         state.dt = min(state.dt, real_step(xy, model))

@@ -22,7 +22,7 @@ def check_zones(xy, zones, number):
 
 def check_motion(model, state):
     """Raise Unstable where a velocity is not finite or takes a gridpoint across the grid in one step; a few microseconds."""
-    speed = np.abs(state.velocity).max() * (1.0 if state.dt is None else state.dt)
+    speed = np.abs(state.velocity).max() * (state.dt if state.in_real_time else 1.0)
     if not np.isfinite(speed):
         bad = np.flatnonzero(~np.isfinite(state.velocity).all(axis=1))
         raise Unstable(

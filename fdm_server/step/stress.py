@@ -5,6 +5,8 @@ only one of, so they belong to the zone; sd = (xx - yy)/2 and xy belong to each 
 principal stresses are sm -+ r in the plane, with r = sqrt(sd^2 + xy^2), and zz across it; any of the three
 may be the middle one. Principal directions do not turn in a return. The changes of sm and zz that the returns
 of the four triangles ask for are averaged by area: without that, dilatant flow diverges.
+
+Rayleigh damping adds the rate of stress in a step to the stress that makes forces: `copy_stress` before, `add_rate` after.
 """
 
 from math import sqrt
@@ -14,6 +16,7 @@ from fdm_server.effects import elastic as elastic_law
 from fdm_server.effects import mohr_coulomb as mohr_coulomb_law
 from fdm_server.effects import softening as softening_law
 from fdm_server.effects import tension as tension_law
+from fdm_server.effects.plastic_state import NOW, PAST
 from fdm_server.step.blocks import LANES
 from fdm_server.step.strain import DIFFERENCE, DILATION, GAMMA, T0, T1, T2, T3
 
@@ -24,8 +27,6 @@ STRESS_ROWS = 10
 NEW_SD, NEW_XY, CHANGE_SM, CHANGE_ZZ, FLOW = (4 * k * LANES for k in range(5))
 RETURN_ROWS = 20
 SHEARING = RETURN_ROWS * LANES  # with softening four more: plastic shear strain, share of the zone's
-SHEAR, TENSION = 1, 2  # plastic state now; the same two bits shifted by PAST: at an earlier step
-NOW, PAST = SHEAR | TENSION, 2
 
 pressure_increment = jit(elastic_law.pressure_increment, forceinline=True)
 shear_increment = jit(elastic_law.shear_increment, forceinline=True)
@@ -148,3 +149,17 @@ def limit(b, m, share, mohr_coulomb, tension, stress, plastic, limited, softens)
         before = plastic[b, i]
         plastic[b, i] = now | ((before & NOW) << PAST) | (before & (NOW << PAST))
     return True
+
+
+@jit
+def copy_stress(b, stress, before):
+    """Keep the stresses of block b in `before` (1, 10 rows)."""
+    for k in range(STRESS_ROWS * LANES):
+        before[0, k] = stress[b, k]
+
+
+@jit
+def add_rate(b, stress, viscosity, before):
+    """Turn stresses before the step into those that make forces: stress + viscosity (stress - before)."""
+    for k in range(STRESS_ROWS * LANES):
+        before[0, k] = stress[b, k] + viscosity * (stress[b, k] - before[0, k])

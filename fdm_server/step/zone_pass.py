@@ -1,18 +1,22 @@
 """The heavy half of a step: gridpoints move, zones strain, stresses follow, forces return to gridpoints."""
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from coupler_protocol.compiled import threads
 from coupler_protocol.compiled.jit import jit
-from fdm_server.rates import add_rate, copy_stress
+from fdm_server.effects.added_laws import memories
 from fdm_server.step import present_shape as shape
+from fdm_server.step.added_laws import correct_all
 from fdm_server.step.blocks import LANES
 from fdm_server.step.forces import corner_forces, sum_at_gridpoints
 from fdm_server.step.large_strain import TURN_ROWS, half_turns, middle_shape, present_shape, turn_stress
 from fdm_server.step.safety import check_zones
 from fdm_server.step.softening import CURVES, OPENING_ROWS, SHEAR_ROWS, limit_softened
 from fdm_server.step.strain import STRAIN_ROWS, gather_increments, gather_velocities, strain_increments
-from fdm_server.step.stress import RETURN_ROWS, STRESS_ROWS, limit, load
+from fdm_server.step.stress import RETURN_ROWS, STRESS_ROWS, add_rate, copy_stress, limit, load
 from fdm_server.step.thread_parts import STRIP
 
 
@@ -28,17 +32,39 @@ def move_kernel(first, last, velocity, dt, displacement):
             displacement[n, 1] += dt * velocity[n, 1]
 
 
+class Stiffness(NamedTuple):
+    """Elastic parameters of B blocks."""
+
+    pattern: NDArray[np.int64]  # (B,) row of the parameters of a block, of all laws
+    elastic: NDArray[np.float64]  # (patterns, 3 rows) [Pa]
+
+
+class Arrays(NamedTuple):
+    """Arrays of State that every step of the zones reads or changes."""
+
+    velocity: NDArray[np.float64]
+    displacement: NDArray[np.float64]
+    stress: NDArray[np.float64]
+    corner_force: NDArray[np.float64]
+    force: NDArray[np.float64]
+
+
 @jit
 def zones_kernel(
-    first, last, order, ready, corner, x, y, inverse_double_area, share, start, place,
-    pattern, elastic, mohr_coulomb, tension, softening, plastic, plastic_shear, viscosity, dt,
-    velocity, displacement, stress, corner_force, force, xy,
+    first, last, geometry, gather, stiffness, arrays,
+    mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy,
 ):  # fmt: skip
     """One step of the zones of strips first..last and of the forces they return; how many triangles are inside out.
 
-    Absent effects are None: `mohr_coulomb`, `tension`, `plastic`, `softening` with `plastic_shear`; `viscosity`, b/dt of
-    Rayleigh damping; in static mode `dt` [s]; in small strain `xy` (N,2), where displacements count from.
+    geometry, gather, stiffness, arrays: what every step needs. Absent effects are None, each an argument of its own, for only
+    these are left out of the machine code: `mohr_coulomb`, `tension`, `plastic`, `softening` with `plastic_shear`; `added` laws
+    with their `memory`; `viscosity`, b/dt of Rayleigh damping; in static mode `dt` [s]; in small strain `xy` (N,2), where
+    displacements count from.
     """
+    corner, x, y, inverse_double_area, share = geometry
+    order, ready, start, place = gather
+    pattern, elastic = stiffness
+    velocity, displacement, stress, corner_force, force = arrays
     u = np.empty(8 * LANES)
     strain = np.empty(STRAIN_ROWS * LANES)
     limited = np.empty((RETURN_ROWS + 4) * LANES)
@@ -70,6 +96,8 @@ def zones_kernel(
                     )  # fmt: skip
                 elif plastic is not None:
                     limit(b, pattern[b], share, mohr_coulomb, tension, stress, plastic, limited, None)
+                if added is not None:
+                    correct_all(b, pattern[b], share, added, memory, stress, b)
                 if viscosity is not None:
                     add_rate(b, stress, viscosity, before)
                     corner_forces(0, x[b : b + 1], y[b : b + 1], before, corner_force[b : b + 1])
@@ -95,6 +123,8 @@ def zones_kernel(
                     limit(
                         0, pattern[b], end_share, mohr_coulomb, tension, stress[b : b + 1], plastic[b : b + 1], limited, None
                     )  # fmt: skip
+                if added is not None:
+                    correct_all(b, pattern[b], end_share, added, memory, stress, 0)
                 if viscosity is not None:
                     add_rate(b, stress, viscosity, before)
                     corner_forces(0, end_x, end_y, before, corner_force[b : b + 1])
@@ -109,20 +139,23 @@ def advance(model, state):
 
     Raises Unstable where a zone turns inside out (large strain; small strain never leaves the shape it began with).
     """
-    g, law, parts = model.geometry, model.law, model.partition
-    xy = shape.moving(model, state)
+    law, parts, xy = model.law, model.partition, shape.moving(model, state)
     stiffness_part = None if law.rayleigh is None else law.rayleigh.stiffness
     viscosity = None if stiffness_part is None else stiffness_part / state.dt
+    # plain tuples at the border: for a named one numba looks up its class at every call
+    geometry, gather = tuple(model.geometry), tuple(model.gather)
+    stiffness = tuple(Stiffness(model.pattern, law.elastic))
+    arrays = tuple(Arrays(state.velocity, state.displacement, state.stress, state.corner_force, state.force))
+    memory = None if law.added is None else memories(law.added, state.memory)
 
     def move(first, last):
         move_kernel(first, last, state.velocity, state.dt, state.displacement)
 
     def strain(first, last):
         return zones_kernel(
-            first, last, parts.order, parts.ready, g.corner, g.x, g.y, g.inverse_double_area, g.share, model.start, model.place,
-            model.pattern, law.elastic, law.mohr_coulomb, law.tension, law.softening, state.plastic, state.plastic_shear,
-            viscosity, state.dt,
-            state.velocity, state.displacement, state.stress, state.corner_force, state.force, xy,
+            first, last, geometry, gather, stiffness, arrays,
+            law.mohr_coulomb, law.tension, law.softening, state.plastic, state.plastic_shear, law.added, memory,
+            viscosity, state.dt, xy,
         )  # fmt: skip
 
     threads.each(move, parts.points)
@@ -131,4 +164,4 @@ def advance(model, state):
     if inverted:
         check_zones(shape.present(model, state), model.zones, model.zone)
     if state.mass is not None:
-        shape.grow_older(model, state)
+        shape.count_step(model, state)

@@ -1,6 +1,6 @@
 """What the workloads share: medians of timings that never overlap and the picture of error against time.
 
-A workload is a module `accuracy/wN.py` with
+A workload is a module beside this one, such as `accuracy/w1_holes.py`, with
 
     TITLE, READ, PICTURE, COLUMNS     heading, three sentences how to read it, name of its PNG, {key: heading} of its table
     run(fast) -> list of row dicts    draw(rows, path)

@@ -20,7 +20,7 @@ from dem_server.packing.packing import pack
 from dem_server.pairs import contacts
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
-from fdm_server.coupling.rim import traction_difference, zones_behind
+from fdm_server.coupling.rim_traction import traction_difference, zones_behind
 from fdm_server.mesh.zone_sides import boundary_edges
 from fdm_server.observe import fields
 from fdm_server.step.gridpoint_pass import unbalanced_ratio as ratio_of_grid

@@ -23,17 +23,17 @@ from coupler_protocol.scene.reader import read_scene
 from coupler_protocol.scene.tables.grading import Grading
 from dem_server.effects.damping import Damping
 from dem_server.effects.dashpot import Dashpot
+from dem_server.effects.histories import history_of
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
 from dem_server.effects.spring import Spring
-from dem_server.insitu import virtual_strain
 from dem_server.model import build_model
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.packing import packing
 from dem_server.packing.alone_window import rim_of
 from dem_server.pairs import contacts as contacts_of
 from dem_server.pairs import listed_pairs
-from dem_server.step import bonds_made, contact_pass
+from dem_server.step import bonds_made
 from dem_server.step.contact_pass import contact_forces, force_pass
 from dem_server.step.cycle import advance, stop
 from dem_server.step.neighbours import rebuild
@@ -68,7 +68,7 @@ class Case:
             advance(model, state, 0.0, 50)
             stop(state)
         if model.law.bond is not None:
-            virtual_strain.add_bonds(model, state)
+            bonds_made.add_bonds(model, state)
         if model.law.parallel_bond is not None:
             bonds_made.add_parallel_bonds(model, state)
         advance(model, state, 0.0, 50)
@@ -81,7 +81,7 @@ class Case:
         """Seconds of one force pass, from `times` of them over discs that stand still, so that no force changes."""
         stop(self.state)
         model, state = self.model, self.state
-        arguments = (*contact_pass.arguments(model, state), state.counters, *contact_pass.laws_of(model), state.dt, None)
+        arguments = (state.disc, state.load, state.listed, history_of(state), model.law, state.dt, state.counters, None)
         passes(1, arguments)
         return repeated(lambda: passes(times, arguments), 1, 1, warm_up=0)[0] / times
 

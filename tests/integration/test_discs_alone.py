@@ -7,13 +7,14 @@ import pytest
 from verification.discrete import collision, incline
 from verification.discrete.scenes import SOIL, disc_file
 
+import colluvium
 from colluvium import closing
 from colluvium.forecast import check
 from colluvium.results import export
 from colluvium.results.run import open_run
 from colluvium.running import processes
 from colluvium.running.threads import run
-from coupler_protocol.exits import PHYSICS, PhysicsFailed
+from coupler_protocol.exits import PHYSICS, EnvironmentFailed, Interrupted, PhysicsFailed
 from coupler_protocol.files import disc_csv as disc_files
 from coupler_protocol.files.checkpoint import load
 from coupler_protocol.files.restart import Origin
@@ -140,6 +141,7 @@ def test_discs_that_fly_apart_end_with_code_6(tmp_path):
         computed(scene_of([stage], window=False, file=file), tmp_path / "run")
     info = json.loads((tmp_path / "run" / "run.json").read_text(encoding="utf-8"))
     assert info["exit_code"] == PHYSICS
+    assert [(row["name"], row["ended_by"]) for row in info["stages"]] == [("fill", ""), ("burst", "")]
     assert (tmp_path / "run" / "dem.rank1.stopped.h5").exists()
 
 
@@ -151,10 +153,10 @@ MOVING = {"radius": 0.1, "soil": SOIL, "wall": [GROUND | {"velocity": [0.0, 0.1]
     ("change", "why"),
     [
         ({"window": []}, "discs alone fill one window"),
-        ({"window": [{"name": "w", "columns": [1, 2], "rows": [1, 2]}]}, "no columns and rows"),
-        ({"boundary": [{"on": "left", "fix": "x"}]}, "there is no grid"),
-        ({"record": {"trace": 10}}, "waits for nobody"),
-        ({"stage": [STAGE]}, "begin with one stage"),
+        ({"window": [{"name": "w", "columns": [1, 2], "rows": [1, 2]}]}, "columns and rows need a grid"),
+        ({"boundary": [{"on": "left", "fix": "x"}]}, "this needs a grid"),
+        ({"record": {"trace": 10}}, "nothing to wait for"),
+        ({"stage": [STAGE]}, "put it first"),
         ({"stage": [{"name": "fill"}, {"name": "couple", "until": {"steps": 1}}]}, "needs a grid"),
         ({"stage": [{"name": "fill"}, STAGE | {"until": {"time": 1.0}}]}, "no seconds"),
         ({"stage": [{"name": "fill"}, {"name": "go", "kind": "discs"}]}, "never end"),
@@ -248,7 +250,7 @@ def test_a_stage_in_real_time_ends_on_time(tmp_path):
     stage = {"name": "fall", "kind": "discs", "time": "real", "gravity": G, "until": {"time": 0.01}}
     with computed(scene_of([stage], window=False, file=file), tmp_path / "run") as found:
         row = found.info["stages"][1]
-        assert row["time"] == pytest.approx(0.01, rel=1e-9)
+        assert row["seconds_simulated"] == pytest.approx(0.01, rel=1e-9)
         fallen = 1.0 - found.discs(-1).xy[0, 1]
         assert fallen == pytest.approx(0.5 * G * 0.01**2, rel=1e-9)
         assert found.frames[-1].time == pytest.approx(0.01, rel=1e-9)
@@ -264,3 +266,35 @@ def test_the_closing_table_of_discs_alone(tmp_path):
         first = next(closing.sentences(found.info))
         assert "1 discs" in first
         assert "ring" not in first
+
+
+@pytest.mark.parametrize("name", ["functions", "look.py"])
+def test_a_run_with_a_plugin_names_it_and_does_not_lose_it_in_silence(tmp_path, caplog, name):
+    file = disc_file(tmp_path, [[0.0, 1.0, R, 0.0, 0.0, 0.0]])
+    stages = [{"name": stage, "kind": "discs", "gravity": G, "until": {"steps": 3}} for stage in ("fall", "go")]
+    seen, out = [], tmp_path / "run"
+    out.mkdir()
+
+    def look(moment):
+        seen.append((moment.stage, moment.step))
+        if len(seen) == 5:
+            raise Interrupted("enough")
+
+    with pytest.raises(Interrupted):
+        run(build_scene(scene_of(stages, window=False, file=file)), out, plugin=Plugin(name, look))
+    info = json.loads((out / "run.json").read_text(encoding="utf-8"))
+    assert info["plugin"] == name
+    assert [row["name"] for row in info["stages"]] == ["fill", "fall", "go"]
+    if name == "look.py":
+        with pytest.raises(EnvironmentFailed, match=r"computed with the plugin look.py: give it again \(--plugin look.py\)"):
+            colluvium.resume(out)
+        assert (out / "run.json").exists()
+        kept = {"on_step": (1, look)}
+    else:
+        kept = {}
+    with colluvium.resume(out, **kept) as found:
+        (before,) = found.info["attempts"]
+        assert (before["plugin"], before["exit_code"], before["reason"]) == (name, 130, "enough")
+        assert found.info.get("plugin") == ("functions" if kept else None)
+    assert ("the run goes on without them" in caplog.text) == (not kept)
+    assert len(seen) == (8 if kept else 5)

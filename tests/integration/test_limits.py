@@ -27,8 +27,8 @@ def test_a_run_says_which_zone_node_and_disc_set_the_safe_limits(info):
         assert all(1.0 < found["share"] < 2.0 for found in (*rows[name].values(), discs[name]))
     said = list(closing.step_limits(info))
     assert len(said) == 2
-    assert said[0].startswith("stage couple: surely stable up to: grid 1.")
-    assert "exactly" not in said[0]
+    assert said[0].startswith("stage couple, step limits as multiples of the step in use; safe: grid 1.")
+    assert "exact" not in said[0]
 
 
 def test_the_exact_limit_comes_from_the_states_of_both_processes(info, quick_run):
@@ -37,7 +37,7 @@ def test_the_exact_limit_comes_from_the_states_of_both_processes(info, quick_run
     discs = info["windows"][0]["limits"][0]["share"]
     assert discs < found["couple"]["share"] < 2.0 * discs
     rows = [{"name": name, "limits": {"exact": found[name]}} for name in COUPLED]
-    assert f"exactly up to {found['couple']['share']:.2f} of the step" in next(closing.step_limits({"stages": rows}))
+    assert f"exact: {found['couple']['share']:.2f} (set by" in next(closing.step_limits({"stages": rows}))
 
 
 def test_check_says_the_limits_before_anything_is_computed(configs, tmp_path):

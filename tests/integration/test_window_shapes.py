@@ -68,8 +68,8 @@ def test_a_stretched_ring_is_warned_of_once_in_its_stage(tmp_path, caplog):
         assert np.hypot(*(discs.xy[discs.control == 1] - xy).T).min() < 0.3
         said = [text for text in closing.sentences(run.info) if text.startswith("warning")]
     assert said == [
-        f"warning: in stage pull the ring of window hole opened by {opened['radii']:.1f} smallest radii at "
-        f"({xy[0]:.1f}, {xy[1]:.1f}) m; 2 let a disc through"
+        f"warning: in stage pull a gap of {opened['radii']:.1f} r opened in the ring of window hole at "
+        f"({xy[0]:.1f}, {xy[1]:.1f}) m (r: smallest disc radius; a gap of 2 r lets a disc escape)"
     ]
     assert [r.message for r in caplog.records if "the ring has opened" in r.message and "stage pull" in r.message] != []
     assert len([r for r in caplog.records if "the ring has opened" in r.message]) == 1

@@ -153,9 +153,9 @@ STEER = {"pressure": 1e5, "fastest": 1e-4}
     ("walls", "stage", "why"),
     [
         ([GROUND | {"servo": STEER, "velocity": [0.0, 1.0]}], {}, "a velocity or a servo, not both"),
-        ([GROUND, GROUND], {}, "'ground' stands twice"),
+        ([GROUND, GROUND], {}, "two walls are named 'ground'"),
         ([GROUND | {"servo": {"pressure": -1.0, "fastest": 1.0}}], {}, "greater than 0"),
-        ([GROUND], {"wall": [{"name": "roof"}]}, "there is no wall 'roof'"),
+        ([GROUND], {"wall": [{"name": "roof"}]}, "no wall is named 'roof'"),
         ([GROUND | {"servo": STEER}], {"time": "real"}, "m/s in some stages"),
     ],
 )

@@ -7,14 +7,13 @@ from grid_cases import slope, window
 
 from coupler_protocol.criteria.stable_step import stiffness_matrix
 from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
-from coupler_protocol.interface.ring import build_ring, polygon_area, segment_vectors
+from coupler_protocol.interface.ring import build_ring, inner_share, polygon_area, segment_vectors
 from coupler_protocol.scene.tables.grid import Grid
 from dem_server.coupling.rim import Rim
 from dem_server.coupling.ring_guard import outside
 from dem_server.model import build_model
 from dem_server.observe.stable_limit import springs_of
 from dem_server.packing.packing import pack
-from dem_server.ring import inner_share
 from dem_server.step.contact_pass import contact_forces
 from fdm_server.mesh.grid import build_grid
 from fdm_server.mesh.window_zones import rim_of, window_zones

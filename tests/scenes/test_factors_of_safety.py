@@ -23,7 +23,7 @@ def test_dawson_extrapolated(configs, tmp_path):
     assert found["quantity"] == "factor of safety"
     assert [m["zone_size"] for m in found["meshes"]] == [10 / 8, 10 / 12, 10 / 16]
     assert found["extrapolation"]["value"] == pytest.approx(1.0, abs=0.01)
-    assert f"extrapolated to no zone size: {found['extrapolation']['value']:.4f}" in printed
+    assert f"extrapolated to zone size 0: {found['extrapolation']['value']:.4f}" in printed
     for name in ("mechanism", "plastic_zones", "trials", "meshes"):
         assert (tmp_path / "out" / f"{name}.png").read_bytes().startswith(PNG)
 

@@ -25,7 +25,7 @@ def test_check_says_what_it_is(configs):
 def test_the_pile(pile):
     """It spreads over the ground to the right of the wall and rests on it with its weight."""
     with open_run(pile) as run:
-        assert run.info["stages"][1]["time"] == pytest.approx(1.0, rel=1e-4)
+        assert run.info["stages"][1]["seconds_simulated"] == pytest.approx(1.0, rel=1e-4)
         assert run.info["stages"][2]["ended_by"].startswith("ratio")
         discs = run.discs(-1)
         x, y = discs.xy.T

@@ -6,8 +6,9 @@ import numpy as np
 from bench.dem import SIZES, Case, ScalarCase
 from bench.dense_box import FRICTION, IN_TILE, dense_box, tile
 
+from dem_server.observe.coordination import coordination
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
-from dem_server.pairs import coordination, listed_pairs
+from dem_server.pairs import listed_pairs
 from dem_server.step.cycle import advance
 from tests.commands import run_script
 

@@ -1,18 +1,21 @@
-"""What must hold between tables: one rule a function. Each yields (path, what is wrong, what would be right).
+"""Rules between tables, one a function. Each yields (path, problem, remedy).
 
 Rules that only a server knows come through the entry-point group `colluvium.rules`.
 """
 
 from importlib.metadata import entry_points
 
-from coupler_protocol.disc_rules import DISC_RULES
+import numpy as np
+
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
 from coupler_protocol.scene.rules.stages import STAGE_RULES
 from coupler_protocol.scene.rules.windows import WINDOW_RULES
 
+LEAST = 4.0  # largest discs that must fit side by side into the shorter side of a window
+
 
 def broken_rules(scene):
-    """All broken rules of a scene whose single tables are right."""
+    """All broken rules of a scene whose tables are valid one by one."""
     rules = COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES)
     broken = [found for rule in rules for found in rule(scene)]
     if broken:
@@ -21,7 +24,7 @@ def broken_rules(scene):
 
 
 def doubts(scene):
-    """What a right scene may still not mean, (path, what, remedy), from the entry-point group `colluvium.doubts`."""
+    """Doubts about a valid scene, (path, what, remedy), from the entry-point group `colluvium.doubts`."""
     return [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
 
 
@@ -37,18 +40,35 @@ def grid_needs_material(scene):
                 "add elastic = { bulk = .., shear = .. }",
             )
         if material.region is not None and material.top is not None:
-            yield ("material", i), f"material {material.name!r} has a region and a top", "leave one of them out"
+            yield ("material", i), f"material {material.name!r} has a region and a top", "remove one of them"
     if scene.material and all(m.region or m.top for m in scene.material):
-        yield ("material", 0), "every material has a region or a top", "let the first one fill the grid: leave out its region"
+        yield ("material", 0), "every material has a region or a top", "let the first one fill the grid: remove its region or top"
+
+
+def effects_of_discs_are_ours(scene):
+    """Laws of discs that another distribution declares: kernels of discs compute none of them."""
+    from coupler_protocol.scene.scene import declared_effects, distribution_of
+
+    discs = scene.discs
+    grains = {"soil": discs and discs.soil, "stone": discs and discs.stone}
+    holders = [(("discs", key), "grain", table) for key, table in grains.items()]
+    holders += [(("ring",), "grain", scene.ring), (("discs",), "discs", discs)]
+    holders += [(("discs", "pair", i), "grain", pair) for i, pair in enumerate(discs.pair if discs else [])]
+    for path, parent, table in holders:
+        for place in declared_effects() if table is not None else ():
+            key, owner = place.removeprefix(parent + "."), distribution_of(place)
+            if place.startswith(parent + ".") and owner not in ("", "colluvium") and getattr(table, key, None) is not None:
+                why = f"no kernel computes {place}, which distribution {owner!r} declares"
+                yield (*path, key), why, "remove the table; other distributions can add laws of material.NAME only"
 
 
 def names_are_unique(scene):
-    """Materials, windows and stages are called by their names."""
+    """No two materials, windows or stages have the same name."""
     for table in ("material", "window", "stage"):
         seen = set()
         for i, item in enumerate(getattr(scene, table)):
             if item.name in seen:
-                yield (table, i, "name"), f"{item.name!r} stands twice", "give each its own name"
+                yield (table, i, "name"), f"two {table}s are named {item.name!r}", "give each its own name"
             seen.add(item.name)
 
 
@@ -59,14 +79,14 @@ def stones_need_their_material(scene):
         yield ("stones",), "stones without a material", "add a [discs.stone] table or remove [stones]"
     of_file = grain is not None and scene.grid is None and scene.discs.file is not None
     if scene.stones is None and grain is not None and not of_file:
-        yield ("discs", "stone"), "there are no stones to be made of it", "add a [stones] table or remove [discs.stone]"
+        yield ("discs", "stone"), "no stones use this material", "add a [stones] table or remove [discs.stone]"
     if grain is None or (scene.stones is None and not of_file):
         return
     body = scene.discs.body if of_file else scene.stones.body
     if grain.spring is None:
         yield ("discs", "stone"), "the stones have no stiffness", "add spring = { normal = .., shear = .. }"
     if body == "cluster" and grain.bond is None and grain.parallel_bond is None:
-        yield ("discs", "stone"), "nothing holds a cluster together", "add bond = { tension = .., shear = .. }"
+        yield ("discs", "stone"), "nothing holds the discs of a cluster together", "add bond = { tension = .., shear = .. }"
     if scene.stones is not None and scene.stones.size is not None and scene.stones.size.min < 2.0 * scene.discs.radius:
         smallest = f"at least {2.0 * scene.discs.radius:g} m, the size of a disc"
         yield ("stones", "size", "min"), f"stones of {scene.stones.size.min:g} m are smaller than a disc", smallest
@@ -82,39 +102,62 @@ def stones_are_drawn_or_mapped(scene):
             if getattr(stones, key) is None:
                 remedy = "content = .., size = { mean = .., sigma = .., min = .., max = .. }, or file = .. with traced stones"
                 yield ("stones", key), "missing", remedy
-        idle = stones.changed("scale", "origin", "outside"), "this is for the stones of `file`"
+        idle = stones.changed("scale", "origin", "outside"), "only stones from `file` use this key"
     else:
-        idle = stones.changed("content", "size", "gap", "azimuth", "shapes"), "the stones lie where the file maps them"
+        idle = stones.changed("content", "size", "gap", "azimuth", "shapes"), "stones from `file` do not use this key"
     shaped = "shapes" if stones.shapes is not None else "file" if stones.file is not None else None
     for key in idle[0]:
         yield ("stones", key), idle[1], "remove the key"
     for key in stones.changed("vertices", "flatness") if shaped else stones.changed("flip_y"):
-        why = f"the outlines come from `{shaped}`" if shaped else "there is no file of outlines"
+        why = f"the outlines come from `{shaped}`" if shaped else "the scene has no file of outlines"
         yield ("stones", key), why, "remove the key"
 
 
 def pairs_name_what_there_is(scene):
-    """Each pair of materials stands once, both are there, and they meet."""
+    """Each pair of materials has one table, both materials exist, and they can touch."""
     seen = set()
     for i, pair in enumerate(scene.discs.pair if scene.discs else []):
         at, names = ("discs", "pair", i), " and ".join(pair.between)
         if frozenset(pair.between) in seen:
-            yield (*at, "between"), f"{names} stand twice", "give each pair of materials one table"
+            yield (*at, "between"), f"two tables for the pair {names}", "give each pair of materials one table"
         seen.add(frozenset(pair.between))
         if "stone" in pair.between and scene.discs.stone is None:
-            yield (*at, "between"), "there is no material stone", "add a [discs.stone] table or remove the pair"
+            yield (*at, "between"), "the scene has no material stone", "add a [discs.stone] table or remove the pair"
         if set(pair.between) == {"ring"}:
             yield (*at, "between"), "control discs have no contacts with each other", "remove the pair"
         if not pair.model_fields_set - {"between"}:
-            yield at, f"says nothing about {names}", "add a table, for example friction = { coefficient = .. }"
+            yield at, f"this table sets nothing for {names}", "add a table, for example friction = { coefficient = .. }"
+
+
+def largest_discs_fit(scene):
+    """A window is at least four of the largest discs across, where a grading says how large they are."""
+    if scene.discs is None or scene.discs.grading is None:
+        return
+    for i, window in enumerate(scene.window):
+        across, largest = across_of(scene, window), scene.discs.grading.largest
+        if across < 2.0 * LEAST * largest:
+            why = f"window {window.name!r} is {across:g} m across: too small for its largest discs, of {2.0 * largest:g} m"
+            yield ("window", i), why, f"largest diameter at most {across / LEAST:.3g} m, or a larger window"
+
+
+def across_of(scene, window):
+    """Shorter side of the rectangle round a window [m]; infinite where it is not said."""
+    if window.polygon is not None:
+        return float(np.ptp(np.array(window.polygon), axis=0).min())
+    if scene.grid is None or not scene.grid.zone_size or window.columns is None or window.rows is None:
+        return np.inf
+    return min(
+        (last - first + 1) * d for (first, last), d in zip((window.columns, window.rows), scene.grid.zone_size, strict=True)
+    )
 
 
 COMMON_RULES = (
     names_are_unique,
+    effects_of_discs_are_ours,
     stones_need_their_material,
     stones_are_drawn_or_mapped,
     pairs_name_what_there_is,
-    *DISC_RULES,
+    largest_discs_fit,
 )
 GRID_RULES = (
     grid_needs_material,

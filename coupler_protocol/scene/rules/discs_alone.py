@@ -1,14 +1,14 @@
-"""What a scene without a grid must fulfil, and what only such a scene may hold: one rule a function, as in scene_rules.py."""
+"""Rules for scenes without a grid, and for keys that only such scenes may have: one rule a function, as in between_tables.py."""
 
+from coupler_protocol.scene.rules.stages import never_ends
+from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.discs import names_of_walls
-
-KINDS = ("fill", "discs")
 
 
 def discs_alone_need(scene):
     """Discs with springs, and one polygon or a file that says where they are."""
     if scene.discs is None:
-        yield ("discs",), "there is neither a grid nor a disc", "add a [grid] or a [discs] table"
+        yield ("discs",), "the scene has neither a grid nor discs", "add a [grid] or a [discs] table"
         return
     if scene.discs.soil.spring is None:
         yield ("discs", "soil"), "the discs have no stiffness", "add spring = { normal = .., shear = .. }"
@@ -18,44 +18,44 @@ def discs_alone_need(scene):
         yield ("window",), "discs alone fill one window", "add one [[window]] with a polygon, or discs.file"
     for i, window in enumerate(scene.window):
         if window.polygon is None or window.columns is not None or window.rows is not None:
-            yield ("window", i), "without a grid there are no columns and rows", "polygon = [[x, y], ..]"
+            yield ("window", i), "columns and rows need a grid", "polygon = [[x, y], ..]"
 
 
 def tables_of_the_grid(scene):
     """Tables that only a grid could use."""
     for name in ("material", "boundary"):
         if getattr(scene, name):
-            yield (name,), "there is no grid", f"add a [grid] table or remove [[{name}]]"
+            yield (name,), "this needs a grid", f"add a [grid] table or remove [[{name}]]"
     if scene.initial_stress is not None:
-        yield ("initial_stress",), "there is no grid", "discs begin as they are packed: remove the table"
+        yield ("initial_stress",), "this needs a grid", "remove the table: discs start with the stress of their packing"
     if scene.record.trace is not None:
-        yield ("record", "trace"), "there is one process, which waits for nobody", "remove the key"
+        yield ("record", "trace"), "a single process has nothing to wait for", "remove the key"
     if scene.damping is not None:
-        yield ("damping",), "there is no grid to damp", "discs have theirs in [discs.damping]"
+        yield ("damping",), "this table damps the grid, and the scene has none", "use [discs.damping]"
 
 
 def stages_of_discs_alone(scene):
-    """First the discs are made, then they move."""
+    """The first stage packs the discs, the others move them."""
     for i, stage in enumerate(scene.stage):
         at = ("stage", i)
-        if stage.kind not in KINDS:
+        if not of(stage).alone:
             yield (*at, "kind"), f"a stage of kind {stage.kind!r} needs a grid", 'use kind = "fill", then kind = "discs"'
-        elif (stage.kind == "fill") != (i == 0):
-            yield at, "discs are made once, at the start", 'begin with one stage of kind "fill"'
-        elif stage.kind == "fill":
+        elif of(stage).computes != (i > 0):
+            yield at, "discs are packed once, in the first stage", 'use one stage of kind "fill" and put it first'
+        elif not of(stage).computes:
             if stage.until or stage.gravity_factor or stage.gravity is not None or stage.insitu is not None:
-                yield at, "fill computes no steps", "remove until, gravity, gravity_factor and insitu here"
-        elif stage.until is None or not any(value is not None for value in stage.until.__dict__.values()):
+                yield at, "a stage of kind fill computes no steps", "remove until, gravity, gravity_factor and insitu here"
+        elif never_ends(stage):
             yield at, f"stage {stage.name!r} would never end", "add until = { ratio = 1e-4, steps = .. }"
         if stage.until is not None and stage.until.band is not None:
-            yield (*at, "until", "band"), "a band runs through a slope with a grid", "use ratio, steps, time or displacement"
+            yield (*at, "until", "band"), "only a grid has a shear band", "use ratio, steps, time or displacement"
         for key in ("handover", "excavate", "surcharge", "large_strain"):
             if getattr(stage, key) is not None:
                 yield (*at, key), "this needs a grid", "remove the key"
         if stage.damping is not None and stage.damping.local is None:
-            yield (*at, "damping"), "discs know local damping only", "damping = { local = 0.7 }"
+            yield (*at, "damping"), "discs have local damping only", "damping = { local = 0.7 }"
         if stage.boundary:
-            yield (*at, "boundary"), "there is no grid", "discs are held by [[discs.wall]]"
+            yield (*at, "boundary"), "this needs a grid", "hold discs with [[discs.wall]]"
         if stage.discard:
             yield (*at, "discard"), "only stages of the grid alone can be discarded", "remove the key"
 
@@ -68,11 +68,11 @@ def walls_have_a_length(scene):
         if wall.ends[0] == wall.ends[1]:
             yield ("discs", "wall", i, "ends"), "both ends are the same point", "ends = [[x0, y0], [x1, y1]]"
         if names[i] in names[:i]:
-            yield ("discs", "wall", i, "name"), f"{names[i]!r} stands twice", "give each wall its own name"
+            yield ("discs", "wall", i, "name"), f"two walls are named {names[i]!r}", "give each wall its own name"
 
 
 def walls_move_in_one_kind_of_time(scene):
-    """What a stage says about walls is about those there are; a speed is in m/s or in m a step."""
+    """Stages change only walls that exist; a speed is either in m/s or in m a step."""
     walls = scene.discs.wall if scene.discs else []
     names = names_of_walls(walls)
     acting = {name: (("discs", "wall", i), wall) for i, (name, wall) in enumerate(zip(names, walls, strict=True))}
@@ -81,32 +81,32 @@ def walls_move_in_one_kind_of_time(scene):
         for j, table in enumerate(stage.wall):
             path = ("stage", i, "wall", j)
             if table.name not in names:
-                yield (*path, "name"), f"there is no wall {table.name!r}", f"walls: {', '.join(names) or 'none'}"
-            elif stage.kind != "discs":
+                yield (*path, "name"), f"no wall is named {table.name!r}", f"walls: {', '.join(names) or 'none'}"
+            elif of(stage).grid:
                 yield path, f"walls cannot change in a stage of kind {stage.kind!r}", "use a stage of kind discs"
             else:
                 acting[table.name] = path, table
-        if stage.kind == "discs":
+        if not of(stage).grid:
             for path, table in acting.values():
                 times.setdefault(path, (table, set()))[1].add(stage.time)
     for path, (table, kinds) in times.items():
         if table.moves and len(kinds) > 1:
             key = "velocity" if table.servo is None else "servo"
             why = "its velocity would be in m/s in some stages and in m a step in others"
-            yield (*path, key), why, "say it anew where the time changes: [[stage.wall]], or let all stages compute in one time"
+            yield (*path, key), why, "give it again where time changes ([[stage.wall]]), or use one kind of time in all stages"
 
 
 def only_without_a_grid(scene):
     """Keys for discs alone in a scene with a grid."""
     if scene.discs and scene.discs.wall:
-        yield ("discs", "wall"), "this is for discs alone, in scenes without a grid", "remove it, or the [grid]"
+        yield ("discs", "wall"), "only scenes without a grid have this", "remove it, or remove [grid]"
     if scene.discs and scene.discs.file is not None and len(scene.window) > 1:
         yield ("discs", "file"), f"one file cannot fill {len(scene.window)} windows", "keep one [[window]], or remove the file"
     for i, stage in enumerate(scene.stage):
         if stage.wall:
-            yield ("stage", i, "wall"), "this is for discs alone, in scenes without a grid", "remove it, or the [grid]"
-        if stage.kind == "discs":
-            yield ("stage", i, "kind"), "this is for discs alone, in scenes without a grid", 'use kind = "couple"'
+            yield ("stage", i, "wall"), "only scenes without a grid have this", "remove it, or remove [grid]"
+        if not of(stage).grid:
+            yield ("stage", i, "kind"), "only scenes without a grid have this", 'use kind = "couple"'
 
 
 ALONE_RULES = (

@@ -1,56 +1,59 @@
-"""What must hold between the stages of a scene: one rule a function, as in scene_rules.py."""
+"""Rules between the stages of a scene, one a function, as in between_tables.py."""
 
 from coupler_protocol.scene.schedule import acting, beginning, large_strain
-from coupler_protocol.scene.tables.stages import GRID_ONLY
-
-BAND_MAY_END = ("locate", "overload", "excavate", "surcharge")  # strains count from the end of the equilibrium
+from coupler_protocol.scene.stage_kinds import KINDS, named, of
 
 
 def stages_follow_each_other(scene):
     """Fill before couple, couple once, and what a kind of stage can use."""
     done = set()
     for i, stage in enumerate(scene.stage):
-        at = ("stage", i)
-        if stage.kind in ("fill", "couple") and not scene.window:
+        at, kind = ("stage", i), of(stage)
+        if kind.window and not scene.window:
             yield at, f"stage {stage.name!r} needs a window", "add a [[window]] table or remove the stage"
-        if stage.kind == "couple" and "fill" not in done:
-            yield at, "couple without discs", 'add a stage with kind = "fill" before it'
-        if stage.kind in (*GRID_ONLY, "fill") and "couple" in done:
+        if kind.needs and kind.needs not in done:
+            yield at, f"a stage of kind {kind.name} needs discs", f'add a stage with kind = "{kind.needs}" before it'
+        if kind.before_couple and "couple" in done:
             yield at, f"a stage of kind {stage.kind!r} cannot follow couple", "move it before the couple stage"
-        if stage.kind in ("fill", "couple") and stage.kind in done:
-            yield at, f"a second stage of kind {stage.kind!r}", "fill and couple once"
-        if stage.kind == "fill" and (stage.until or stage.gravity_factor or stage.gravity is not None):
-            yield at, "fill computes no steps of the grid", "remove until, gravity and gravity_factor here"
-        if stage.kind != "fill" and (stage.until is None or not any(v is not None for v in stage.until.__dict__.values())):
+        if kind.window and stage.kind in done:
+            yield at, f"a second stage of kind {stage.kind!r}", "use kinds fill and couple once each"
+        if not kind.computes and (stage.until or stage.gravity_factor or stage.gravity is not None):
+            yield at, f"a stage of kind {kind.name} computes no steps", "remove until, gravity and gravity_factor here"
+        if kind.computes and never_ends(stage):
             yield at, f"stage {stage.name!r} would never end", "add until = { ratio = 1e-5, steps = .. }"
-        if stage.handover is not None and stage.kind != "couple":
-            yield (*at, "handover"), "only a stage of kind couple hands over", "remove the key"
-        if stage.insitu is not None and stage.kind != "fill":
+        if stage.handover is not None and "handover" not in kind.keys:
+            yield (*at, "handover"), "only a stage of kind couple has a hand-over", "remove the key"
+        if stage.insitu is not None and "insitu" not in kind.keys:
             yield (*at, "insitu"), "only a stage of kind fill packs discs", "remove the key"
-        if stage.discard and stage.kind not in GRID_ONLY:
+        if stage.discard and not kind.discard:
             yield (*at, "discard"), "only stages of the grid alone can be discarded", "remove the key"
         done.add(stage.kind)
     if scene.window and "couple" not in done:
         yield ("window",), "no stage couples the window", 'add stages with kind = "fill" and kind = "couple"'
 
 
+def never_ends(stage):
+    """Whether nothing ends a stage."""
+    return stage.until is None or not any(value is not None for value in stage.until.__dict__.values())
+
+
 def large_strain_begins_in_the_shape_drawn(scene):
     """In large strain the grid leaves the shape that the scene draws, in which equilibrium and windows begin."""
     moved = None
     for i, stage in enumerate(scene.stage):
-        if stage.large_strain and stage.kind in ("equilibrium", "fill"):
-            yield ("stage", i, "large_strain"), f"a stage of kind {stage.kind!r} computes in the shape drawn", "remove the key"
-        if moved and stage.kind in ("equilibrium", "fill", "couple"):
-            why = f"a stage of kind {stage.kind!r} begins in the shape drawn, which stage {moved!r} has left (large strain)"
+        if stage.large_strain and of(stage).drawn:
+            yield ("stage", i, "large_strain"), f"a stage of kind {stage.kind!r} computes in the initial shape", "remove the key"
+        if moved and of(stage).begins_drawn:
+            why = f"a stage of kind {stage.kind!r} needs the initial shape, which stage {moved!r} has changed (large strain)"
             yield ("stage", i), why, f"move it before {moved!r}, or give that stage discard = true"
-        if large_strain(scene, stage) and stage.kind != "couple" and not stage.discard and not moved:
+        if large_strain(scene, stage) and not of(stage).begins_drawn and not stage.discard and not moved:
             moved = stage.name
 
 
 def loads_have_their_stages(scene):
     """Excavations and surcharges stand in stages of their kind, which last long enough and change nothing else."""
     for i, stage in enumerate(scene.stage):
-        for kind in ("excavate", "surcharge"):
+        for kind in (kind.table for kind in KINDS if kind.table):
             load = getattr(stage, kind)
             if stage.kind != kind:
                 if load is not None:
@@ -58,22 +61,22 @@ def loads_have_their_stages(scene):
                     yield ("stage", i, kind), f"stage {stage.name!r} is of kind {stage.kind!r}", remedy
                 continue
             if load is None:
-                yield ("stage", i), f"stage {stage.name!r} does not say what it does", f"add {kind} = {{ .. }}"
+                yield ("stage", i), f"stage {stage.name!r} of kind {kind!r} has no table {kind!r}", f"add {kind} = {{ .. }}"
             elif stage.until is not None and stage.until.steps is not None and stage.until.steps < load.over:
-                why = f"the stage ends after {stage.until.steps} steps, inside the {load.over} of {kind}"
+                why = f"the stage ends after {stage.until.steps} steps, before the {load.over} steps of {kind}"
                 yield ("stage", i, "until", "steps"), why, f"use at least {load.over} steps"
             if stage.gravity is not None or stage.gravity_factor is not None:
-                yield ("stage", i), f"gravity cannot change in a stage of kind {kind!r}", "give it a stage of its own"
+                yield ("stage", i), f"gravity cannot change in a stage of kind {kind!r}", "change it in a separate stage"
 
 
 def real_time_exchanges_every_step(scene):
-    """Held forces do work that only damping on the way to rest can take: an interval is for static stages."""
+    """Forces held constant over several steps add energy, which only static damping removes: static stages only."""
     every = scene.coupling.exchange_every
     if every > 1 and not scene.window:
-        yield ("coupling", "exchange_every"), "there is no window, so nothing is exchanged", "remove the key"
+        yield ("coupling", "exchange_every"), "the scene has no window, so nothing is exchanged", "remove the key"
     kinds = [stage.kind for stage in scene.stage]
     for stage in scene.stage[kinds.index("couple") :] if every > 1 and "couple" in kinds else ():
-        if stage.time == "real":
+        if stage.in_real_time:
             why = f"in stage {stage.name!r}, in real time, forces held over {every} steps would add energy to the motion"
             yield ("coupling", "exchange_every"), why, 'use 1, or time = "static" in all coupled stages'
             return
@@ -83,7 +86,7 @@ def substeps_belong_to_real_time(scene):
     """In static mode both sides' steps are 1, with masses of their own."""
     kinds = [stage.kind for stage in scene.stage]
     coupled = scene.stage[kinds.index("couple") :] if "couple" in kinds else ()
-    if scene.coupling.substeps > 1 and not any(stage.time == "real" for stage in coupled):
+    if scene.coupling.substeps > 1 and not any(stage.in_real_time for stage in coupled):
         yield ("coupling", "substeps"), "no coupled stage is in real time", 'remove the key, or give a stage time = "real"'
 
 
@@ -91,17 +94,17 @@ def surcharges_lie_on_the_ground(scene):
     """A surcharge has a width, and ground under it."""
     for i, stage in enumerate(scene.stage):
         if stage.surcharge is not None and scene.grid.kind == "ring":
-            yield ("stage", i, "surcharge"), "a ring has no ground surface", "press on its side inner or outer: boundary"
+            yield ("stage", i, "surcharge"), "a ring has no ground surface", "use a [[boundary]] with pressure on inner or outer"
         elif stage.surcharge is not None:
             first, last = stage.surcharge.x
             if not 0.0 <= first < last <= scene.grid.length:
-                why = f"[{first:g}, {last:g}] is no part of the ground"
+                why = f"[{first:g}, {last:g}] is not on the ground"
                 yield ("stage", i, "surcharge", "x"), why, f"use [first, last] between 0 and {scene.grid.length:g} m"
 
 
 def boundaries_change_with_steps_enough(scene):
-    """Boundaries change in stages in which the grid is computed and nothing is dug or put upon it; no stage ends in a ramp."""
-    allowed = ("equilibrium", "locate", "overload", "load")
+    """Boundaries change in stages that compute the grid without excavation or surcharge; no stage ends during a ramp."""
+    allowed = named(boundaries=True)
     for i, stage in enumerate(scene.stage):
         if stage.boundary and stage.kind not in allowed:
             remedy = f"move it to a stage of kind {', '.join(allowed)}"
@@ -110,22 +113,22 @@ def boundaries_change_with_steps_enough(scene):
             path = next((("boundary", k) for k, b in enumerate(scene.boundary) if b is boundary), None)
             path = path or ("stage", i, "boundary", next(k for k, b in enumerate(stage.boundary) if b is boundary))
             if stage.until is not None and stage.until.steps is not None and stage.until.steps < boundary.over:
-                why = f"stage {stage.name!r} ends after {stage.until.steps} steps, inside these {boundary.over}"
+                why = f"stage {stage.name!r} ends after {stage.until.steps} steps, before this ramp of {boundary.over}"
                 yield (*path, "over"), why, f"use at most {stage.until.steps}, or give the stage more steps"
 
 
 def quiet_sides_belong_to_real_time(scene):
     """Quiet sides begin, and act, in stages in real time."""
     for i, stage in enumerate(scene.stage):
-        if stage.time != "real" and stage.kind != "fill" and any(b.quiet for b in acting(scene, i)):
-            why = f"a quiet side acts in stage {stage.name!r}, which computes no seconds: it would give way without end"
-            yield ("stage", i), why, 'give the stage time = "real", or begin the quiet side in a later stage: [[stage.boundary]]'
+        if not stage.in_real_time and of(stage).computes and any(b.quiet for b in acting(scene, i)):
+            why = f"a quiet side acts in static stage {stage.name!r}: it would move without end"
+            yield ("stage", i), why, 'give the stage time = "real", or start the quiet side in a later stage: [[stage.boundary]]'
 
 
 def weight_needs_gravity(scene):
     """Initial stress from weight needs the gravity of the first stage."""
     if scene.initial_stress is not None and scene.initial_stress.k0 is not None and not scene.stage[0].gravity:
-        why = f"the first stage, {scene.stage[0].name!r}, has no gravity to compute the weight of the ground with"
+        why = f"the first stage, {scene.stage[0].name!r}, has no gravity, which the weight of the ground needs"
         yield ("initial_stress", "k0"), why, "add gravity = 9.81 to it, or give a gradient in place of k0"
 
 
@@ -135,22 +138,23 @@ def is_level(scene):
 
 
 def bands_end_stages_that_may_have_one(scene):
-    """A band is looked for at frames, between the toe and the crest of a slope, beside a window where a window is meant."""
+    """A band is checked at frames, between toe and crest of a slope; its states at a window need a coupled window."""
     for i, stage in enumerate(scene.stage):
         band, at = stage.until and stage.until.band, ("stage", i, "until", "band")
         if not band:
             continue
-        if stage.kind not in BAND_MAY_END:
-            yield at, f"a stage of kind {stage.kind!r} has no band", f"use it in stages of kind {', '.join(BAND_MAY_END)}"
+        if not of(stage).band:
+            why = f"a stage of kind {stage.kind!r} cannot end by a band"
+            yield at, why, f"use it in stages of kind {', '.join(named(band=True))}"
         if is_level(scene):
             yield at, "level ground has neither toe nor crest", "use ratio, steps or displacement"
         if band != "complete" and not any(earlier.kind == "couple" for earlier in scene.stage[:i]):
-            yield at, f"{band!r} needs a window that is coupled", 'couple one before, or use band = "complete"'
+            yield at, f"{band!r} needs a coupled window", 'couple one in an earlier stage, or use band = "complete"'
         if stage.until.steps is None:
-            yield at, "the band may never come", "give steps as well"
+            yield at, "the band may never form", "add steps as a second limit"
         elif stage.until.steps < scene.record.every:
-            why = f"it is looked for at frames, and the stage ends after {stage.until.steps} steps, before the first one"
-            yield at, why, f"record.every at most {stage.until.steps}"
+            why = f"the band is checked at frames, and the stage ends after {stage.until.steps} steps, before its first frame"
+            yield at, why, f"use record.every of at most {stage.until.steps}"
 
 
 STAGE_RULES = (

@@ -1,19 +1,18 @@
-"""What windows in a grid must fulfil as far as the scene alone tells: one rule a function, as in scene_rules.py.
+"""Rules for windows in a grid that need the scene alone: one rule a function, as in between_tables.py.
 
-Where a polygon's zones lie only the grid knows: the rest is with the server that builds it
-(fdm_server/checks/grid_can_be_built.py).
+Which zones a polygon holds only the grid knows: those rules are in fdm_server/checks/grid_can_be_built.py.
 """
 
 ACROSS = 8  # discs that a window must be wide
 
 
 def windows_of_whole_zones(scene):
-    """A window says which zones it takes, in one way."""
+    """A window gives its zones in exactly one way."""
     for i, w in enumerate(scene.window):
         given = [key for key in ("columns", "rows") if getattr(w, key) is not None]
         if w.polygon is not None:
             if given:
-                yield ("window", i), f"a polygon and {' and '.join(given)}", "leave one of them out"
+                yield ("window", i), f"the window has a polygon and {' and '.join(given)}", "remove one of them"
             elif not _is_simple(w.polygon):
                 what = "the polygon crosses itself, touches itself or has no area"
                 yield ("window", i, "polygon"), what, "list its corners in order"
@@ -23,11 +22,11 @@ def windows_of_whole_zones(scene):
                 yield ("window", i, key), "missing", f"{key} = [first, last] zone, from 0"
         if not given:
             remedy = "columns and rows = [first, last] zone, from 0, or polygon = [[x, y], ..]"
-            yield ("window", i), "does not say which zones it takes", remedy
+            yield ("window", i), "the window does not say which zones it takes", remedy
 
 
 def _is_simple(polygon):
-    import shapely  # only where a window is drawn, for it takes long to load
+    import shapely  # imported only where a polygon is given: it loads slowly
 
     shape = shapely.Polygon(polygon)
     return shape.is_valid and shape.area > 0.0
@@ -43,9 +42,9 @@ def windows_lie_inside(scene):
         if w.columns is None or w.rows is None:
             continue
         if w.columns[0] < 1 or w.columns[1] > columns - 2:
-            yield ("window", i, "columns"), f"{list(w.columns)} reaches the grid's side", f"stay within 1..{columns - 2}"
+            yield ("window", i, "columns"), f"{list(w.columns)} reaches a side of the grid", f"stay within 1..{columns - 2}"
         if w.rows[0] < 1 or w.rows[1] > rows - 2:
-            yield ("window", i, "rows"), f"{list(w.rows)} reaches the grid's side", f"stay within 1..{rows - 2}"
+            yield ("window", i, "rows"), f"{list(w.rows)} reaches a side of the grid", f"stay within 1..{rows - 2}"
 
 
 def windows_need_discs(scene):
@@ -53,7 +52,7 @@ def windows_need_discs(scene):
     if scene.window and scene.discs is None:
         yield ("window",), "nothing fills the windows", "add a [discs] table"
     if scene.discs is not None and not scene.window:
-        yield ("discs",), "there is no window for the discs", "add a [[window]] or remove [discs]"
+        yield ("discs",), "the scene has no window for the discs", "add a [[window]] or remove [discs]"
     if scene.discs is not None and scene.discs.soil.spring is None:
         yield ("discs", "soil"), "the discs have no stiffness", "add spring = { normal = .., shear = .. }"
 

@@ -4,13 +4,11 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from coupler_protocol.scene import stage_kinds
 from coupler_protocol.scene.declare import Table, increasing, quantity
 from coupler_protocol.scene.tables.boundary import Boundary
 from coupler_protocol.scene.tables.discs import StageWall
 from coupler_protocol.scene.tables.grid import Point, Span
-
-GRID_ONLY = ("equilibrium", "locate")
-STAGE_KINDS = (*GRID_ONLY, "fill", "couple", "overload", "excavate", "surcharge", "load", "discs")
 
 
 def _constant(value):
@@ -63,11 +61,7 @@ class Stage(Table):
     """One step of the procedure."""
 
     name: str = quantity(meaning="name of the stage; also its kind where no kind is given", min_length=1)
-    kind: Literal[STAGE_KINDS] = quantity(
-        meaning="equilibrium: the grid alone comes to rest, then displacements count from zero; locate: the grid alone, to be "
-        "discarded or not; load: sides are held, moved or loaded anew; overload: gravity changes; excavate, surcharge: below; "
-        "fill: discs for the windows; couple: discs take over from the windows' zones; discs: without a grid, the discs alone"
-    )
+    kind: Literal[stage_kinds.NAMES] = quantity(meaning="; ".join(f"{kind.name}: {kind.meaning}" for kind in stage_kinds.KINDS))
     gravity: float | None = quantity(None, unit="m/s2", meaning="gravity, downwards; stays for later stages", ge=0)
     gravity_factor: Annotated[Ramp, BeforeValidator(_constant)] | None = quantity(
         None, meaning="gravity is multiplied by this, a number or { to, over }; stays for later stages"
@@ -87,6 +81,11 @@ class Stage(Table):
         None, meaning="time = real: share of the stable step (grid 0.5, discs their time_step; coupled: the shorter)", gt=0, le=1
     )
     discard: bool = quantity(False, meaning="forget the outcome: the next stage starts where this one did")
+
+    @property
+    def in_real_time(self):
+        """Whether it computes real masses and seconds; else scaled masses on the way to rest (static mode)."""
+        return self.time == "real"
 
     @model_validator(mode="before")
     @classmethod

@@ -55,7 +55,7 @@ def of_scene(beta):
     stage = {"name": "hit", "kind": "discs", "time": "real", "until": {"time": 2e-3}, "step_factor": FRACTION}
     with scenes.of_file(discs, "x,y,radius,vx,vy,spin", [stage], {"soil": soil}, every=10**9) as run:
         v = run.discs(-1).velocity
-        return v[1, 0] - v[0, 0], run.info["stages"][1]["time"]
+        return v[1, 0] - v[0, 0], run.info["stages"][1]["seconds_simulated"]
 
 
 def at_wall(beta, tension, turned=0.6):

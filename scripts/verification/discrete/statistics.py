@@ -14,9 +14,9 @@ import numpy as np
 import scipy.stats
 import shapely
 
+from coupler_protocol.geometry import moments
 from coupler_protocol.scene.tables.stones import Stones
 from dem_server.stones.mesostructure import draw
-from dem_server.stones.polygons import moments
 from verification.verdict_rows import row
 
 NAME = "statistics"

@@ -117,7 +117,7 @@ def of_scene():
     own = state.clumps.body >= 0
     momentum = (mass * state.v[:, 1])[~own].sum() + state.clumps.motion[:, 6] @ state.clumps.motion[:, 3]
     total = mass[~own].sum() + state.clumps.motion[:, 6].sum()
-    return area, -momentum / total, G * (results[1]["time"] - 0.5 * results[1]["time_step"])
+    return area, -momentum / total, G * (results[1]["seconds_simulated"] - 0.5 * results[1]["time_step"])
 
 
 def rows(fast):

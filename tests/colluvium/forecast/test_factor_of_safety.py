@@ -53,7 +53,7 @@ def test_rules_and_criterion_are_told(searched):
     assert set(found["rules"]) == {"strength", "dilation", "tension"}
     for rule in found["rules"].values():
         assert rule in done.stdout
-    assert "rest at ratio 1e-05" in done.stdout
+    assert "rests at ratio 1e-05" in done.stdout
     assert "fails" in done.stderr  # progress
 
 

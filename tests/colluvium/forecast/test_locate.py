@@ -135,7 +135,7 @@ def test_an_l_off_the_band_is_told_how_far_to_move(located):
     polygon = np.add(L_SHAPE, (14.0, 2.0))
     found, _ = located(polygon=polygon.tolist())
     better = found["windows"][0]["better"]
-    assert "moved by ({:.4g}, {:.4g}) m it would have it cross".format(*better["by"]) in locate.in_words(found)[1]
+    assert "with the window moved by ({:.4g}, {:.4g}) m it would cross".format(*better["by"]) in locate.in_words(found)[1]
     again, scene = located(polygon=(polygon + better["by"]).tolist())
     assert again["windows"][0]["crosses"]
     middle = shapely.box(*locate.outline(build_grid(scene), scene.window[0]).bounds).centroid

@@ -65,5 +65,5 @@ def test_damping_shortens_the_step():
 
 
 def test_limits_in_words():
-    assert in_words(limit(4.0, 0.0, None, "zone", (1.0, 2.0))) == "1.00 of the step, zone at (1.00, 2.00) m"
-    assert in_words(limit(1.0, 0.0, 0.5, "node", (1.0, 2.0))) == "4.00 of the step (2 s), node at (1.00, 2.00) m"
+    assert in_words(limit(4.0, 0.0, None, "zone", (1.0, 2.0))) == "1.00 (set by zone at (1.00, 2.00) m)"
+    assert in_words(limit(1.0, 0.0, 0.5, "node", (1.0, 2.0))) == "4.00 = 2 s (set by node at (1.00, 2.00) m)"

@@ -3,8 +3,7 @@
 import csv
 import itertools
 
-from coupler_protocol.process.trace import Trace, stopwatch
-from coupler_protocol.timing import Stopwatch
+from coupler_protocol.process.trace import Stopwatch, Trace, stopwatch
 
 
 def stepped(watch, stages=("one", "two"), steps=5):

@@ -10,9 +10,10 @@ import pytest
 
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.scene.differences import first_difference
 from coupler_protocol.scene.reader import read_scene
 from coupler_protocol.wire import frames, link_inproc, link_tcp
-from coupler_protocol.wire.handshake import first_difference, join, welcome_all
+from coupler_protocol.wire.handshake import join, welcome_all
 from coupler_protocol.wire.lockstep import Conversation, Hub
 from coupler_protocol.wire.messages import FAILURE, FORCE, HELLO, PACKED, PROTOCOL_VERSION, REJECT, WELCOME
 from tests.peer import Beside, Peer, clocks
@@ -236,23 +237,6 @@ def test_a_continuum_that_never_answers_is_given_up_although_connected(scene):
 
 
 # -- where scenes differ -------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("a", "b", "found"),
-    [
-        ({"a": 1}, {"a": 1}, None),
-        ({"a": [1, {"b": 2.0}]}, {"a": [1, {"b": 2.0}]}, None),
-        ({"a": [1, {"b": 2.0}]}, {"a": [1, {"b": 3.0}]}, "a.1.b: 2.0"),
-        ({"a": [1]}, {"a": [1, 2]}, "a: [1]"),
-        ({"b": 1, "a": 1}, {"b": 2, "a": 2}, "a: 1"),
-        ({"a": None}, {"a": {"b": 1}}, "a: None"),
-        ({}, {"a": 1}, "a: only the continuum has it"),
-    ],
-)
-def test_the_first_difference_is_found(a, b, found):
-    difference = first_difference(a, b)
-    assert difference is None if found is None else difference.startswith(found)
 
 
 def test_what_the_wire_makes_of_a_scene_is_the_scene(scene):

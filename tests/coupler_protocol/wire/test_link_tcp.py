@@ -94,16 +94,14 @@ def test_a_thousand_steps_keep_every_bit_and_say_nothing_twice(lines):
         for _ in numbers:
             here.accept(grid.hear((FORCE,), in_step=True)[1])
             back.values[:] = here.values
-            grid.say(back.seal(grid.sequence))
-            grid.sequence += 1
+            grid.say_step(back)
 
     got = frames.StepFrame(VELOCITY, SESSION, 1, 0, 40)
     with Beside(answer):
         for row in numbers:
             there.values[:] = row
-            discs.say(there.seal(discs.sequence))
+            discs.say_step(there)
             got.accept(discs.hear((VELOCITY,), in_step=True)[1])
-            discs.sequence += 1
             assert got.values.tobytes() == row.tobytes()
     assert grid.repeated == discs.repeated == grid.refused == discs.refused == 0
 
@@ -130,7 +128,6 @@ def test_a_continuum_that_closes_is_given_up(lines):
     grid, discs = conversations(hub_end, end, timeout=0.2, give_up=0.6)
     grid.say_control(GO, {})
     discs.hear((GO,))
-    discs.sequence += 1
     assert end.connected()
     hub_end.close()
     begin = time.monotonic()
@@ -174,6 +171,7 @@ def test_a_second_claim_of_a_rank_is_turned_away_while_its_holder_lives(lines):
     hub_end, (holder, thief) = lines(2)
     grid, discs = conversations(hub_end, holder)
     grid.say_control(GO, {})
+    discs.hear((GO,))
     claim = Peer(thief, 0, session=0)
     claim.say(HELLO, 0, {})
     discs.say_control(PACKED, {})

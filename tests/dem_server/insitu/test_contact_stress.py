@@ -5,7 +5,7 @@ import pytest
 from window_case import OBLIQUE, packed, soil_discs
 
 from coupler_protocol.interface.ring import polygon_area
-from dem_server.insitu.contact_stress import circle_stress, mean_stress, share_inside
+from dem_server.insitu.contact_stress import circle_stress, mean_stress
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.pairs import contacts
 from dem_server.step.contact_pass import contact_forces
@@ -52,9 +52,3 @@ def test_circle_around_everything_gives_the_mean(at_rest):
     pairs = contacts(state)
     found = circle_stress(state.x[pairs.disc_a], pairs, np.array([[0.4, 0.7]]), 5.0)
     np.testing.assert_allclose(found[0], mean_stress(pairs, np.pi * 25.0), rtol=1e-12)
-
-
-def test_share_inside():
-    start = np.array([[-2.0, 0.0], [0.0, 0.0], [0.5, 0.0], [-2.0, 0.6], [-2.0, 1.5], [0.1, 0.1]])
-    branch = np.array([[4.0, 0.0], [2.0, 0.0], [1.0, 0.0], [4.0, 0.0], [4.0, 0.0], [0.0, 0.2]])
-    np.testing.assert_allclose(share_inside(start, branch, 1.0), [0.5, 0.5, 0.5, 0.4, 0.0, 1.0], atol=1e-15)

@@ -12,6 +12,7 @@ from dem_server.insitu import virtual_strain
 from dem_server.insitu.hat_bins import bins_over
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.pairs import contacts
+from dem_server.step import bonds_made
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
 
@@ -67,7 +68,7 @@ def test_zones_without_stress_are_refused():
 
 def test_bonds_added_afterwards_hold(brought):
     model, state, _, _ = brought
-    virtual_strain.add_bonds(model, state)
+    bonds_made.add_bonds(model, state)
     pairs = contacts(state)
     assert (pairs.bond_state == BONDED).mean() > 0.95
     assert ((pairs.disc_a < model.ring) & (pairs.bond_state == BONDED)).any()
@@ -97,7 +98,7 @@ def test_bonds_carry_what_friction_cannot():
         virtual_strain.match_weight(model, state, target)
         reports.append(virtual_strain.bring_to_stress(model, state, target, GRAVITY))
         if bond:
-            virtual_strain.add_bonds(model, state)
+            bonds_made.add_bonds(model, state)
             assert state.broken_tension + state.broken_shear == 0
             move_free(model, state, GRAVITY)
             contact_forces(model, state)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from window_case import SQUARE, packed, soil_discs
 
+from coupler_protocol.interface.ring import inner_share
 from dem_server.coupling.ring_springs import ring_contacts
-from dem_server.insitu.virtual_strain import add_bonds
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.pairs import contacts, listed_pairs
-from dem_server.ring import inner_share
+from dem_server.step.bonds_made import add_bonds
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
 

@@ -9,9 +9,10 @@ from coupler_protocol.interface.ring import build_ring, polygon_area
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.tables.grading import Grading
 from dem_server.insitu.contact_stress import mean_stress
+from dem_server.observe.coordination import coordination, porosity
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.packing.packing import in_strips, pack, spread_points
-from dem_server.pairs import contacts, coordination, porosity
+from dem_server.pairs import contacts
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
 

@@ -8,8 +8,8 @@ import pytest
 from window_case import SQUARE, packed, soil_discs, two_discs
 
 from dem_server.effects.damping import Damping, damped
-from dem_server.insitu.virtual_strain import add_bonds
 from dem_server.pairs import contacts
+from dem_server.step.bonds_made import add_bonds
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.masses import safety
 from dem_server.step.motion import SPEED_CAP, move_free

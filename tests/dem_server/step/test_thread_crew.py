@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from coupler_protocol.compiled.jit import jit
-from dem_server.step.thread_crew import meet, of_all, part_of, work_together
+from dem_server.step.thread_crew import meet, over_all_threads, part_of, work_together
 
 
 @jit(package="dem_server")
@@ -32,7 +32,7 @@ def test_after_a_meeting_all_see_what_each_wrote(size):
 def test_counts_are_added_and_findings_are_those_of_all():
     def work(fast, speed, counts, crew):
         counts[0] += fast
-        return *of_all(crew, fast, speed, crew.rank == 0), threading.get_ident()
+        return *over_all_threads(crew, fast, speed, crew.rank == 0), threading.get_ident()
 
     counters = np.array([10])
     (*one, here), (*two, there) = work_together(work, [(2, 0.5), (3, 4.0)], counters)

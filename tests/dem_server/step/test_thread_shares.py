@@ -8,8 +8,7 @@ from bench.dense_box import FRICTION, dense_box
 
 from coupler_protocol.compiled import threads as team
 from dem_server.effects.bond import Bond
-from dem_server.insitu import virtual_strain
-from dem_server.step import cycle, thread_shares
+from dem_server.step import bonds_made, cycle, thread_shares
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
 from dem_server.step.thread_shares import RUN, shares
@@ -22,7 +21,7 @@ def box():
     """22,500 discs, bonded, with velocities that break bonds and make new lists."""
     model, state = dense_box(6, 6, friction=FRICTION, bond=WEAK)
     contact_forces(model, state)
-    virtual_strain.add_bonds(model, state)
+    bonds_made.add_bonds(model, state)
     state.v[model.ring :] = np.random.default_rng(4).normal(0.0, 2e-4, (model.count - model.ring, 2))
     return model, state
 

@@ -18,7 +18,7 @@ from dem_server.step.contact_pass import contact_forces
 from dem_server.model import build_model
 from dem_server.step.motion import move_free
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
-from dem_server.insitu.virtual_strain import add_bonds
+from dem_server.step.bonds_made import add_bonds
 from dem_server.packing.packing import Packing
 from dem_server.observe import energy
 from dem_server.stones import mesostructure

@@ -7,6 +7,7 @@ import pytest
 import shapely
 from window_case import OBLIQUE, SQUARE, packed_with_stones, stone_grain
 
+from coupler_protocol.geometry import moments
 from coupler_protocol.interface.ring import polygon_area
 from dem_server.effects import SOIL, STONE
 from dem_server.effects.bond import BONDED
@@ -17,8 +18,8 @@ from dem_server.insitu.hat_bins import bins_over
 from dem_server.observe import energy
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.pairs import contacts, listed_pairs
+from dem_server.step import bonds_made
 from dem_server.stones import bodies
-from dem_server.stones.polygons import moments
 
 TALL = 1.5 * SQUARE
 GRAVITY = 9.81
@@ -98,7 +99,7 @@ def test_making_stones_changes_no_force(body):
     np.testing.assert_allclose(state.force[: model.ring], before, atol=1e-10 * scale)
     assert (model.material[model.ring :] == np.where(state.stone[model.ring :] >= 0, STONE, SOIL)).all()
     assert unbalanced_ratio(model, state, GRAVITY) < 1e-5
-    virtual_strain.add_bonds(model, state)
+    bonds_made.add_bonds(model, state)
     virtual_strain.relax(model, state, GRAVITY, 300)
     virtual_strain.come_to_rest(model, state, GRAVITY)
     assert state.broken_tension + state.broken_shear == 0

@@ -1,33 +1,11 @@
-"""Moments of polygons against closed forms, and what random outlines of stones must have in common."""
+"""What random outlines of stones must have in common."""
 
 import numpy as np
 import pytest
 import shapely
 
-from dem_server.stones.polygons import moments, placed, random_outline
-
-
-def test_moments_of_a_turned_rectangle_far_away():
-    a, b, turn = 3.0, 2.0, 0.4
-    c, s = np.cos(turn), np.sin(turn)
-    R = np.array([[c, -s], [s, c]])
-    corners = np.array([[0, 0], [a, 0], [a, b], [0, b]]) @ R.T + [1e4, -2e4]
-    found = moments(corners)
-    assert found.area == pytest.approx(a * b, rel=1e-10)
-    np.testing.assert_allclose(found.centroid, R @ [a / 2, b / 2] + [1e4, -2e4], rtol=1e-14)
-    expected = R @ np.diag([a**3 * b / 12, a * b**3 / 12]) @ R.T
-    np.testing.assert_allclose(found.second, expected, rtol=1e-9)
-    assert found.gyration == pytest.approx((a * a + b * b) / 12, rel=1e-9)
-
-
-def test_moments_of_a_concave_polygon_by_parts():
-    corners = np.array([[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
-    centroid = np.array([(3 * 1.5 + 1 * 0.5) / 4, (3 * 0.5 + 1 * 1.5) / 4])
-    xx = 3**3 / 12 + 3 * (1.5 - centroid[0]) ** 2 + 1 / 12 + (0.5 - centroid[0]) ** 2
-    found = moments(corners)
-    assert found.area == 4.0
-    np.testing.assert_allclose(found.centroid, centroid, rtol=1e-14)
-    assert found.second[0, 0] == pytest.approx(xx, rel=1e-14)
+from coupler_protocol.geometry import moments
+from dem_server.stones.polygons import placed, random_outline
 
 
 @pytest.mark.parametrize("flatness", [1.0, 1.4, 2.5])

@@ -63,7 +63,7 @@ def test_a_face_off_the_diagonals_is_refused_with_a_size_that_fits():
 @pytest.mark.parametrize(
     ("scene", "words"),
     [
-        (slope(0.3), "no whole number of zones"),
+        (slope(0.3), "not a whole multiple of the zone size"),
         (slope(1.0, [(0, 4), (8, 12), (19, 12)]), "must run from x = 0"),
         (slope(1.0, [(0, 4), (8, 12), (6, 12), (20, 12)]), "overhangs"),
         (slope(1.0, [(0, 0), (12, 12), (20, 12)]), "at least|between one zone"),

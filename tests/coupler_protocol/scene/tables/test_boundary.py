@@ -62,7 +62,7 @@ RING = {"kind": "ring", "inner": 1.0, "outer": 4.0, "around": 24}
             "stage[1].boundary",
             "cannot change in a stage of kind 'surcharge'.*move it to a stage of kind equilibrium, locate, overload, load",
         ),
-        ({"boundary__1": {"on": "left", "quiet": True}}, "stage[0]", 'would give way without end.*time = "real"'),
+        ({"boundary__1": {"on": "left", "quiet": True}}, "stage[0]", 'would move without end.*time = "real"'),
         ({"stage__0__gravity": None}, "initial_stress.k0", "add gravity = 9.81"),
         ({"initial_stress": {}}, "initial_stress", "give stresses, a gradient, or k0"),
         ({"initial_stress": {"k0": 1.0, "gradient": {"yy": -2e4}}}, "initial_stress", "not both"),
@@ -79,5 +79,5 @@ def test_mistakes_are_named_with_their_remedy(table, key, words):
 def test_a_ring_has_no_ground_for_a_surcharge():
     data = changed(grid=RING, boundary=[], initial_stress={"xx": -1e5})
     data["stage"][1] = {"name": "s", "kind": "surcharge", "surcharge": {"x": [0, 1], "pressure": 1.0}, "until": {"steps": 5}}
-    with pytest.raises(SceneError, match="press on its side inner or outer"):
+    with pytest.raises(SceneError, match="pressure on inner or outer"):
         build_scene(data)

@@ -1,0 +1,73 @@
+"""Plane geometry that servers and reports share: loops of points, moments of polygons, lines in circles.
+
+Green's theorem turns integrals over a simple counter-clockwise polygon into sums over its edges, with
+c = x_i y_(i+1) - x_(i+1) y_i:
+
+    A = sum c / 2,   A X = sum c (p_i + p_(i+1)) / 6                             (1)
+    int p p^T = sum c (p_i p_i^T + p_(i+1) p_(i+1)^T + sym(p_i p_(i+1)^T)) / 12  (2)
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def segment_vectors(nodes: Array) -> Array:
+    """Vectors (K,2) from each node to the next along the closed loop [m]."""
+    return np.roll(nodes, -1, axis=0) - nodes
+
+
+def polygon_area(nodes: Array) -> float:
+    """Signed area [m2] of the loop, positive when it runs counter-clockwise."""
+    following = np.roll(nodes, -1, axis=0)
+    return 0.5 * float(np.sum(nodes[:, 0] * following[:, 1] - nodes[:, 1] * following[:, 0]))
+
+
+class Moments(NamedTuple):
+    """area [m2], centroid (2,) [m], second moments (2, 2) about the centroid: int p p^T [m4]."""
+
+    area: float
+    centroid: Array
+    second: Array
+
+    @property
+    def gyration(self) -> float:
+        """Squared polar radius of gyration [m2]: inertia over mass."""
+        return float(np.trace(self.second)) / self.area
+
+    @property
+    def flatness(self) -> float:
+        """Ratio of the principal radii of gyration [-]."""
+        least, largest = np.linalg.eigvalsh(self.second)
+        return float(np.sqrt(largest / least))
+
+    @property
+    def azimuth(self) -> float:
+        """Direction of the long axis [rad], in (-pi/2, pi/2]."""
+        (xx, xy), (_, yy) = self.second
+        return 0.5 * float(np.arctan2(2.0 * xy, xx - yy))
+
+
+def moments(corners: Array) -> Moments:
+    """Moments of a simple counter-clockwise polygon (P, 2), Eqs (1) and (2)."""
+    p = corners - corners.mean(axis=0)  # near the origin nothing cancels
+    q = np.roll(p, -1, axis=0)
+    c = p[:, 0] * q[:, 1] - q[:, 0] * p[:, 1]
+    area = 0.5 * float(c.sum())
+    centre = c @ (p + q) / (6.0 * area)
+    half = (p * c[:, None]).T @ q
+    origin = ((p * c[:, None]).T @ p + (q * c[:, None]).T @ q + 0.5 * (half + half.T)) / 12.0
+    return Moments(area, corners.mean(axis=0) + centre, origin - area * np.outer(centre, centre))
+
+
+def share_inside(start: Array, branch: Array, radius: float) -> Array:
+    """Share of each line from `start` along `branch` (m, 2) that lies in the circle about the origin (m,)."""
+    a = (branch**2).sum(axis=1)
+    b = (start * branch).sum(axis=1)
+    c = (start**2).sum(axis=1) - radius**2
+    half = np.sqrt(np.maximum(b * b - a * c, 0.0))
+    enter, leave = np.clip((-b - half) / a, 0.0, 1.0), np.clip((-b + half) / a, 0.0, 1.0)
+    return leave - enter

@@ -1,0 +1,28 @@
+"""Where two resolved scenes differ: in a handshake, and where a run goes on from an earlier one."""
+
+OF = "'s"  # of the continuum's
+SIDES = ("the discrete side", "the continuum" + OF)
+
+
+def first_difference(a, b, whose=SIDES, path=""):
+    """The first key at which two resolved scenes differ, with both values; None when there is none. whose: owners of a and b."""
+    if isinstance(a, dict) and isinstance(b, dict):
+        for key in sorted(a.keys() | b.keys()):
+            if key not in a or key not in b:
+                return f"{path}{key}: only {whose[key in b].removesuffix(OF)} has it"
+            found = first_difference(a[key], b[key], whose, f"{path}{key}.")
+            if found:
+                return found
+        return None
+    if isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
+        for i, (x, y) in enumerate(zip(a, b, strict=True)):
+            found = first_difference(x, y, whose, f"{path}{i}.")
+            if found:
+                return found
+        return None
+    return None if a == b else f"{path.rstrip('.')}: {both_values(a, b, whose)}"
+
+
+def both_values(a, b, whose=SIDES):
+    """Two values that should be equal, each with its owner, in words."""
+    return f"{a!r} on {whose[0]}, {b!r} on {whose[1]}"

@@ -1,0 +1,67 @@
+"""The kinds of stages, one row each: what lists, rules and both servers go by.
+
+fdm_server/procedure/kinds.py has what the grid does in each kind; a test sees that every kind of a grid stands there.
+"""
+
+from typing import NamedTuple
+
+
+class Kind(NamedTuple):
+    """One kind of stage."""
+
+    name: str
+    meaning: str
+    grid: bool = True  # in scenes with a grid
+    alone: bool = False  # in scenes of discs alone
+    computes: bool = True  # takes steps; else it ends by itself and gravity stays
+    before_couple: bool = False  # the grid alone: not once discs are coupled
+    window: bool = False  # needs a window, and comes once
+    needs: str = ""  # the kind that must have come before
+    drawn: bool = False  # computes in the shape that the scene draws: never in large strain
+    begins_drawn: bool = False  # begins in that shape
+    band: bool = False  # may end by the state of the band (strains count from the end of the equilibrium)
+    boundaries: bool = False  # boundaries may change
+    discard: bool = False  # its outcome may be forgotten
+    table: str = ""  # the table that says what it does; nothing else changes then
+    keys: tuple[str, ...] = ()  # keys that only this kind has
+
+
+KINDS = (
+    Kind(
+        "equilibrium",
+        "the grid alone comes to rest, then displacements count from zero",
+        before_couple=True, drawn=True, begins_drawn=True, boundaries=True, discard=True,
+    ),
+    Kind(
+        "locate",
+        "the grid alone, to be discarded or not",
+        before_couple=True, band=True, boundaries=True, discard=True,
+    ),
+    Kind(
+        "fill",
+        "discs for the windows",
+        alone=True, computes=False, before_couple=True, window=True, drawn=True, begins_drawn=True, keys=("insitu",),
+    ),
+    Kind(
+        "couple",
+        "discs take over from the windows' zones",
+        window=True, needs="fill", begins_drawn=True, keys=("handover",),
+    ),
+    Kind("overload", "gravity changes", band=True, boundaries=True),
+    Kind("excavate", "zones are dug away", band=True, table="excavate"),
+    Kind("surcharge", "pressure upon the ground surface", band=True, table="surcharge"),
+    Kind("load", "sides are held, moved or loaded anew", boundaries=True),
+    Kind("discs", "without a grid, the discs alone", grid=False, alone=True),
+)  # fmt: skip
+BY_NAME = {kind.name: kind for kind in KINDS}
+NAMES = tuple(BY_NAME)
+
+
+def named(**wanted):
+    """Names of the kinds whose fields have these values, in order: named(band=True)."""
+    return tuple(kind.name for kind in KINDS if all(getattr(kind, field) == value for field, value in wanted.items()))
+
+
+def of(stage):
+    """The Kind of a stage of a scene."""
+    return BY_NAME[stage.kind]

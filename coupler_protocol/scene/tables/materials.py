@@ -1,0 +1,51 @@
+"""What materials hold beside their effects: soils of the continuum, materials of discs, and contacts between them.
+
+Tables of effects (elastic, friction, bond, ...) come to these classes from the entry points (coupler_protocol.scene.scene).
+"""
+
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator
+
+from coupler_protocol.scene.declare import Table, quantity
+from coupler_protocol.scene.tables.grid import Point
+
+Substance = Literal["soil", "stone", "ring"]
+
+
+def _rightwards(line):
+    if any(b[0] <= a[0] for a, b in pairwise(line)):
+        raise ValueError("points must follow each other from left to right")
+    return line
+
+
+class Material(Table):
+    """A soil of the continuum; a zone is of the last material whose region (or ground below `top`) holds its centre."""
+
+    name: str = quantity(meaning="name of the material", min_length=1)
+    density: float = quantity(unit="kg/m3", meaning="density", gt=0)
+    region: list[Point] | None = quantity(None, unit="m", meaning="polygon it fills; none: everywhere", min_length=3)
+    top: Annotated[list[Point], AfterValidator(_rightwards)] | None = quantity(
+        None,
+        unit="m",
+        meaning="line from left to right below which it fills the ground (level beyond its ends), in place of a region; "
+        'with fit = "profile" zones follow it where they can stay good, elsewhere their centre decides',
+        min_length=1,
+    )
+
+
+class Grain(Table):
+    """Material of discs."""
+
+    density: float = quantity(unit="kg/m3", meaning="density of the discs", gt=0)
+
+
+class Ring(Table):
+    """Properties of contacts with control discs."""
+
+
+class Pair(Table):
+    """Contacts between two materials of discs; a table here goes before what both materials combine to."""
+
+    between: tuple[Substance, Substance] = quantity(meaning="the two materials")

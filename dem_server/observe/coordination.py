@@ -1,0 +1,24 @@
+"""How densely discs stand and how many contacts they have."""
+
+import numpy as np
+
+from coupler_protocol.interface.ring import inner_share, polygon_area
+from dem_server.pairs import contacts
+
+
+def coordination(model, state, inside=None):
+    """Mean number of contacts of free discs, share of them with fewer than three; `inside` (n,) selects."""
+    pairs = contacts(state)
+    number = np.bincount(np.concatenate([pairs.disc_a, pairs.disc_b]), minlength=model.count)
+    chosen = np.arange(model.count) >= model.ring
+    if inside is not None:
+        chosen &= inside
+    return float(number[chosen].mean()), float((number[chosen] < 3).mean())
+
+
+def porosity(model, state):
+    """Void share of the window: free discs and inner shares of the ring's against the enclosed area."""
+    ring = state.x[: model.ring]
+    solid = np.pi * state.radius**2
+    solid[: model.ring] *= inner_share(ring)
+    return 1.0 - float(solid.sum()) / polygon_area(ring)

@@ -1,0 +1,69 @@
+"""Laws that other distributions add: a file of one law, declared as `material.NAME` in the entry points `colluvium.effects`.
+
+The file holds what a law file of this folder holds, by these names:
+
+    class NAME(Effect)                        keys of the table in a scene's material
+    class Parameters(NamedTuple)              numbers that the law reads in a zone
+    parameters(table, elastic)                these for one material; table is None where a material does not ask for the law:
+                                              numbers with which it changes nothing
+    corrected(sm, zz, sd, xy, p)              (sm, zz, sd, xy) [Pa] of a triangle after the law, from those before it (elastic.py
+                                              says what they are), with p the Parameters
+    HISTORIES = (History(name, "zone"),)      where the law remembers a number, and then corrected(sm, zz, sd, xy, memory, p)
+                                              -> (sm, zz, sd, xy, memory)
+
+`corrected` is compiled into the step (step/added_laws.py): it may call functions of `math`, nothing else. Stresses within the
+limits of the law go out as they came in. Added laws act after Mohr-Coulomb and the tension cut-off, in the order of their names.
+"""
+
+import sys
+
+import numpy as np
+
+from coupler_protocol.scene.scene import declared_effects
+
+TABLE = "material"
+OWN = ("elastic", "mohr_coulomb", "tension", "softening")  # tables of materials that `Law` has fields for
+
+
+def declared():
+    """Added laws that are installed: {name of the table: class of its keys}."""
+    places = ((place.partition("."), effect) for place, effect in declared_effects().items())
+    return {name: effect for (table, _, name), effect in places if table == TABLE and name not in OWN}
+
+
+def parameters(materials):
+    """Parameters (M,) of every added law that a material asks for, each law a named tuple of its own; None: no such law."""
+    found = []
+    for name, effect in sorted(declared().items()):
+        if any(getattr(m, name, None) is not None for m in materials):
+            law = module_of(effect)
+            rows = [law.parameters(getattr(m, name, None), m.elastic) for m in materials]
+            found.append(law.Parameters(*np.array(rows, dtype=np.float64).T.copy()))
+    return tuple(found) or None
+
+
+def module_of(cls):
+    """The law file in which a class stands: of its keys, or of its Parameters."""
+    return sys.modules[cls.__module__]
+
+
+def histories(parameters_class):
+    """What the law with this class of Parameters remembers."""
+    return getattr(module_of(parameters_class), "HISTORIES", ())
+
+
+def memories(laws, memory):
+    """What each of the added laws remembers, (B, 16) or None, out of {name: array}."""
+    return tuple(next((memory[history.name] for history in histories(type(law))), None) for law in laws)
+
+
+def missing(effect):
+    """What a law file lacks to be computed, in words; "" where nothing is."""
+    law = module_of(effect)
+    lacks = [f"no function `{name}`" for name in ("parameters", "corrected") if not callable(getattr(law, name, None))]
+    fields = getattr(getattr(law, "Parameters", None), "_fields", ())
+    lacks += [] if fields else ["no named tuple `Parameters` with a field"]
+    remembered = getattr(law, "HISTORIES", ())
+    if len(remembered) > 1 or any((h.place, h.components, h.dtype) != ("zone", 1, "f8") for h in remembered):
+        lacks.append("HISTORIES that are not one number (f8) per zone")
+    return ", ".join(lacks)

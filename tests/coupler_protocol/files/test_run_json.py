@@ -1,0 +1,39 @@
+"""What run.json may hold, and what a run that goes on keeps of the attempts before it."""
+
+import json
+from pathlib import Path
+
+from coupler_protocol.files import run_json
+from coupler_protocol.files.restart import Origin
+
+ENDED = {"exit_code": 6, "reason": "blown up", "stages": [], "plugin": "a.py", "seed": 3, "end": "now"}
+
+
+def test_a_key_that_nobody_declared_is_found_and_logged(tmp_path, caplog):
+    assert run_json.misfits(ENDED) == []
+    run_json.write(tmp_path, ENDED | {"tine": 3})
+    assert "tine: Extra inputs" in caplog.text
+    assert json.loads((tmp_path / "run.json").read_text())["tine"] == 3
+
+
+def test_a_stage_without_its_seconds_is_found():
+    (found,) = [text for text in run_json.misfits(ENDED | {"stages": [{"name": "go"}]}) if "seconds_simulated" in text]
+    assert found.startswith("stages.0.seconds_simulated: Field required")
+
+
+def test_attempts_are_kept_in_order(tmp_path):
+    for reason in ("first", "second"):
+        run_json.set_aside(tmp_path)
+        about = run_json.beginning(tmp_path, Origin(tmp_path, "fill"), None)
+        run_json.write(tmp_path, ENDED | {"reason": reason} | about)
+    run_json.set_aside(tmp_path)
+    about = run_json.beginning(tmp_path, Origin(tmp_path, "fill"), None)
+    assert [attempt["reason"] for attempt in about["attempts"]] == ["first", "second"]
+    assert about["attempts"][0] == {"exit_code": 6, "reason": "first", "plugin": "a.py", "end": "now"}
+    assert about["begins_after"] == {"run": str(tmp_path), "stage": "fill"}
+    assert not (tmp_path / "run.json").exists()
+
+
+def test_a_branch_into_another_folder_has_no_attempts(tmp_path):
+    (tmp_path / "run.earlier.json").write_text(json.dumps(ENDED))
+    assert "attempts" not in run_json.beginning(tmp_path, Origin(Path("elsewhere"), "fill"), None)
