@@ -11,7 +11,7 @@ def run_stage(side, stage):
     """Take steps until the stage ends. `stage` (fdm_server.procedure.grid_side.StageRun) knows gravity, handover and when to end.
 
     Between the discs' forces and the answer to them stands only what the answer needs; everything else can wait. Where both sides
-    take several steps between exchanges (exchange_pauses.py), the forces stay as they were heard.
+    take several steps between exchanges (fdm_server/coupling/exchange_pauses.py), the forces stay as they were heard.
     """
     state, rims, ledger, watch, pace = side.state, stage.rims, stage.ledger, side.watch, stage.pace
     while not stage.ended:

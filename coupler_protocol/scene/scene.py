@@ -22,7 +22,7 @@ from coupler_protocol.scene.tables.stages import Stage
 from coupler_protocol.scene.tables.stones import Stones
 
 FORMAT = 1
-DAMPING = "damping of the grid in this stage (none: the scene's); in real time its local part is that of the discs too"
+DAMPING = "damping of the grid in this stage (none: that of the scene); in real time its local part also applies to the discs"
 
 
 @cache
@@ -48,16 +48,16 @@ def _effect_fields(place):
 
 
 class Window(Table):
-    """Zones that become a hole and are computed by one discrete process: columns and rows of them, or those with their
-    centre in a polygon, convex or not. At least one zone stays between a window and the sides, the ground surface and
-    other windows. Without a grid, the polygon that discs fill.
+    """Zones that become a hole and are computed by one discrete process: columns and rows, or the zones with their
+    centres in a polygon, convex or not. At least one zone remains between a window and the sides, the ground surface and
+    other windows. Without a grid: the polygon that discs fill.
     """
 
     name: str = quantity(meaning="name of the window", min_length=1)
     columns: Span | None = quantity(None, meaning="first and last zone in x, from 0")
     rows: Span | None = quantity(None, meaning="first and last zone in y, from 0")
     polygon: list[Point] | None = quantity(
-        None, unit="m", meaning="corners of an outline: zones with their centre inside become the hole", min_length=3
+        None, unit="m", meaning="corners of the outline: zones with their centre inside become the hole", min_length=3
     )
 
     @model_validator(mode="after")
@@ -68,32 +68,38 @@ class Window(Table):
 
 
 class Coupling(Table):
-    """How motion and force cross the interface."""
+    """Transfer of motion and force across the interface."""
 
-    mapping: Literal["work-consistent", "paper"] = quantity("work-consistent", meaning="docs/theory.md says what each keeps")
-    exchange_every: int = quantity(
-        1, unit="steps", meaning="longest pause between exchanges, in static mode (docs/theory.md says where)", ge=1, le=50
+    mapping: Literal["work-consistent", "paper"] = quantity(
+        "work-consistent", meaning="docs/theory.md gives the quantities that each conserves"
     )
-    substeps: int = quantity(1, unit="steps", meaning="steps of the discs in one of the grid, in real time", ge=1, le=50)
+    exchange_every: int = quantity(
+        1, unit="steps", meaning="steps between exchanges, at most, in static mode (docs/theory.md gives the limits)", ge=1, le=50
+    )
+    substeps: int = quantity(1, unit="steps", meaning="steps of the discs in one step of the grid, in real time", ge=1, le=50)
 
 
 class Link(Table):
-    """Clocks of the connection."""
+    """Time-outs of the connection."""
 
     timeout: float = quantity(5.0, unit="s", meaning="silence after which the last message is sent again", gt=0)
-    give_up: float = quantity(120.0, unit="s", meaning="silence after which the peer counts as lost", gt=0)
+    give_up: float = quantity(120.0, unit="s", meaning="silence after which the peer is considered lost", gt=0)
 
 
 class Record(Table):
-    """What is written how often."""
+    """Recorded data and their intervals."""
 
     every: int = quantity(200, unit="steps", meaning="steps between frames", ge=1)
     history: int = quantity(10, unit="steps", meaning="steps between points of the histories", ge=1)
     trace: int | None = quantity(
-        None, unit="steps", meaning="both sides write when they computed, waited, recorded in so many steps of each stage", ge=1
+        None,
+        unit="steps",
+        meaning="number of steps of each stage for which both sides record when they computed, waited and recorded",
+        ge=1,
     )
     energy: bool = quantity(
-        False, meaning="histories of energies and works since each stage began, of the grid (small strain) and of coupled discs"
+        False,
+        meaning="histories of energy and work since the start of each stage, for the grid (small strain) and for coupled discs",
     )
 
 
@@ -107,7 +113,7 @@ def scene_class():
         Discs,
         soil=(discs_material, quantity(meaning="material of the discs")),
         stone=(discs_material | None, quantity(None, meaning="material of the discs in stones")),
-        pair=(list[pair], Field(default_factory=list, description="contacts between two materials that have their own values")),
+        pair=(list[pair], Field(default_factory=list, description="values for contacts between two materials")),
         **_effect_fields("discs"),
     )
     damping = declared_effects()["damping"] | None
@@ -116,8 +122,11 @@ def scene_class():
         "Scene",
         __base__=SceneBase,
         material=(list[material], Field(default_factory=list, description="soils of the continuum")),
-        discs=(discs | None, Field(default=None, description="what fills the windows")),
-        ring=(ring | None, Field(default=None, description="contacts of the ring; none: bonded, the discs' own properties")),
+        discs=(discs | None, Field(default=None, description="discs that fill the windows")),
+        ring=(
+            ring | None,
+            Field(default=None, description="properties of contacts with control discs; none: bonded, properties of the disc"),
+        ),
         damping=(damping, Field(default=None, description="damping of the grid")),
         stage=(list[stage], Field(description="the procedure, in order", min_length=1)),
     )
@@ -134,15 +143,15 @@ class SceneBase(Table):
     format: Literal[1] = quantity(meaning="version of the scene format")
     title: str = quantity("", meaning="shown in pictures and logs")
     seed: int = quantity(meaning="every random choice derives from it, by name", ge=0, lt=2**63)
-    grid: Grid | None = Field(default=None, description="the continuum's mesh; no table: discs alone")
-    boundary: list[Boundary] = Field(default_factory=list, description="what holds, moves or loads sides of the grid")
+    grid: Grid | None = Field(default=None, description="mesh of the continuum; no table: discs alone")
+    boundary: list[Boundary] = Field(default_factory=list, description="sides of the grid that are fixed, moved or loaded")
     initial_stress: InitialStress | None = Field(default=None, description="stress before the first stage; no table: none")
     window: list[Window] = Field(default_factory=list, description="windows of discs, rank 1 onwards")
     stones: Stones | None = Field(default=None, description="stones in the windows; no table: none")
-    coupling: Coupling = Field(default=Coupling(), description="how motion and force cross the interface")
-    link: Link = Field(default=Link(), description="clocks of the connection")
-    record: Record = Field(default=Record(), description="what is written how often")
-    fos: FactorOfSafety = Field(default=FactorOfSafety(), description="how a factor of safety is looked for")
+    coupling: Coupling = Field(default=Coupling(), description="transfer of motion and force across the interface")
+    link: Link = Field(default=Link(), description="time-outs of the connection")
+    record: Record = Field(default=Record(), description="recorded data and their intervals")
+    fos: FactorOfSafety = Field(default=FactorOfSafety(), description="search for a factor of safety")
     stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
 
     def resolved(self):

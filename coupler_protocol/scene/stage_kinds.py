@@ -29,17 +29,17 @@ class Kind(NamedTuple):
 KINDS = (
     Kind(
         "equilibrium",
-        "the grid alone comes to rest, then displacements count from zero",
+        "the grid alone comes to rest, then displacements are set to zero",
         before_couple=True, drawn=True, begins_drawn=True, boundaries=True, discard=True,
     ),
     Kind(
         "locate",
-        "the grid alone, to be discarded or not",
+        "the grid alone under other gravity, to find the band; may be discarded",
         before_couple=True, band=True, boundaries=True, discard=True,
     ),
     Kind(
         "fill",
-        "discs for the windows",
+        "discs fill the windows",
         alone=True, computes=False, before_couple=True, window=True, drawn=True, begins_drawn=True, keys=("insitu",),
     ),
     Kind(
@@ -48,9 +48,9 @@ KINDS = (
         window=True, needs="fill", begins_drawn=True, keys=("handover",),
     ),
     Kind("overload", "gravity changes", band=True, boundaries=True),
-    Kind("excavate", "zones are dug away", band=True, table="excavate"),
-    Kind("surcharge", "pressure upon the ground surface", band=True, table="surcharge"),
-    Kind("load", "sides are held, moved or loaded anew", boundaries=True),
+    Kind("excavate", "zones are excavated", band=True, table="excavate"),
+    Kind("surcharge", "pressure on the ground surface", band=True, table="surcharge"),
+    Kind("load", "sides are fixed, moved or loaded differently", boundaries=True),
     Kind("discs", "without a grid, the discs alone", grid=False, alone=True),
 )  # fmt: skip
 BY_NAME = {kind.name: kind for kind in KINDS}

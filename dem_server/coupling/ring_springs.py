@@ -25,9 +25,9 @@ class RingContacts(NamedTuple):
 def ring_contacts(model, state):
     """Springs of the ring for the interface's mass rule.
 
-    Bonds and dashpots are included (a dashpot counts with twice its constant over dt, as in masses.py). As for the discs' own
-    masses all listed pairs count, so that no contact can close unseen; they change when the list is built (`state.builds`)
-    or bonds are made. Bonds that break only take springs away.
+    Bonds and dashpots are included (a dashpot counts with twice its constant over dt, as in dem_server/step/masses.py). As for
+    the discs' own masses, all listed pairs count, so that no contact can close unnoticed; they change when the list is built
+    (`state.builds`) or bonds are made. Bonds that break only take springs away.
     """
     pairs = listed_pairs(state)
     which = pairs.disc_a < model.ring  # of a pair the first disc has the lower number, and none has both on the ring

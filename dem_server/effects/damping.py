@@ -12,10 +12,10 @@ from coupler_protocol.scene.declare import Effect, quantity
 
 
 class Damping(Effect):
-    """local damping of the discs' motion"""
+    """local damping of the motion of discs"""
 
     source: ClassVar[str] = "Cundall (1987), Distinct element models of rock and soil structure"
-    local: float = quantity(0.7, meaning="alpha: force against the motion over unbalanced force", ge=0, lt=1)
+    local: float = quantity(0.7, meaning="alpha: damping force against the motion over unbalanced force", ge=0, lt=1)
 
 
 class DampingTable(NamedTuple):

@@ -36,17 +36,17 @@ class Dashpot(Effect):
 
     source: ClassVar[str] = "Schwager & Poeschel (2007), Granular Matter 9, 465-469"
     normal: float | None = quantity(
-        None, meaning="fraction of critical damping of the gap; the smaller one of a pair counts", ge=0, le=10
+        None, meaning="fraction of critical damping in the gap; the smaller value of a pair counts", ge=0, le=10
     )
     restitution: float | None = quantity(
         None,
-        meaning="in place of `normal`: speed after over speed before a head-on collision of two discs; the larger one of a pair "
-        "counts",
+        meaning="instead of `normal`: speed after over speed before a head-on collision of two discs; the larger value of a "
+        "pair counts",
         ge=0.01,
         le=1,
     )
-    shear: float = quantity(0.0, meaning="fraction of critical damping of slip; the smaller one of a pair counts", ge=0, le=10)
-    tension: bool = quantity(False, meaning="the normal dashpot may pull at a contact that is not bonded")
+    shear: float = quantity(0.0, meaning="fraction of critical damping in slip; the smaller value of a pair counts", ge=0, le=10)
+    tension: bool = quantity(False, meaning="the normal dashpot may pull at an unbonded contact")
 
     @model_validator(mode="after")
     def _one_of_two(self):

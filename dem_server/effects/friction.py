@@ -18,7 +18,7 @@ class Friction(Effect):
     """Coulomb slip limit at contacts without a bond"""
 
     source: ClassVar[str] = "Cundall & Strack (1979), Géotechnique 29, 47-65"
-    coefficient: float = quantity(meaning="friction coefficient; the smaller one of a pair counts", ge=0)
+    coefficient: float = quantity(meaning="friction coefficient; the smaller value of a pair counts", ge=0)
 
 
 class FrictionTable(NamedTuple):

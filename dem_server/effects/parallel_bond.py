@@ -22,14 +22,16 @@ from dem_server.effects.pairs import by_kind
 
 
 class ParallelBond(Effect):
-    """parallel bonds that carry force and bending and break by stress"""
+    """parallel bonds that carry force and moment and break by stress"""
 
     source: ClassVar[str] = "Potyondy & Cundall (2004), Int. J. Rock Mech. Min. Sci. 41, 1329-1364"
     normal_stiffness: float = quantity(unit="Pa/m", meaning="normal stiffness over area; of two materials in series", gt=0)
     shear_stiffness: float = quantity(unit="Pa/m", meaning="shear stiffness over area; of two materials in series", ge=0)
-    tension: float = quantity(unit="Pa", meaning="tensile strength; the smaller one of a pair counts", ge=0)
-    shear: float = quantity(unit="Pa", meaning="shear strength; the smaller one of a pair counts", ge=0)
-    radius: float = quantity(1.0, meaning="radius of the bond over that of the smaller disc; the smaller of a pair", gt=0, le=2)
+    tension: float = quantity(unit="Pa", meaning="tensile strength; the smaller value of a pair counts", ge=0)
+    shear: float = quantity(unit="Pa", meaning="shear strength; the smaller value of a pair counts", ge=0)
+    radius: float = quantity(
+        1.0, meaning="radius of the bond over that of the smaller disc; the smaller value of a pair counts", gt=0, le=2
+    )
 
 
 class ParallelBondTable(NamedTuple):

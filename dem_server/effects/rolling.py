@@ -18,10 +18,10 @@ from dem_server.effects.pairs import by_kind
 
 
 class Rolling(Effect):
-    """moment against rolling at contacts"""
+    """rolling resistance at contacts"""
 
     source: ClassVar[str] = "Iwashita & Oda (1998), J. Eng. Mech. 124, 285-292"
-    coefficient: float = quantity(meaning="rolling coefficient; the smaller one of a pair counts", ge=0)
+    coefficient: float = quantity(meaning="rolling coefficient; the smaller value of a pair counts", ge=0)
 
 
 HISTORIES = (History("rolled", "pair", unit="N m", meaning="Mr of Eq (1)", recorded="rolling_moment"),)

@@ -1,6 +1,6 @@
 """What the springs of the listed pairs lose in a step: the part of their work that their energy does not explain.
 
-Eq (1) of energy_ledger.py, pair by pair, with the ways of contact_law.py: change of the gap, slip, relative turn. A part of the
+Eq (1) of energy_ledger.py, pair by pair, with the motions of contact_law.py: change of the gap, slip, relative turn. Part of the
 recorder `record.energy`; nothing here runs without it.
 """
 

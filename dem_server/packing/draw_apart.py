@@ -1,12 +1,12 @@
-"""Strong overlaps of discs from a file begin calmly.
+"""Removal of strong overlaps of discs from a file without setting them in motion.
 
-They are stored energy. With the overlap d of two discs of the contact stiffness kn
+Overlaps are stored energy. With the overlap d of two discs of the contact stiffness kn
 
     E = sum kn d^2 / 2                                                           (1)
 
-is reported. What is refused says discs_of_a_file.py. Before a static stage discs that overlap by more than BURST of the smaller
-radius are drawn apart by steps from rest, x += F / m, so that none of that energy becomes motion, until no overlap is larger than
-LEFT, or the walls do not let them.
+is reported. discs_of_a_file.py has the rules of refusal. Before a static stage, discs that overlap by more than BURST of the
+smaller radius are pushed apart by steps from rest, x += F / m, so that none of that energy becomes motion, until no overlap
+exceeds LEFT or the walls prevent it.
 """
 
 import numpy as np

@@ -11,7 +11,7 @@ go straight on with the rim's velocity v(t + dt/2); the force that goes back is 
 so the whole stays of order dt^2, while contacts that open and close are resolved by dt / n. It is no leap-frog any more: where
 omega dt of a disc's frequency comes near pi, the forces that the rim is told come in step with its motion and feed it, whatever
 n. A disc and a node at the edge of the mass rule, dt^2 (m_I / 2 + S_I) = M_I, are stable up to omega dt = 2 (2.44 where the
-node has the factor 2 in reserve), so with the stable step of the discs tau <= 2 / omega (masses.py)
+node has the factor 2 in reserve), so with the stable step of the discs tau <= 2 / omega (dem_server/step/masses.py)
 
     dt <= min(n sf, 1) tau                                                               (1)
 

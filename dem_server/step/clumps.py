@@ -6,7 +6,7 @@
 
 (here for dt = 1) F', M': with weight and damping, as for a disc; o: offset of a disc in the clump's own frame, so that (3)
 leaves nothing to drift. A disc's velocity is its displacement in the step, exactly V + 2 sin(W/2) k x R(a - W/2) o.
-Contacts between discs of one clump do not exist. Static masses, over all listed pairs of the clump (masses.py):
+Contacts between discs of one clump do not exist. Static masses, over all listed pairs of the clump (dem_server/step/masses.py):
 
     m = lambda / sf^2,   I = max(sum kn an^2 + ks at^2, lambda A2) / sf^2        (4)
 

@@ -14,7 +14,7 @@ and kept, or exchanged for another stone's: one that turned freely would turn to
 1. Largest first: each stone is tried at random places, a number of times, then again somewhat smaller.
 2. Where some had to shrink, Monte Carlo with growth: in each sweep every stone makes a random move and, if it
    is not yet what it should be, grows as far as it has room, until all have their size. This fills far more
-   than random placing can (.42 to .5); it ends where the fluid of hard polygons jams (placing.py).
+   than random placing can (0.42 to 0.5); it ends where the fluid of hard polygons jams (placing.py).
 
 Stones that keep a gap g from each other and from the edge are stones with g/2 more all round in a domain with g/2
 less, so the share that counts is

@@ -6,15 +6,16 @@ the next, undamped,
 
     det = 1 + a n (n - 1) / 2,   a = k_c / m                                     (1)
 
-above 1 for n > 1: held forces do work that nobody has spent. Damping takes it as long as zones are stiffer than what hangs on
-them: in many steps a rim node comes to rest under P, and from exchange to exchange its motion is multiplied by about - k_c / K.
-With static masses m_I of zones (masses.py) and sums S_I of contacts (dem_server/coupling/rim.py) zones have at a rim node at
-most the stiffness 2 m_I, contacts at most 4 S_I, so
+above 1 for n > 1: forces held constant for n steps add energy. Damping removes it as long as zones are stiffer than the
+contacts attached to them: in many steps a rim node comes to rest under P, and from exchange to exchange its motion is
+multiplied by about - k_c / K.
+With static masses m_I of zones (fdm_server/step/masses.py) and sums S_I of contacts (dem_server/coupling/rim.py), the stiffness
+of zones at a rim node is at most 2 m_I, that of contacts at most 4 S_I, so
 
     contact/zone stiffness = max 2 S_I / m_I,                                    (2)
 
 which is k_c / K for a spring on the end of a bar. Above STIFFEST there is an exchange in every step, for the rest of the run.
-So there is where the rim's motion grows by itself all the same (a block that only discs hold up has no K). For growth to be seen
+The same holds if the rim's motion grows by itself all the same (a block that only discs hold up has no K). For growth to be seen
 while it is slow, n begins with 1 in every stage and doubles after CALM exchanges. A rim node that becomes GROWTH times as fast as
 all were lately brings the next exchange at once. If it also moves otherwise than before the last one (cosine below ALIKE), n
 begins with 1 again; if held forces alone can have made it so fast this is a strike. They change by 4 S_I times the path, hence

@@ -25,8 +25,8 @@ class RayleighTable(Table):
     """Rayleigh damping of the grid, for stages in real time."""
 
     fraction: float = quantity(meaning="fraction of critical damping xi at `frequency`", gt=0, lt=1)
-    frequency: float = quantity(unit="Hz", meaning="frequency f; with both parts the one that is damped least", gt=0)
-    part: Literal["both", "mass", "stiffness"] = quantity("both", meaning="what damping is proportional to")
+    frequency: float = quantity(unit="Hz", meaning="frequency f; with both parts, the frequency with the least damping", gt=0)
+    part: Literal["both", "mass", "stiffness"] = quantity("both", meaning="proportionality of the damping")
 
 
 class Rayleigh(NamedTuple):

@@ -37,12 +37,12 @@ class Softening(Effect):
 
     source: ClassVar[str] = "Itasca (2011), FLAC 7.0 Constitutive Models, strain-softening/hardening Mohr-Coulomb model"
     strain: list[Annotated[float, Field(gt=0)]] = quantity(
-        meaning="plastic shear strains, increasing; at 0 the values of mohr_coulomb and tension hold", min_length=1
+        meaning="plastic shear strains, increasing; at 0 the values are those of mohr_coulomb and tension", min_length=1
     )
-    cohesion: list[NotNegative] | None = quantity(None, unit="Pa", meaning="cohesion at these strains; none: it stays")
-    friction: list[Angle] | None = quantity(None, unit="deg", meaning="friction angle at these strains; none: it stays")
-    dilation: list[Angle] | None = quantity(None, unit="deg", meaning="dilation angle at these strains; none: it stays")
-    tension: list[NotNegative] | None = quantity(None, unit="Pa", meaning="tensile strength at these strains; none: it stays")
+    cohesion: list[NotNegative] | None = quantity(None, unit="Pa", meaning="cohesion at these strains; none: constant")
+    friction: list[Angle] | None = quantity(None, unit="deg", meaning="friction angle at these strains; none: constant")
+    dilation: list[Angle] | None = quantity(None, unit="deg", meaning="dilation angle at these strains; none: constant")
+    tension: list[NotNegative] | None = quantity(None, unit="Pa", meaning="tensile strength at these strains; none: constant")
 
     @model_validator(mode="after")
     def _one_value_a_strain(self):

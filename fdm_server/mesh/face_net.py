@@ -12,7 +12,7 @@ import numpy as np
 from fdm_server.mesh.fitted_net import aspects
 from fdm_server.mesh.graded_lines import net_lines
 
-WORST = 8.0  # largest aspect of a zone (fitted_net.py)
+WORST = 8.0  # largest aspect of a zone (fdm_server/mesh/fitted_net.py)
 
 
 def along_face_mesh(g, levels=()):

@@ -4,7 +4,7 @@ The net has lines through the profile's points. The surface follows a path of it
 profile, from column to column (from row to row where it is steep) to the nearest gridpoint, along sides and diagonals of cells.
 These gridpoints then move onto the profile, by half a cell at most beside what profile points nearer than half a cell to each
 other ask for. Gridpoints up to `DEPTH` sides below share the move (they stay at the mean move of their neighbours); all others
-stay, so that zones there are rectangles. Tops of materials are followed in the same way (ground_layers.py).
+stay, so that zones there are rectangles. Tops of materials are followed in the same way (fdm_server/mesh/ground_layers.py).
 """
 
 from itertools import pairwise

@@ -58,7 +58,7 @@ def excavate(side, stage):
 
 
 def surcharge(side, stage):
-    """Pressure grows upon the ground surface."""
+    """Pressure on the ground surface grows."""
     stage.load = press(side.model, side.state, stage.stage.surcharge, [rim.nodes for rim in side.rims])
     side.compute(stage)
     side.finish(stage)

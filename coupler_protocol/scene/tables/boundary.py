@@ -19,7 +19,7 @@ MOTIONS, FORCES = ("fix", "free", "velocity", "quiet"), ("pressure", "shear", "s
 
 
 class Velocity(Table):
-    """Velocity of a side, in metres a step, in stages of time = real in metres a second; a component left out moves freely."""
+    """Velocity of a side, in metres a step, in stages with time = real in metres a second; an omitted component is free."""
 
     x: float | None = quantity(None, unit="m/step, m/s", meaning="to the right")
     y: float | None = quantity(None, unit="m/step, m/s", meaning="upwards")
@@ -32,7 +32,7 @@ class Velocity(Table):
 
 
 class Traction(Table):
-    """A stress whose traction (stress times outward normal) acts on a side: how the ground beyond it would pull."""
+    """A stress whose traction (stress times outward normal) acts on a side, as from the ground beyond it."""
 
     xx: float = quantity(0.0, unit="Pa", meaning="horizontal normal stress, tension positive")
     yy: float = quantity(0.0, unit="Pa", meaning="vertical normal stress, tension positive")
@@ -40,38 +40,36 @@ class Traction(Table):
 
 
 class Boundary(Table):
-    """What holds, moves or loads a side of the grid, or a range of it.
+    """Condition on a side of the grid, or on a range of it: fixed, moved or loaded.
 
-    A table says how gridpoints move (fix, free, velocity, quiet) or what acts on them (pressure and shear, or stress). It acts
-    from the first stage on, in `[[stage.boundary]]` from that stage on, until a later table says something else for the same
-    gridpoints. Of several tables for one component of a gridpoint's motion the last one counts. Loads on the same side and range
-    replace each other, loads on different ranges add up; they keep the direction they have when their stage begins. The sum of
-    the forces on the ground is recorded as histories `reaction_x:NAME` and `reaction_y:NAME` [N] where a table holds or moves a
-    component; a gridpoint that two tables hold counts in both.
+    A table prescribes the motion of gridpoints (fix, free, velocity, quiet) or their load (pressure and shear, or stress). It
+    acts from the first stage on, in `[[stage.boundary]]` from that stage on, until a later table sets the same gridpoints. Of
+    several tables for one component of a gridpoint's motion, the last one counts. Loads on the same side and range replace
+    each other, loads on different ranges add up; loads keep the direction that they have at the start of their stage. If a
+    table fixes or moves a component, the sum of the forces on the ground is recorded as histories `reaction_x:NAME` and
+    `reaction_y:NAME` [N]; a gridpoint that two tables hold counts in both.
     """
 
     on: Literal["left", "right", "bottom", "top", "face", "inner", "outer"] = quantity(
-        meaning="side of the grid; top: level ground, face: inclined or upright ground; a ring has inner, outer, left, bottom"
+        meaning="side of the grid; top: level ground, face: inclined or vertical ground; a ring has inner, outer, left, bottom"
     )
     name: str | None = quantity(
-        None, meaning="name in the histories; none: that of the side", min_length=1, pattern=r"^[\w .+-]+$"
+        None, meaning="name in the histories; none: name of the side", min_length=1, pattern=r"^[\w .+-]+$"
     )
     x: Range | None = quantity(None, unit="m", meaning="only this range of the side; loads end exactly there")
     y: Range | None = quantity(None, unit="m", meaning="only this range of the side; loads end exactly there")
     fix: Components | None = quantity(None, meaning="components of velocity that stay zero")
-    free: Components | None = quantity(None, meaning="components that an earlier table held or moved and that are free again")
+    free: Components | None = quantity(None, meaning="components that an earlier table fixed or moved and that become free again")
     velocity: Velocity | None = quantity(None, meaning="components of velocity that are prescribed")
     quiet: Literal[True] | None = quantity(
-        None, meaning="time = real: waves that arrive leave through dashpots; what held the side when the stage began still does"
+        None, meaning="time = real: dashpots absorb arriving waves; the reactions at the start of the stage remain"
     )
-    pressure: float | None = quantity(None, unit="Pa", meaning="normal to the side, positive against the ground")
+    pressure: float | None = quantity(None, unit="Pa", meaning="normal to the side, positive in compression")
     shear: float | None = quantity(
         None, unit="Pa", meaning="along the side, positive with the ground on the left (on top: to the left)"
     )
     stress: Traction | None = quantity(None, meaning="traction of this stress on the side")
-    over: int = quantity(
-        1, unit="steps", meaning="steps in which velocity or load go from what they were to this, linearly", ge=1
-    )
+    over: int = quantity(1, unit="steps", meaning="steps of the linear ramp from the previous velocity or load to this one", ge=1)
 
     @model_validator(mode="after")
     def _one_thing(self):
@@ -105,7 +103,7 @@ class Boundary(Table):
 class StressGradient(Table):
     """Change of stress with depth."""
 
-    xx: float = quantity(0.0, unit="Pa/m", meaning="horizontal, negative where compression grows downwards")
+    xx: float = quantity(0.0, unit="Pa/m", meaning="horizontal, negative if compression grows downwards")
     yy: float = quantity(0.0, unit="Pa/m", meaning="vertical, - density times gravity under level ground")
     zz: float = quantity(0.0, unit="Pa/m", meaning="out of the plane")
     xy: float = quantity(0.0, unit="Pa/m", meaning="shear")
@@ -114,7 +112,7 @@ class StressGradient(Table):
 class InitialStress(Table):
     """Stress of the ground before the first stage: uniform, with a gradient, or from the weight of the ground above.
 
-    No table: none. Stress beyond the strength is brought back to it at once.
+    No table: none. Stress beyond the strength is reduced to the strength at once.
     """
 
     xx: float = quantity(0.0, unit="Pa", meaning="horizontal stress at `level`, tension positive")
@@ -125,7 +123,7 @@ class InitialStress(Table):
     gradient: StressGradient | None = quantity(None, meaning="change per metre of depth below `level`")
     k0: float | None = quantity(
         None,
-        meaning="the weight of the ground above, under the gravity of the first stage, adds to yy, k0 times it to xx and zz",
+        meaning="the weight of the ground above, under the gravity of the first stage, is added to yy, k0 times it to xx and zz",
         ge=0,
     )
 

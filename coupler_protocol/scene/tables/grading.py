@@ -41,13 +41,13 @@ class DiscSize(StoneSize):
 
 
 class Grading(Table):
-    """Sizes of the discs, in place of uniform radii: lognormal diameters or a grading curve, one of them."""
+    """Sizes of the discs, instead of uniform radii: either lognormal diameters or a grading curve."""
 
     lognormal: DiscSize | None = quantity(None, meaning="lognormal diameters")
     curve: Annotated[list[CurvePoint], AfterValidator(_rising)] | None = quantity(
         None,
         unit="m, -",
-        meaning="[diameter, share of the discs' area that passes it] from share 0 to share 1, linear over the logarithm of the "
+        meaning="[diameter, area share of the discs that pass it] from share 0 to share 1, linear over the logarithm of the "
         "diameter between points",
         min_length=2,
     )

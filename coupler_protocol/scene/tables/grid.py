@@ -24,11 +24,11 @@ ALLOWED = {"slope": ("fit", "graded"), "box": ("graded",), "ring": ("part", "gro
 
 
 class Graded(Table):
-    """Zones of `zone_size` in a rectangle, and larger ones from there to the sides and the bottom."""
+    """Zones of `zone_size` in a rectangle, with sizes that grow from there towards the sides and the bottom."""
 
     x: tuple[float, float] | None = quantity(None, unit="m", meaning="first and last x of the rectangle; none: all")
     y: tuple[float, float] | None = quantity(None, unit="m", meaning="lowest and highest y of the rectangle; none: all")
-    ratio: float = quantity(meaning="size of a zone over that of its neighbour nearer to the rectangle", gt=1, le=1.5)
+    ratio: float = quantity(meaning="size ratio of a zone to its neighbour nearer to the rectangle", gt=1, le=1.5)
 
     @model_validator(mode="after")
     def _in_order(self):
@@ -42,7 +42,7 @@ class Graded(Table):
 
 
 class Grid(Table):
-    """The continuum's mesh. Each kind takes the keys that name it in their meaning, and those that name none."""
+    """Mesh of the continuum. A kind takes the keys whose meaning names it, and those whose meaning names no kind."""
 
     kind: Literal["slope", "box", "ring"] = quantity(
         "slope", meaning="a slope under `profile`, a box, or zones around a circular hole with its centre at x = y = 0"
@@ -53,12 +53,12 @@ class Grid(Table):
         None,
         unit="m",
         meaning="slope and box, required: size of a zone, one number or [in x, in y]; length and height must be whole "
-        'numbers of it, but with fit = "profile" or graded it is adapted a little',
+        'multiples of it; with fit = "profile" or graded it is adjusted slightly',
     )
     profile: list[Point] | None = quantity(
         None,
         unit="m",
-        meaning="slope, required: ground surface from left (x = 0) to right (x = length), faces up to upright, no overhangs",
+        meaning="slope, required: ground surface from left (x = 0) to right (x = length), faces up to vertical, no overhangs",
         min_length=2,
     )
     fit: Literal["diagonals", "profile", "face"] = quantity(
@@ -73,19 +73,19 @@ class Grid(Table):
     inner: float | None = quantity(None, unit="m", meaning="ring, required: radius of the hole", gt=0)
     outer: float | None = quantity(None, unit="m", meaning="ring, required: radius of the outer side", gt=0)
     around: int | None = quantity(
-        None, meaning="ring, required: zones along the hole's wall (of the part that is meshed)", ge=3, le=100_000
+        None, meaning="ring, required: zones along the wall of the hole (of the meshed part)", ge=3, le=100_000
     )
     part: Literal["full", "half", "quarter"] = quantity(
         "full", meaning="ring: full, the half y >= 0 (side bottom), or the quarter x, y >= 0 (sides left and bottom)"
     )
     growth: float | None = quantity(
         None,
-        meaning="ring: radial size of a zone over that of its neighbour nearer to the hole, the first about as deep as wide; "
+        meaning="ring: radial size ratio of a zone to its neighbour nearer to the hole; the first zone is about square; "
         "none: all zones about square",
         ge=1,
         le=1.5,
     )
-    large_strain: bool = quantity(False, meaning="zones follow their gridpoints, in all stages but those of kind equilibrium")
+    large_strain: bool = quantity(False, meaning="zones follow their gridpoints, in all stages except those of kind equilibrium")
 
     @model_validator(mode="after")
     def _keys_of_the_kind(self):

@@ -21,16 +21,16 @@ def _rightwards(line):
 
 
 class Material(Table):
-    """A soil of the continuum; a zone is of the last material whose region (or ground below `top`) holds its centre."""
+    """A soil of the continuum; a zone has the last material whose region (or ground below `top`) contains its centre."""
 
     name: str = quantity(meaning="name of the material", min_length=1)
     density: float = quantity(unit="kg/m3", meaning="density", gt=0)
-    region: list[Point] | None = quantity(None, unit="m", meaning="polygon it fills; none: everywhere", min_length=3)
+    region: list[Point] | None = quantity(None, unit="m", meaning="polygon of the material; none: everywhere", min_length=3)
     top: Annotated[list[Point], AfterValidator(_rightwards)] | None = quantity(
         None,
         unit="m",
-        meaning="line from left to right below which it fills the ground (level beyond its ends), in place of a region; "
-        'with fit = "profile" zones follow it where they can stay good, elsewhere their centre decides',
+        meaning="line from left to right below which the material fills the ground (level beyond its ends), instead of a region; "
+        'with fit = "profile" zones follow the line where their shape permits, elsewhere their centre decides',
         min_length=1,
     )
 
@@ -46,6 +46,6 @@ class Ring(Table):
 
 
 class Pair(Table):
-    """Contacts between two materials of discs; a table here goes before what both materials combine to."""
+    """Contacts between two materials of discs; a table here replaces the combination of both materials."""
 
     between: tuple[Substance, Substance] = quantity(meaning="the two materials")
