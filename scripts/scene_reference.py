@@ -28,8 +28,8 @@ without the table, the law has no code, memory or output. `--set KEY=VALUE` over
 `colluvium run SCENE --out DIR` computes it. A scene without `[[window]]` and `[discs]` computes the continuum alone.
 
 A stage starts from the stresses, displacements, gravity and boundaries at the end of the previous one. Gravity is zero until a
-stage sets `gravity`. A stage ends at the first of its `until` conditions, but at a ratio only after its ramps. Velocities are metres
-a step in static stages and metres a second in stages with `time = "real"`. Static stages need `[damping]`
+stage sets `gravity`. A stage ends at the first of its `until` conditions, but at a ratio only after its ramps. Velocities are
+metres a step in static stages and metres a second in stages with `time = "real"`. Static stages need `[damping]`
 to come to rest. Stiffness is given by bulk and shear modulus: K = E / (3 (1 - 2 nu)), G = E / (2 (1 + nu)).
 
 The results are in DIR: `run.json` has the stages with the reactions of all held sides at their ends; `colluvium.open_run` reads
