@@ -3,6 +3,7 @@
 import fcntl
 import json
 import os
+import signal
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -30,6 +31,12 @@ FIRST = (  # dearest first, so that both workers end at about the same time; the
     "scenes/test_footing_and_hole.py",
     "colluvium/forecast/test_factor_of_safety.py",
 )
+
+
+def pytest_configure():
+    """What a shell starts in the background ignores SIGINT, and so would all processes that tests interrupt."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
