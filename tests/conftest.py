@@ -1,8 +1,55 @@
-"""Fixtures that several folders of tests share."""
+"""Fixtures that several folders of tests share, and how two workers share the tests."""
+
+import fcntl
+import json
+import os
+import signal
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from tests.commands import ROOT, run_colluvium
+
+TESTS = Path(__file__).resolve().parent
+TIMED = ("scripts/test_accuracy_cost.py", "scripts/test_accuracy_w2.py", "scripts/test_accuracy_w5.py")
+FIRST = (  # dearest first, so that both workers end at about the same time; the first one also compiles for others
+    "dem_server/step/test_compiled_code.py",
+    "integration/test_two_processes.py",
+    *TIMED,
+    "scripts/test_verify.py",
+    "integration/test_restart.py",
+    "hard/test_hard.py",
+    "scripts/test_paper_study.py",
+    "scripts/test_bench_step_discs.py",
+    "scenes/test_factors_of_safety.py",
+    "dem_server/step/test_without_jit.py",
+    "fdm_server/step/test_without_jit.py",
+    "scripts/test_interval_study.py",
+    "integration/test_coupled_real_time.py",
+    "scenes/test_quick_pile.py",
+    "scenes/test_footing_and_hole.py",
+    "colluvium/forecast/test_factor_of_safety.py",
+)
+
+
+def pytest_configure():
+    """What a shell starts in the background ignores SIGINT, and so would all processes that tests interrupt."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
+def pytest_collection_modifyitems(items):
+    """Files of FIRST first; a worker takes a whole file, whose tests share fixtures.
+
+    Files that time what they compute (TIMED) wait for each other, so one worker takes them all.
+    """
+    place = {name: number for number, name in enumerate(FIRST)}
+    files = {item: item.path.relative_to(TESTS).as_posix() for item in items}
+    items.sort(key=lambda item: place.get(files[item], len(FIRST)))
+    for item in items:
+        item.add_marker(pytest.mark.xdist_group("timed" if files[item] in TIMED else files[item]))
 
 
 @pytest.fixture(scope="session")
@@ -13,8 +60,17 @@ def configs():
 
 @pytest.fixture(scope="session")
 def quick_run(tmp_path_factory, configs):
-    """quick_slope.toml computed by two processes, as a user would: (run directory, what was printed)."""
-    out = tmp_path_factory.mktemp("quick")
-    done = run_colluvium("run", configs / "quick_slope.toml", "--out", out, "--force")
-    assert done.returncode == 0, done.stderr
-    return out, done
+    """quick_slope.toml computed by two processes, as a user would: (run directory, what was printed).
+
+    Both workers look at the same run: the second one waits until the first has computed it.
+    """
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    out, printed = shared / "quick_slope", shared / "quick_slope.json"
+    with (shared / "quick_slope.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not printed.exists():
+            done = run_colluvium("run", configs / "quick_slope.toml", "--out", out, "--force")
+            assert done.returncode == 0, done.stderr
+            printed.write_text(json.dumps({"stdout": done.stdout, "stderr": done.stderr}))
+    return out, SimpleNamespace(**json.loads(printed.read_text()))

@@ -22,7 +22,7 @@ class LockedCacheFile(IndexDataCacheFile):
 
 def lock_cache(kernel):
     """Let the compiled function `kernel` write its cache under the lock; plain functions (NUMBA_DISABLE_JIT=1) have none."""
-    cache = getattr(kernel, "_cache", None)
-    if isinstance(getattr(cache, "_cache_file", None), IndexDataCacheFile):
-        cache._cache_file.__class__ = LockedCacheFile
+    file = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
+    if isinstance(file, IndexDataCacheFile):
+        file.__class__ = LockedCacheFile
     return kernel

@@ -60,7 +60,8 @@ def bins_over(outline: np.ndarray, length: float) -> Bins:
     shape = shape_over(outline, length)
     size = (high - low) / shape
     empty = Bins(low, size, shape, np.zeros(shape[0] * shape[1]))
-    return empty._replace(area=shapely.area(shapely.intersection(shapely.polygons(empty.rectangles), shapely.Polygon(outline))))
+    inside = shapely.intersection(shapely.polygons(empty.rectangles), shapely.Polygon(outline))
+    return empty._replace(area=np.asarray(shapely.area(inside)))
 
 
 def shear(xy: np.ndarray, values: np.ndarray, bins: Bins) -> np.ndarray:

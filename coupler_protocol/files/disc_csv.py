@@ -42,7 +42,8 @@ def read(path, key="discs.file"):
         raise unfit(key, f"{path} is no table of text: {error}", f"columns: {', '.join(COLUMNS)}") from None
     head = [name.strip() for name in rows[0][1]] if rows else []
     _check_head(path, key, head)
-    wrong, table = [], {name: [] for name in head}
+    wrong = []
+    table: dict[str, list[float]] = {name: [] for name in head}
     for number, row in rows[1:]:
         try:
             if len(row) != len(head):

@@ -49,7 +49,7 @@ class Origin(NamedTuple):
 class Saved(NamedTuple):
     """A checkpoint as it was read: number of its stage in the scene, fields of its State, attributes."""
 
-    index: int
+    index: int  # type: ignore[assignment]  # a tuple has a method of that name, which nobody calls here
     fields: dict[str, Any]
     about: dict[str, Any]
 

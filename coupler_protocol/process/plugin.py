@@ -71,14 +71,16 @@ def from_file(path: str | Path) -> Plugin:
     """
     spec = importlib.util.spec_from_file_location("colluvium_plugin", path)
     try:
+        if spec is None or spec.loader is None:
+            raise ImportError("no Python file by its name")
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
     except Exception as error:
         raise EnvironmentFailed(f"the plugin {path} cannot be run: {type(error).__name__}: {error}") from error
-    functions = [getattr(module, name, None) for name in ("on_step", "on_stage")]
+    on_step, on_stage = (getattr(module, name, None) for name in ("on_step", "on_stage"))
     every = getattr(module, "EVERY", 1)
-    if not any(map(callable, functions)):
+    if not (callable(on_step) or callable(on_stage)):
         raise EnvironmentFailed(f"the plugin {path} has neither on_step nor on_stage")
     if not isinstance(every, int) or every < 1:
         raise EnvironmentFailed(f"the plugin {path}: EVERY is a whole number of steps from 1, not {every!r}")
-    return Plugin(str(path), *functions, every)
+    return Plugin(str(path), on_step, on_stage, every)

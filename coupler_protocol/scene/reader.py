@@ -60,7 +60,7 @@ def build_scene(data, file="scene", lines=None):
     return scene
 
 
-def _place(file, lines, path):
+def _place(file, lines, path) -> tuple[str, int | None]:
     """File and line of a key, or where else its value came from."""
     line = line_of(lines, path)
     return ("--set", None) if line == FROM_SET else (file, line)

@@ -23,7 +23,10 @@ def locate(text):
 
     Keys inside inline tables and arrays have no entry of their own; ask `line_of`, which falls back to what encloses them.
     """
-    lines, counts, prefix, depth = {}, {}, (), 0
+    lines: dict[tuple, int] = {}
+    counts: dict[tuple, int] = {}
+    prefix: tuple = ()
+    depth = 0
     for number, line in enumerate(_LONG_TEXT.sub(_only_line_ends, text).split("\n"), start=1):
         bare = _TEXT.sub('""', line)
         header = _HEADER.match(bare) if depth == 0 else None
@@ -41,7 +44,7 @@ def locate(text):
 
 def _with_indices(parts, counts, new_item):
     """The path of a table header with the list positions TOML leaves implicit put in."""
-    path = ()
+    path: tuple = ()
     for place, part in enumerate(parts):
         path += (part,)
         if new_item and place == len(parts) - 1:

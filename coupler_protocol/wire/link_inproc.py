@@ -54,6 +54,8 @@ class InprocTransport:
 def transports(n_ranks):
     """The continuum's end and a list of the discrete ends, rank 1 first."""
     names = [f"thread {rank}" for rank in range(1, n_ranks + 1)]
-    inbox, inboxes, users = queue.Queue(), {name: queue.Queue() for name in names}, {}
+    inbox: queue.Queue = queue.Queue()
+    inboxes: dict[str, queue.Queue] = {name: queue.Queue() for name in names}
+    users: dict[int | str, threading.Thread] = {}
     hub = InprocTransport(inbox, inboxes, 0, users)
     return hub, [InprocTransport(inboxes[name], {0: inbox}, name, users) for name in names]

@@ -49,7 +49,7 @@ class _Socket:
         if not os.environ.get("COLLUVIUM_NO_HEARTBEAT"):  # for breakpoints in a debugger
             s.heartbeat_ivl, s.heartbeat_timeout = HEARTBEAT, HEARTBEAT_TIMEOUT
         # Room for the largest frame, so that none is ever cut off; the system gives memory only to the part that is used.
-        self._buffer = memoryview(np.empty(MAX_FRAME, np.uint8))
+        self._buffer = np.empty(MAX_FRAME, np.uint8).data
         self._timeout = None
 
     def _wait(self, seconds):
@@ -60,7 +60,7 @@ class _Socket:
     def _stay_awake(self):
         """Return as soon as a frame is there, or after a moment without one."""
         until = time.perf_counter() + AWAKE
-        while not self.socket.getsockopt(zmq.EVENTS) & zmq.POLLIN and time.perf_counter() < until:
+        while not int(self.socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN and time.perf_counter() < until:
             os.sched_yield()
 
     def _take(self):
@@ -91,7 +91,7 @@ class HubTransport(_Socket):
         self.socket.router_handover = True
         self.socket.router_mandatory = True  # a frame for somebody who is gone is an error, not silence
         self._open(self.socket.bind, endpoint, "listen on")
-        self.endpoint = self.socket.last_endpoint.decode().rstrip("\0")
+        self.endpoint = self.socket.getsockopt_string(zmq.LAST_ENDPOINT).rstrip("\0")
         self._route, self._rank, self._gone = {}, {}, set()
 
     def send(self, frame, rank):

@@ -64,7 +64,13 @@ def number_of_parts(listed):
 @jit
 def force_pass(disc, load, listed, history, law, dt, counters, crew):
     """Loads of all discs from all listed pairs, by one thread (`crew` None) or by all of the crew that call it together."""
-    table, f, parts = table_of(law), np.empty(scratch_rows.SIZE), number_of_parts(listed)
+    add_list(disc, load, listed, history, law, dt, counters, crew, table_of(law), np.empty(scratch_rows.SIZE))
+
+
+@jit(borrows=True)
+def add_list(disc, load, listed, history, law, dt, counters, crew, table, f):
+    """`force_pass` with the table of the law's parameters (contact_blocks.table_of) and scratch memory f (SIZE,)."""
+    parts = number_of_parts(listed)
     if crew is None:
         load[:] = 0.0
         add_parts(0, parts, disc, load, listed, history, counters, law, dt, table, f)

@@ -13,9 +13,10 @@ import numpy as np
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.histories import history_of
 from dem_server.model import CAPS, SPIN, VX
-from dem_server.step import guards
+from dem_server.step import guards, scratch_rows
 from dem_server.step.clumps import move_clumps
-from dem_server.step.contact_pass import contact_forces, farthest, force_pass
+from dem_server.step.contact_blocks import table_of
+from dem_server.step.contact_pass import add_list, contact_forces, farthest
 from dem_server.step.masses import stable_step
 from dem_server.step.motion import SPEED_CAP, move
 from dem_server.step.neighbours import rebuild, skin
@@ -163,6 +164,7 @@ def cycle(
     damping, spring, friction, rolling, dashpot = law.damping, law.spring, law.friction, law.rolling, law.dashpot
     if walls is not None:
         servo = walls.servo  # opened here: in the loop every opening would count references
+    table, scratch = table_of(law), np.empty(scratch_rows.SIZE)
     fast, fresh, step, moved = 0, True, 0, leeway
     first_of_all = True
     if crew is not None:
@@ -189,7 +191,7 @@ def cycle(
             moved = farthest(disc, listed_at)
             fresh = moved <= leeway
         if fresh:
-            force_pass(disc, load, listed, history, law, dt, counters, crew)
+            add_list(disc, load, listed, history, law, dt, counters, crew, table, scratch)
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if fresh and first_of_all:
                 wall_pass(

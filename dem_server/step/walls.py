@@ -49,7 +49,7 @@ def arguments(model, state):
     return walls, servo, model.material, model.materials, state.clumps, law.spring, law.friction, law.rolling, law.dashpot
 
 
-@jit
+@jit(borrows=True)
 def move_walls(walls, servo, listed_at, leeway, dt):
     """One step of the walls; whether one is more than `leeway` [m] from where masses were set: then the list is out of date."""
     if servo is not None:

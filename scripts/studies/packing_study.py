@@ -17,14 +17,15 @@ import numpy as np
 import shapely
 
 from coupler_protocol.interface.ring import build_ring, polygon_area
-from dem_server import pairs as fields
 from dem_server.effects.damping import Damping
 from dem_server.effects.friction import Friction
 from dem_server.effects.spring import Spring
 from dem_server.model import build_model
+from dem_server.observe.coordination import coordination, porosity
 from dem_server.packing.alone_window import rim_of
 from dem_server.packing.growth import pressure, run
 from dem_server.packing.packing import pack
+from dem_server.pairs import contacts
 from dem_server.step.contact_pass import contact_forces
 
 WIDTH, HEIGHT, SEGMENT, PRESSURE = 2.0, 5.8, 1.0 / 3.0, 100e3
@@ -57,14 +58,14 @@ def measured(how, radius, seed):
     model, state = build_model(ring.xy, ring.radius, packing, discs, insitu=False)
     contact_forces(model, state)
     run(model, state, 1000)
-    pairs = fields.contacts(state)
+    pairs = contacts(state)
     inner = shapely.contains_xy(shapely.Polygon(nodes).buffer(-4.0 * radius), state.x)
-    coordination, few = fields.coordination(model, state, inner)
+    touching, few = coordination(model, state, inner)
     free = (pairs.disc_a >= model.ring) & (pairs.disc_b >= model.ring)
     angle = np.arctan2(pairs.branch[free, 1], pairs.branch[free, 0])
     fabric = 2.0 * abs(np.exp(2j * angle).mean())
     error = pressure(pairs, polygon_area(nodes)) / PRESSURE - 1.0
-    values = seconds, len(packing.radius), coordination, fields.porosity(model, state), few, fabric, error
+    values = seconds, len(packing.radius), touching, porosity(model, state), few, fabric, error
     return dict(zip(COLUMNS, map(float, values), strict=True))
 
 

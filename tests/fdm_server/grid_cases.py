@@ -15,13 +15,22 @@ MOHR_COULOMB = MohrCoulomb(friction=30.0, cohesion=50e3)
 TENSION = Tension(strength=100.0)
 
 
-def material(name="srm", region=None, elastic=ELASTIC, mohr_coulomb=MOHR_COULOMB, tension=TENSION, softening=None):
-    """A soil; the paper's where nothing else is said."""
+def material(
+    name="srm",
+    region=None,
+    elastic=ELASTIC,
+    mohr_coulomb=MOHR_COULOMB,
+    tension=TENSION,
+    softening=None,
+    density=2700.0,
+    top=None,
+):
+    """A material of a scene; the paper's soil where nothing else is said."""
     return SimpleNamespace(
         name=name,
-        density=2700.0,
+        density=density,
         region=region,
-        top=None,
+        top=top,
         elastic=elastic,
         mohr_coulomb=mohr_coulomb,
         tension=tension,

@@ -50,8 +50,8 @@ def test_an_inverted_zone_ends_both_sides_with_their_states_saved(tmp_path, conf
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [
-        (("stage.0.large_strain=true",), "computes in the shape drawn"),
-        (("stage.0.name=push", "stage.0.kind=locate", "grid.large_strain=true"), "which stage 'push' has left"),
+        (("stage.0.large_strain=true",), "computes in the initial shape"),
+        (("stage.0.name=push", "stage.0.kind=locate", "grid.large_strain=true"), "which stage 'push' has changed"),
         (("stage.3.large_strain=false",), "stage[3].large_strain"),
     ],
 )

@@ -3,31 +3,22 @@
 from types import SimpleNamespace
 
 import numpy as np
+from grid_cases import ELASTIC, material
 
 from coupler_protocol.scene.tables.boundary import Boundary
 from coupler_protocol.scene.tables.grid import Grid
 from fdm_server.effects.damping import Damping
-from fdm_server.effects.elastic import Elastic
 from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
 from fdm_server.step.zone_pass import advance
 
-PAPER = Elastic(bulk=0.5e9, shear=0.15e9)  # Table 1 of the paper
+PAPER = ELASTIC  # Table 1 of the paper
 DENSITY = 2700.0
 GRAVITY = 9.81
 
 
-def soil(elastic=PAPER, mohr_coulomb=None, tension=None, softening=None, density=DENSITY, region=None, name="soil", top=None):
-    """A material of a scene."""
-    return SimpleNamespace(
-        name=name,
-        density=density,
-        region=region,
-        top=top,
-        elastic=elastic,
-        mohr_coulomb=mohr_coulomb,
-        tension=tension,
-        softening=softening,
-    )
+def soil(elastic=PAPER, mohr_coulomb=None, tension=None, name="soil", **kept):
+    """A material of a scene, elastic where nothing else is said; `kept`: softening, density [kg/m3], region, top."""
+    return material(name, elastic=elastic, mohr_coulomb=mohr_coulomb, tension=tension, **kept)
 
 
 def sides(**held):

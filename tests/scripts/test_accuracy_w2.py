@@ -1,20 +1,14 @@
 """scripts/accuracy_cost.py W2: curves of the factors of safety."""
 
-import json
-
 import pytest
 
-accuracy_cost = pytest.importorskip("accuracy_cost")
+from tests.scripts.workload import computed
 
 
 @pytest.fixture(scope="module")
 def rows(tmp_path_factory):
     """(rows, page) of the fast run."""
-    pytest.importorskip("matplotlib")
-    folder = tmp_path_factory.mktemp("w2")
-    accuracy_cost.main(["W2", "--fast", "--page", str(folder / "accuracy.md"), "--json", str(folder / "rows.json")])
-    assert (folder / "pictures" / "accuracy_w2.png").stat().st_size > 10_000
-    return json.loads((folder / "rows.json").read_text()), (folder / "accuracy.md").read_text()
+    return computed("W2", tmp_path_factory.mktemp("w2"))
 
 
 def curve(rows, case, method):

@@ -1,20 +1,14 @@
 """scripts/accuracy_cost.py W5: a uniform stress through the interface."""
 
-import json
-
 import pytest
 
-accuracy_cost = pytest.importorskip("accuracy_cost")
+from tests.scripts.workload import computed
 
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
     """(rows, page) of the fast run."""
-    pytest.importorskip("matplotlib")
-    folder = tmp_path_factory.mktemp("w5")
-    accuracy_cost.main(["W5", "--fast", "--page", str(folder / "accuracy.md"), "--json", str(folder / "rows.json")])
-    assert (folder / "pictures" / "accuracy_w5.png").stat().st_size > 10_000
-    return json.loads((folder / "rows.json").read_text()), (folder / "accuracy.md").read_text()
+    return computed("W5", tmp_path_factory.mktemp("w5"))
 
 
 def curve(found, case, method):

@@ -4,6 +4,7 @@ Rules that only a server knows come through the entry-point group `colluvium.rul
 """
 
 from importlib.metadata import entry_points
+from typing import Any
 
 import numpy as np
 
@@ -51,7 +52,7 @@ def effects_of_discs_are_ours(scene):
 
     discs = scene.discs
     grains = {"soil": discs and discs.soil, "stone": discs and discs.stone}
-    holders = [(("discs", key), "grain", table) for key, table in grains.items()]
+    holders: list[tuple[tuple, str, Any]] = [(("discs", key), "grain", table) for key, table in grains.items()]
     holders += [(("ring",), "grain", scene.ring), (("discs",), "discs", discs)]
     holders += [(("discs", "pair", i), "grain", pair) for i, pair in enumerate(discs.pair if discs else [])]
     for path, parent, table in holders:

@@ -1,5 +1,7 @@
 """Rules for scenes without a grid, and for keys that only such scenes may have: one rule a function, as in between_tables.py."""
 
+from typing import Any
+
 from coupler_protocol.scene.rules.stages import never_ends
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.discs import names_of_walls
@@ -75,11 +77,13 @@ def walls_move_in_one_kind_of_time(scene):
     """Stages change only walls that exist; a speed is either in m/s or in m a step."""
     walls = scene.discs.wall if scene.discs else []
     names = names_of_walls(walls)
-    acting = {name: (("discs", "wall", i), wall) for i, (name, wall) in enumerate(zip(names, walls, strict=True))}
-    times = {}
+    acting: dict[str, tuple[tuple, Any]] = {
+        name: (("discs", "wall", i), wall) for i, (name, wall) in enumerate(zip(names, walls, strict=True))
+    }
+    times: dict[tuple, tuple[Any, set[str]]] = {}
     for i, stage in enumerate(scene.stage):
         for j, table in enumerate(stage.wall):
-            path = ("stage", i, "wall", j)
+            path: tuple = ("stage", i, "wall", j)
             if table.name not in names:
                 yield (*path, "name"), f"no wall is named {table.name!r}", f"walls: {', '.join(names) or 'none'}"
             elif of(stage).grid:

@@ -110,7 +110,7 @@ def boundaries_change_with_steps_enough(scene):
             remedy = f"move it to a stage of kind {', '.join(allowed)}"
             yield ("stage", i, "boundary"), f"boundaries cannot change in a stage of kind {stage.kind!r}", remedy
         for boundary in beginning(scene, i):
-            path = next((("boundary", k) for k, b in enumerate(scene.boundary) if b is boundary), None)
+            path: tuple = next((("boundary", k) for k, b in enumerate(scene.boundary) if b is boundary), ())
             path = path or ("stage", i, "boundary", next(k for k, b in enumerate(stage.boundary) if b is boundary))
             if stage.until is not None and stage.until.steps is not None and stage.until.steps < boundary.over:
                 why = f"stage {stage.name!r} ends after {stage.until.steps} steps, before this ramp of {boundary.over}"

@@ -5,7 +5,7 @@ from itertools import count
 import numpy as np
 
 from colluvium.figures.style import INK, styled
-from verification.continuum import salencon
+from verification.continuum import salencon_hole
 from verification.continuum.holes import settle
 
 PICTURE = "salencon_paths.png"
@@ -22,9 +22,9 @@ def linear(s):
 
 def in_sudden_steps(parts):
     """The wall [m] relieved in equal sudden parts, each brought to rest, and the steps that took."""
-    ring, load = salencon.loaded(SIZE, parts, left=linear)
+    ring, load = salencon_hole.loaded(SIZE, parts, left=linear)
     steps = sum(settle(ring, 1e-6, lambda _, part=part: load(part)) for part in range(1, parts + 1))
-    return steps, salencon.wall(ring)
+    return steps, salencon_hole.wall(ring)
 
 
 def by_ways():
@@ -32,19 +32,19 @@ def by_ways():
     ways = {LINEAR: [], SLOWING: [], SUDDEN: [in_sudden_steps(parts) for parts in (1, 2, 5, 10, 20, 50)]}
     for ramp in RAMPS:
         for name, left in ((LINEAR, linear), (SLOWING, lambda s: (1.0 - s) ** 2)):
-            ring, steps = salencon.solve(SIZE, ramp, left=left)
-            ways[name].append((steps, salencon.wall(ring)))
+            ring, steps = salencon_hole.solve(SIZE, ramp, left=left)
+            ways[name].append((steps, salencon_hole.wall(ring)))
     return ways
 
 
 def by_stress_across():
     """Wall [m] for each initial stress across the plane."""
-    return [salencon.wall(salencon.solve(SIZE, 20_000, across)[0]) for across in ACROSS]
+    return [salencon_hole.wall(salencon_hole.solve(SIZE, 20_000, across)[0]) for across in ACROSS]
 
 
 def by_size():
     """{zones to the right angle: wall [m]} relieved slowly."""
-    return {n: salencon.wall(salencon.solve(n, 40_000)[0]) for n in (12, 24, 48)}
+    return {n: salencon_hole.wall(salencon_hole.solve(n, 40_000)[0]) for n in (12, 24, 48)}
 
 
 @styled
@@ -64,7 +64,7 @@ def draw(ways, across, path):
     right.set_xlabel("initial stress across the plane [MPa]")
     right.set_title("The stress across, slowing down in 20,000 steps")
     for axes in (left, right):
-        axes.axhline(1e3 * salencon.wall_displacement(), color=INK, linewidth=0.8, linestyle="--", label="closed form")
+        axes.axhline(1e3 * salencon_hole.wall_displacement(), color=INK, linewidth=0.8, linestyle="--", label="closed form")
     left.legend(fontsize=7.5)
     figure.savefig(path)
     plt.close(figure)
@@ -74,7 +74,7 @@ def study(pictures):
     """Draw the picture; returns what the page says about it."""
     ways, across, sizes = by_ways(), by_stress_across(), by_size()
     draw(ways, across, pictures / PICTURE)
-    target = salencon.wall_displacement()
+    target = salencon_hole.wall_displacement()
 
     def off(wall):
         return f"{100.0 * (wall / target - 1.0):+.1f} %"

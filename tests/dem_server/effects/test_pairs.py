@@ -144,8 +144,8 @@ def level(corners):
     [
         ([{"between": ["soil", "stone"], "friction": {"coefficient": 0.1}}], "no material stone"),
         ([{"between": ["ring", "ring"], "friction": {"coefficient": 0.1}}], "no contacts with each other"),
-        ([{"between": ["soil", "soil"]}], "says nothing"),
-        ([{"between": ["soil", "ring"], "rolling": {"coefficient": 0.1}}] * 2, "stand twice"),
+        ([{"between": ["soil", "soil"]}], "sets nothing"),
+        ([{"between": ["soil", "ring"], "rolling": {"coefficient": 0.1}}] * 2, "two tables for the pair"),
         ([{"between": ["soil", "gravel"], "rolling": {"coefficient": 0.1}}], "not known"),
     ],
 )

@@ -101,7 +101,7 @@ def test_the_weight_of_a_stone_acts_at_its_centroid(tmp_path):
     assert abs(centroid - by_areas).max() > 0.01 * R
 
 
-@pytest.mark.parametrize(("change", "why"), [({"spring": None}, "no stiffness"), ({"bond": None}, "nothing holds a cluster")])
+@pytest.mark.parametrize(("change", "why"), [({"spring": None}, "no stiffness"), ({"bond": None}, "nothing holds the discs")])
 def test_stones_of_a_file_need_laws(tmp_path, change, why):
     grain = {key: table for key, table in (ROCK | change).items() if table is not None}
     with pytest.raises(SceneError, match=why):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import scipy.sparse
 import scipy.sparse.linalg
+from copied_state import gone_on_twice
 from numba import types
 from window_case import OBLIQUE, SQUARE, packed_with_stones
 
@@ -183,18 +184,7 @@ def test_mean_stress_is_the_boundary_stress():
 
 def test_a_copied_state_goes_on_with_the_same_bits(made):
     model, state = deepcopy(made)
-
-    def go_on(state):
-        for _ in range(300):
-            move_free(model, state, 5.0)
-            state.x[: model.ring] += [2e-5, 1e-5]
-            contact_forces(model, state)
-
-    go_on(state)
-    builds, copy = state.builds, deepcopy(state)
-    go_on(state)
-    go_on(copy)
-    assert state.builds > builds
+    state, copy = gone_on_twice(model, state)
     assert state.disc.tobytes() == copy.disc.tobytes()
     assert state.clumps.motion.tobytes() == copy.clumps.motion.tobytes()
 

@@ -1,10 +1,10 @@
 """Motion: weight, damping, speed cap, and static masses that keep every step stable."""
 
-from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from copied_state import gone_on_twice
 from window_case import SQUARE, packed, soil_discs, two_discs
 
 from dem_server.effects.damping import Damping, damped
@@ -60,18 +60,7 @@ def test_a_copied_state_goes_on_with_the_same_bits():
     """State is all there is: nothing is hidden in the model or in a neighbour list outside of it."""
     model, state = packed(SQUARE, soil_discs())
     add_bonds(model, state)
-
-    def go_on(state):
-        for _ in range(300):
-            move_free(model, state, 5.0)
-            state.x[: model.ring] += [2e-5, 1e-5]
-            contact_forces(model, state)
-
-    go_on(state)
-    builds, copy = state.builds, deepcopy(state)
-    go_on(state)
-    go_on(copy)
-    assert state.builds > builds
+    state, copy = gone_on_twice(model, state)
     for name, value in vars(state).items():
         assert value is None or np.asarray(value).tobytes() == np.asarray(getattr(copy, name)).tobytes(), name
 

@@ -79,7 +79,7 @@ def test_an_edited_law_is_compiled_again(tmp_path, cache):
 def test_a_law_file_that_lacks_its_function_is_refused_by_name(tmp_path, cache):
     folder = install(tmp_path / "site")
     law = folder / "crushing.py"
-    law.write_text(law.read_text(encoding="utf-8").replace("def corrected", "def corrrected"), encoding="utf-8")
+    law.write_text(law.read_text(encoding="utf-8").replace("def corrected", "def mended"), encoding="utf-8")
     said = python(CHECK, folder, cache, json.dumps(scene_data({"crushing": {"pressure": 1e4}}))).stdout
     assert "material.crushing" in said
     assert "'someones-laws'" in said
