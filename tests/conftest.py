@@ -12,15 +12,16 @@ import pytest
 from tests.commands import ROOT, run_colluvium
 
 TESTS = Path(__file__).resolve().parent
-TIMED = ("scripts/test_accuracy_cost.py", "scripts/test_accuracy_w2.py", "scripts/test_accuracy_w5.py")
 FIRST = (  # dearest first, so that both workers end at about the same time; the first one also compiles for others
     "dem_server/step/test_compiled_code.py",
     "integration/test_two_processes.py",
-    *TIMED,
+    "scripts/test_accuracy_w2.py",
     "scripts/test_verify.py",
     "integration/test_restart.py",
+    "scripts/test_accuracy_cost.py",
     "hard/test_hard.py",
     "scripts/test_paper_study.py",
+    "scripts/test_accuracy_w5.py",
     "scripts/test_bench_step_discs.py",
     "scenes/test_factors_of_safety.py",
     "dem_server/step/test_without_jit.py",
@@ -33,23 +34,11 @@ FIRST = (  # dearest first, so that both workers end at about the same time; the
 )
 
 
-def pytest_configure():
-    """What a shell starts in the background ignores SIGINT, and so would all processes that tests interrupt."""
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Files of FIRST first; a worker takes a whole file, whose tests share fixtures.
-
-    Files that time what they compute (TIMED) wait for each other, so one worker takes them all.
-    """
+    """Files of FIRST first; a worker takes a whole file, whose tests share fixtures (pytest-xdist, loadfile)."""
     place = {name: number for number, name in enumerate(FIRST)}
-    files = {item: item.path.relative_to(TESTS).as_posix() for item in items}
-    items.sort(key=lambda item: place.get(files[item], len(FIRST)))
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group("timed" if files[item] in TIMED else files[item]))
+    items.sort(key=lambda item: place.get(item.path.relative_to(TESTS).as_posix(), len(FIRST)))
 
 
 @pytest.fixture(scope="session")
