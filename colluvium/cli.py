@@ -127,7 +127,7 @@ def resume_command(options):
     command_line.set_threads(options.threads)
     out = Path(options.run_dir)
     scene, options.origin = api.to_go_on(out, command_line.plugin(options))
-    print(f"going on after stage {options.origin.stage!r}", file=sys.stderr)
+    print(f"continuing after stage {options.origin.stage!r}", file=sys.stderr)
     return _compute(options, scene, out / "scene.json", out, [])
 
 
@@ -272,7 +272,7 @@ def status_command(options):
 
     frames = open_run(options.run_dir).frames
     last = frames[-1] if frames else None
-    print("not ended" + (f"; last frame: step {last.step}, stage {last.stage}, {last.gravity_factor:.2f} g" if last else ""))
+    print("not finished" + (f"; last frame: step {last.step}, stage {last.stage}, {last.gravity_factor:.2f} g" if last else ""))
     return 0
 
 

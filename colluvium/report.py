@@ -41,7 +41,7 @@ def write(
     folder = Path(out) if out is not None else Path(run_dir) / "report"
     with open_run(run_dir, other_path) as run:
         if not run.frames:
-            raise ValueError(f"{run_dir}: no frame was recorded, there is nothing to draw")
+            raise ValueError(f"{run_dir}: no frame was recorded, so there is nothing to draw")
         folder.mkdir(parents=True, exist_ok=True)
         paths = []
         for path in _files(run, folder, skipped or (lambda name, why: None)):

@@ -41,7 +41,7 @@ def serve(options, stop):
 
         return discs_alone.compute(scene, out, progress, stop, options.origin, plugin)
     if options.connect is None:
-        raise exits.EnvironmentFailed("the scene has a grid: say with --connect where its process listens")
+        raise exits.EnvironmentFailed("the scene has a grid: give the address of its process with --connect")
     transport = link_tcp.RankTransport(link_tcp.endpoint_from(options.connect, scene.link.give_up))
     try:
         reason = compute(scene, options.rank, transport, out, progress, stop, options.origin, plugin)

@@ -106,6 +106,9 @@ def say_forces(side, order):
     asked = order is not None and side.strain is not None and int(order.flags) & messages.STRAIN
     force = side.rim.nodal_forces(side.state)
     if not isfinite(force.sum()):
-        raise PhysicsFailed(f"the discs' forces on the rim are no numbers any more after step {side.steps}")
+        raise PhysicsFailed(
+            f"the discs' forces on the rim are NaN or infinite after step {side.steps}: the window has blown up; "
+            "try a smaller step_factor"
+        )
     strain = side.strain.measure(side.state) if asked else None
     side.talk.say_forces(force, side.rim.stiffness_sums(side.model, side.state), side.answer, strain)

@@ -34,12 +34,12 @@ def read(path, key="discs.file"):
     """The DiscFile at `path`; raises SceneError that names lines and columns."""
     path = Path(path)
     if not path.is_file():
-        raise unfit(key, f"there is no file {path}", "paths count from where the program was started")
+        raise unfit(key, f"there is no file {path}", "paths are relative to the working directory")
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:  # as spreadsheets write it, too
             rows = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if row]
     except (UnicodeDecodeError, csv.Error) as error:
-        raise unfit(key, f"{path} is no table of text: {error}", f"columns: {', '.join(COLUMNS)}") from None
+        raise unfit(key, f"{path} is not a CSV table: {error}", f"columns: {', '.join(COLUMNS)}") from None
     head = [name.strip() for name in rows[0][1]] if rows else []
     _check_head(path, key, head)
     wrong = []
@@ -79,14 +79,14 @@ def _value(name, text):
         return text
     if name == "stone":
         if not text.removeprefix("-").isdecimal() and text:
-            raise ValueError(f"stone {text!r} is no whole number")
+            raise ValueError(f"stone {text!r} is not an integer")
         return int(text or -1)
     try:
         value = float(text)
     except ValueError:
         value = float("nan")
     if not isfinite(value):
-        raise ValueError(f"{name} {text!r} is no number")
+        raise ValueError(f"{name} {text!r} is not a number")
     if name == "radius" and value <= 0.0:
         raise ValueError("the radius is not positive")
     return value

@@ -88,7 +88,7 @@ def index_of(scene, origin):
     if origin.stage not in names:
         raise exits.EnvironmentFailed(f"{origin}: the scene has no stage {origin.stage!r}; it has {', '.join(names)}")
     if origin.stage == names[-1]:
-        raise exits.EnvironmentFailed(f"{origin}: this is the last stage, nothing is left to compute")
+        raise exits.EnvironmentFailed(f"{origin}: this is the last stage: nothing remains to be computed")
     return names.index(origin.stage)
 
 
@@ -123,10 +123,10 @@ def load(scene, origin, name):
 
     index, path = index_of(scene, origin), origin.path(name)
     if not path.is_file():
-        raise exits.EnvironmentFailed(f"{path} does not exist: this stage's end was not saved there")
+        raise exits.EnvironmentFailed(f"{path} does not exist: the end of this stage was not saved")
     about = checkpoint.attributes(path)
     if about.get("phase") != END:
-        raise exits.EnvironmentFailed(f"{path} is no State of a stage's end")
+        raise exits.EnvironmentFailed(f"{path} is not a checkpoint of the end of a stage")
     if about["version"] != version("colluvium"):
         raise exits.EnvironmentFailed(f"{path} was written by version {about['version']}, this is {version('colluvium')}")
     check_scene(scene, json.loads(about["scene"]), index, path)
@@ -158,7 +158,7 @@ def last_saved(scene, folder):
         sessions = {_session(origin.path(name)) for name in processes(scene, index)}
         if len(sessions) == 1 and None not in sessions:
             return origin
-    raise exits.EnvironmentFailed(f"{folder} holds no end of a stage that all processes have saved: run the scene again")
+    raise exits.EnvironmentFailed(f"no stage in {folder} ended with checkpoints of all processes: run the scene again")
 
 
 def _session(path):

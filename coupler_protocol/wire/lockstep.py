@@ -170,7 +170,7 @@ class Conversation:
 
     def _elsewhere(self, sender, frame):
         """A frame of somebody else on a shared transport."""
-        log.warning("a message from %r was refused: nobody else is expected here", sender)
+        log.warning("a message from %r was refused: no other process is expected here", sender)
 
 
 def _reason(frame):
@@ -228,7 +228,7 @@ class Hub:
 
     def turn_away(self, sender, rank, reason):
         """REJECT for somebody who claims `rank`."""
-        log.warning("a process that claims rank %d was turned away: %s", rank, reason)
+        log.warning("a process that claims rank %d was rejected: %s", rank, reason)
         self.transport.send(frames.control_frame(messages.REJECT, 0, rank, 0, {"reason": reason}), sender)
 
     def objection(self, rank, taken):

@@ -52,12 +52,16 @@ class RingGuard:
                 raise ArithmeticError(self._words_of_loss(model, state, gaps, lost))
         due = bool(gaps[widest] > self.smallest) and not self.warned
         self.warned |= due
-        return f"the ring has opened by {self.in_words(self.widest)}: discs can be squeezed out from 2 on" if due else ""
+        return (
+            f"the ring has opened: a gap of {self.in_words(self.widest)} (r: smallest disc radius; 2 r lets a disc escape)"
+            if due
+            else ""
+        )
 
     def in_words(self, found):
         """Width and place of an opening."""
         x, y = found.place
-        return f"{found.width / self.smallest:.2g} smallest radii at ({x:.4g}, {y:.4g})"
+        return f"{found.width / self.smallest:.2g} r at ({x:.4g}, {y:.4g})"
 
     def _words_of_loss(self, model, state, gaps, lost):
         disc = int(lost[0])

@@ -27,7 +27,7 @@ def take_over(model, state, target, gravity, mesostructure=None, body="clump", m
         report |= found._asdict()
         if max(abs(found.imbalance_x), abs(found.imbalance_y)) > NOTICED:
             left = 100.0 * found.imbalance_x, 100.0 * found.imbalance_y
-            log.warning("the zones' stress does not bear the weight: %+.1f %% left over along x, %+.1f %% along y", *left)
+            log.warning("the zones' stress does not balance the weight: %+.1f %% of it remains along x, %+.1f %% along y", *left)
     if mesostructure is not None:
         model = bodies.make(model, state, mesostructure.outlines, body)
         if stressed:

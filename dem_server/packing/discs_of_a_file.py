@@ -70,7 +70,7 @@ def refuse_on_walls(path, found, walls):
         on = np.flatnonzero(shapely.distance(shapely.LineString(wall.ends), centres) < SAME * found.radius)
         if len(on):
             why = f"{path}: the centre of disc {on[0] + 1} lies on wall {wall.name or k}"
-            raise unfit("discs.file", why, "move the wall, or the disc to the side where it belongs")
+            raise unfit("discs.file", why, "move the wall, or move the disc to one side of it")
 
 
 def refuse_burst(path, found, pairs, depth, smaller):
@@ -81,7 +81,7 @@ def refuse_burst(path, found, pairs, depth, smaller):
         (i, j), count = pairs[worst] + 1, int((deep > BURST).sum())
         why = f"{path}: discs {i} and {j} overlap by {deep[worst]:.2g} of the smaller radius, {count} pairs by more than "
         why += f"{BURST:g}: in real time they would burst apart"
-        raise unfit("discs.file", why, 'begin with a static stage (leave time = "real" out of it), or mend the file')
+        raise unfit("discs.file", why, 'start with a static stage (without time = "real"), or correct the file')
 
 
 def refuse_deep(path, depth, smaller):
@@ -113,5 +113,5 @@ def refuse_deep_in_walls(path, found, walls):
         if (deep > BURST).any():
             worst, count = int(deep.argmax()), int((deep > BURST).sum())
             why = f"{path}: disc {worst + 1} overlaps wall {wall.name or k} by {deep[worst]:.2g} of its radius, {count} discs "
-            why += f"by more than {BURST:g}: in real time they would be thrown off"
-            raise unfit("discs.file", why, 'begin with a static stage (leave time = "real" out of it), or mend the file')
+            why += f"by more than {BURST:g}: in real time they would be ejected"
+            raise unfit("discs.file", why, 'start with a static stage (without time = "real"), or correct the file')

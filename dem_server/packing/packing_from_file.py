@@ -60,7 +60,7 @@ def of_window(scene, ring):
     path = scene.discs.file
     found = disc_csv.read(path)
     if found.stone is not None:
-        raise unfit("discs.file", f"{path} has stones", "in a scene with a grid they come from [stones]: leave the column out")
+        raise unfit("discs.file", f"{path} has stones", "in a scene with a grid stones come from [stones]: remove the column")
     pairs, depth = discs_of_a_file.pairs_of(found.xy, found.radius, None)
     smaller = found.radius[pairs].min(axis=1)
     discs_of_a_file.refuse_same_place(path, found, pairs, depth, smaller)

@@ -162,7 +162,7 @@ class DiscsAlone:
         gravity, state = leg.at(step), self.state
         ratio = unbalanced_ratio.unbalanced_ratio(self.model, state, gravity)
         if not np.isfinite(ratio):
-            raise exits.PhysicsFailed(f"the discs' forces are not finite any more after step {self.steps}")
+            raise exits.PhysicsFailed(f"the discs' forces are NaN or infinite after step {self.steps}")
         values = {
             "time": self.time,
             "unbalanced_ratio": ratio,

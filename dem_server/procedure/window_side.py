@@ -163,7 +163,7 @@ class DiscreteSide:
 
     def _name_of(self, index):
         if not 0 <= index < len(self.scene.stage):
-            raise PeerLost(f"the continuum speaks of stage {index}, which the scene does not have")
+            raise PeerLost(f"the continuum names stage {index}, which the scene does not have")
         return self.scene.stage[index].name
 
     def _note(self, text, fraction=None):
@@ -197,7 +197,7 @@ class DiscreteSide:
         if self.state.next_dt < self.step / self.substeps:
             raise PhysicsFailed(
                 f"the step of {self.step:.4g} s agreed for stage {self._name_of(self.stage)!r} is too long after step "
-                f"{self.steps}: the discs' contacts now ask for {self.substeps * self.state.next_dt:.4g} s; "
+                f"{self.steps}: the discs' contacts now need {self.substeps * self.state.next_dt:.4g} s; "
                 "give the stage a smaller step_factor"
             )
 
@@ -230,7 +230,7 @@ class DiscreteSide:
     def _answer(self, gravity):
         ratio = unbalanced_ratio.unbalanced_ratio(self.model, self.state, gravity)
         if not np.isfinite(ratio):
-            raise PhysicsFailed(f"the discs' forces are not finite any more after step {self.steps}")
+            raise PhysicsFailed(f"the discs' forces are NaN or infinite after step {self.steps}")
         broken = self.state.broken_tension + self.state.broken_shear
         return messages.Answer(
             ratio=ratio,

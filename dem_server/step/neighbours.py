@@ -32,7 +32,7 @@ def rebuild(model, state):
     """Build the list anew, and recompute masses and the time step."""
     if not np.isfinite(state.disc).all():
         lost = int(np.flatnonzero(~np.isfinite(state.disc).all(axis=1))[0])
-        raise ArithmeticError(f"disc {lost}: position or velocity is no longer a number")
+        raise ArithmeticError(f"position or velocity of disc {lost} is NaN or infinite")
     state.listed_at[:] = state.x
     old, (first, second, key) = keys(model, state.first, state.second), found_near(model, state)
     origin = places(old, key)

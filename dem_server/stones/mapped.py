@@ -35,7 +35,7 @@ def mapped(domain, stones):
     if not found:
         x0, y0, x1, y1 = window.bounds
         what = f"{stones.file}: no stone of {len(outlines)} lies in the window, x {x0:g} to {x1:g}, y {y0:g} to {y1:g} m"
-        raise unfit("stones.file", what, "are scale, origin and flip_y right?")
+        raise unfit("stones.file", what, "check scale, origin and flip_y")
     found.sort(key=polygon_area, reverse=True)
     shapes = [moments(corners) for corners in found]
     size = np.sqrt(4.0 / np.pi * np.array([shape.area for shape in shapes]))

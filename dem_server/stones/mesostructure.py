@@ -126,7 +126,7 @@ def refuse_jams(outlines, domain, stones):
         gap = scipy.optimize.brentq(lambda g: filled(outlines, domain, g) - REACHED, 0.0, stones.gap, xtol=1e-4)
         remedy += f", a gap up to {gap:.3f} m"
     reason = no_room(stones) + (
-        f": with half the gap round them they would fill {100.0 * share:.0f} % of the room; "
+        f": with half the gap around them they would fill {100.0 * share:.0f} % of the room; "
         f"randomly placed ones jam before {100.0 * JAMMED:.0f} %"
     )
     raise unfit("stones.content", reason, f"{remedy}, or larger stones")

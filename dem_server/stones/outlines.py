@@ -70,14 +70,14 @@ def _simple(name, ring):
     """Corners of a ring without repetitions, or what is wrong with it."""
     corners = np.asarray(ring, dtype=float)
     if not np.isfinite(corners).all():
-        return None, (f"{name} has a corner that is no number", "two finite numbers a corner")
+        return None, (f"a corner of {name} is not a number", "give two finite numbers for each corner")
     corners = corners[(corners != np.roll(corners, 1, axis=0)).any(axis=1)]
     if len(corners) < 3:
         return None, (f"{name} has {len(corners)} corners", "a stone has three corners or more")
     shape = shapely.Polygon(corners)
     if not shape.is_valid:
         where = shapely.is_valid_reason(shape).replace("[", " at (").replace("]", ")").replace("  ", " ").lower()
-        return None, (f"the outline of {name} crosses or touches itself: {where}", "draw it once round, without crossings")
+        return None, (f"the outline of {name} crosses or touches itself: {where}", "draw it once around, without crossings")
     if not shape.area > 0.0:
         return None, (f"{name} has no area", "draw it as an outline, not as a line")
     return corners, None
@@ -89,14 +89,14 @@ def _rings(path):
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         if not path.is_file():
-            return [], [("there is no such file", "paths count from where the program was started")]
+            return [], [("there is no such file", "paths are relative to the working directory")]
         return [], [(f"cannot be read: {error}", REMEDY)]
     if path.suffix.lower() == ".csv":
         return _from_table(text)
     try:
         data = json.loads(text)
     except ValueError as error:
-        return [], [(f"no JSON: {error}", REMEDY)]
+        return [], [(f"not valid JSON: {error}", REMEDY)]
     return _from_geojson(data)
 
 
@@ -112,7 +112,9 @@ def _from_geojson(data):
         geometry = feature.get("geometry") if isinstance(feature, dict) else None
         kind = geometry.get("type") if isinstance(geometry, dict) else None
         if kind not in POLYGONS:
-            problems.append((f"{name} is {'a ' + str(kind) if kind else 'no geometry'}", "stones are Polygons or MultiPolygons"))
+            problems.append(
+                (f"{name} is {'a ' + str(kind) if kind else 'not a geometry'}", "stones are Polygons or MultiPolygons")
+            )
             continue
         try:
             parts = [geometry["coordinates"]] if kind == "Polygon" else geometry["coordinates"]

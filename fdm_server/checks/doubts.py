@@ -33,7 +33,9 @@ def _stiffness(scene):
     for i, m in enumerate(scene.material):
         nu = poisson_ratio(m.elastic)
         if nu > POISSON or nu < 0.0:
-            what = f"material {m.name!r} has Poisson's ratio {nu:.4g}" + (": many more steps to rest" if nu > POISSON else "")
+            what = f"material {m.name!r} has Poisson's ratio {nu:.4g}" + (
+                ": the stages need many more steps to rest" if nu > POISSON else ""
+            )
             most, least = (f"{m.elastic.shear * (2 * (1 + v)) / (3 * (1 - 2 * v)):.4g}" for v in (POISSON, 0.0))
             remedy = f"with this shear modulus, a bulk modulus of {least} .. {most} Pa gives 0 .. {POISSON}"
             yield ("material", i, "elastic"), what, remedy
@@ -44,8 +46,8 @@ def _overlaps(scene):
     for (_, first, a), (i, last, b) in combinations(regions, 2):
         area = a.intersection(b).area
         if area > 1e-9 * min(a.area, b.area):
-            what = f"the regions of {first!r} and {last!r} overlap by {area:.4g} m2: there the later one, {last!r}, counts"
-            yield ("material", i, "region"), what, "draw regions that only touch, if this is not meant"
+            what = f"the regions of {first!r} and {last!r} overlap by {area:.4g} m2, where the later one, {last!r}, applies"
+            yield ("material", i, "region"), what, "let regions only touch, unless this is intended"
 
 
 def _shapes(grid):
@@ -59,15 +61,15 @@ def _shapes(grid):
         x, y = centroids(grid.xy, grid.zones[[worst]])[0]
         worst = f"one at ({x:.4g}, {y:.4g}) {aspect[worst]:.3g} times"
         what = f"{len(bad)} zones are more than {ASPECT:g} times as long as wide, {worst}"
-        yield ("grid", "zone_size"), what + ": inexact in bending, and more steps to rest", "use zone sizes nearer to each other"
+        yield ("grid", "zone_size"), what + ": inaccurate in bending, and more steps to rest", "use more similar zone sizes"
 
 
 def _supports(scene, grid):
     loose = len(grid.xy) - len(np.unique(grid.zones))
     if loose:
-        yield ("grid",), f"{loose} gridpoints belong to no zone: they are held in place", "remove them from the mesh"
+        yield ("grid",), f"{loose} gridpoints belong to no zone: they are fixed", "remove them from the mesh"
     if not all_held(grid.zones, fixed_components(grid, scene.boundary)):
-        what = "nothing holds the grid in x, or in y: it falls, or drifts, as a whole"
+        what = "the grid has no support in x or in y: it falls or drifts as a whole"
         yield ("boundary",), what, 'add [[boundary]] tables, for example on = "bottom", fix = "xy"'
 
 

@@ -20,10 +20,10 @@ def laws_fit_together(scene):
             continue
         at = ("material", i, "softening")
         if m.mohr_coulomb is None:
-            yield at, "softening without Mohr-Coulomb", "add mohr_coulomb = { friction = .., cohesion = .. } or remove the table"
+            yield at, "softening needs Mohr-Coulomb", "add mohr_coulomb = { friction = .., cohesion = .. } or remove the table"
             continue
         if m.softening.tension is not None and m.tension is None:
-            yield (*at, "tension"), "a tensile strength that softens without a table", "add tension = { strength = .. }"
+            yield (*at, "tension"), "a softening tensile strength needs the table tension", "add tension = { strength = .. }"
         values = curves(m.softening, m.mohr_coulomb, m.tension)
         for strain, phi, psi in zip(m.softening.strain, values["friction"][1:], values["dilation"][1:], strict=True):
             if psi > phi:
@@ -39,14 +39,14 @@ def time_fits_the_stages(scene):
         damping = scene.damping if stage.damping is None else stage.damping
         if stage.kind == "fill":
             if real or stage.damping is not None:
-                yield at, "fill computes no steps of the grid", "remove time and damping here"
+                yield at, "a stage of kind fill computes no steps", "remove time and damping here"
             continue
         if not real and stage.until is not None and stage.until.time is not None:
             yield (*at, "until", "time"), "a static stage has no seconds", 'use steps or ratio, or time = "real"'
         if not real and stage.step_factor is not None:
             yield (*at, "step_factor"), "the step of a static stage is 1", 'remove the key, or use time = "real"'
         if not real and damping is not None and damping.rayleigh is not None:
-            why = "Rayleigh damping knows a frequency, a static stage does not"
+            why = "Rayleigh damping needs a frequency, which a static stage does not have"
             yield (*at, "damping"), why, "give the stage damping = { local = 0.8 }"
 
 

@@ -120,7 +120,7 @@ class Pace:
 
     def _fall_back(self, why):
         self.fell_back, self.watching, self.interval, self._now = why, False, 1, True
-        log.warning("an exchange in every step from here on (exchange_every = %d): %s", self.every, why)
+        log.warning("both sides exchange in every step from now on (exchange_every = %d): %s", self.every, why)
 
     def report(self):
         """For run.json, where k is not 1: exchanges of the stage, and why it fell back to 1, or ""."""

@@ -53,7 +53,7 @@ class GrowthWatch:
 
     def _noticed(self, size, ratio):
         text = (
-            f"the rim of window {self.rim.window.name!r} turns round in every step and has grown {size / self.begin:.3g} times "
+            f"the rim of window {self.rim.window.name!r} reverses in every step and has grown {size / self.begin:.3g}-fold "
             f"in {self.steps} steps: its contacts are too stiff for its masses, or the step is too long"
         )
         if self.noticed is None:
@@ -86,7 +86,7 @@ class PowerWatch:
             return
         text = (
             f"the rim of window {self.rim.window.name!r} took {power:.6g} W in step {step}, its discs gave {theirs:.6g} W: "
-            f"forces and velocities do not belong to each other"
+            f"forces and velocities do not match"
         )
         self.warn("mismatch", text)
         if self.wrong >= WRONG:

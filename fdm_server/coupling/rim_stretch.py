@@ -29,7 +29,7 @@ class Stretched(NamedTuple):
     def in_words(self):
         """Which zone, where and how far."""
         x, y = self.place
-        return f"zone {self.zone} at ({x:.4g}, {y:.4g}) is stretched {self.stretch:.2g} times"
+        return f"zone {self.zone} at ({x:.4g}, {y:.4g}) is stretched to {self.stretch:.2g} times its size"
 
 
 class StretchWatch:
@@ -50,7 +50,7 @@ class StretchWatch:
             self.worst = Stretched(float(stretch[i]), int(self.number[i]), now[self.zones[i]].mean(axis=0))
         due = stretch[i] >= FAR and not self.warned
         self.warned |= bool(due)
-        return f"on the rim of a window {self.worst.in_words()}: finer zones there would follow better" if due else ""
+        return f"on the rim of a window {self.worst.in_words()}: use finer zones there" if due else ""
 
     def report(self):
         """What the row of a stage in run.json says where a warning was due; nothing for others."""

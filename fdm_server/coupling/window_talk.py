@@ -77,7 +77,7 @@ class WindowTalk:
         frame.scalars[:] = order
         frame.velocity[:] = velocity
         if not isfinite(frame.values.sum()):
-            raise PhysicsFailed(f"the rim of {self.name!r} has velocities that are no numbers in step {order.step:.0f}")
+            raise PhysicsFailed(f"velocities on the rim of {self.name!r} are NaN or infinite in step {order.step:.0f}")
         self.conversation.say_step(frame)
 
     # -- the end -----------------------------------------------------------------------------------------------------

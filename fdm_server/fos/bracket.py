@@ -75,6 +75,8 @@ def search(oracle, first, resolution):
     while (factor := bracket.next_factor(first)) is not None:
         if len(bracket.tried) >= MOST or not first[0] / WIDEST <= factor <= first[1] * WIDEST:
             kind = "rests" if bracket.low is None else "fails"
-            raise NoBracket(f"no factor between {min(bracket.tried):.4g} and {max(bracket.tried):.4g} {kind} in the steps given")
+            raise NoBracket(
+                f"no factor between {min(bracket.tried):.4g} and {max(bracket.tried):.4g} {kind} within the given steps"
+            )
         bracket.tried[factor] = oracle(factor)
     return bracket

@@ -69,7 +69,7 @@ def settle(scene, stop=lambda: None, say=lambda steps, ratio: None):
     if gravity == 0.0 and (scene.fos.by == "gravity" or not any(loads(scene))):
         raise unfit("stage", "nothing loads the ground", "add gravity = 9.81 to the first stage")
     if all(m.mohr_coulomb is None for m in scene.material):
-        raise unfit("material", "no material can fail: none has a strength", "add mohr_coulomb = { .. } to a material")
+        raise unfit("material", "no material has a strength", "add mohr_coulomb = { .. } to a material")
     _refuse_added_laws(scene)
     model = _model(scene, _elastic(scene.material))
     state = new_state(model)

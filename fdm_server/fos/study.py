@@ -114,7 +114,7 @@ class Study:
         if size == zone_size(self.scene):
             return self.scene
         if any(s.excavate is not None and s.excavate.columns is not None for s in self.scene.stage):
-            raise unfit("fos.zone_sizes", "an excavation counts zones, which differ between meshes", "give it as a polygon")
+            raise unfit("fos.zone_sizes", "an excavation by columns and rows depends on the mesh", "give it as a polygon")
         scene = with_zone_size(self.scene, size)
         try:
             build_grid(scene)
@@ -130,7 +130,7 @@ def ignored(scene):
     """What of the scene has no part in the search, in words."""
     found = []
     if scene.window:
-        found.append(f"{len(scene.window)} window(s) and their discs: the grid alone is computed")
+        found.append(f"{len(scene.window)} window(s) and their discs: only the grid is computed")
     if scene.grid.large_strain or any(s.large_strain for s in scene.stage):
         found.append("large strain: trials compute in the shape drawn")
     if any(s.time == "real" for s in scene.stage):

@@ -24,9 +24,9 @@ def excavations(scene, grid, fixed, rims):
             if np.any(near_windows & chosen_zones(grid, stage.excavate)):
                 raise ValueError(f"excavation {stage.name!r} touches a window: leave at least one zone between")
             if not np.any(masks[index]):
-                raise ValueError(f"excavation {stage.name!r} finds no zones: is it above the ground, or dug away before?")
+                raise ValueError(f"excavation {stage.name!r} contains no zones: is it above the ground, or already excavated?")
             if not all_held(grid.zones[there], fixed):
-                raise ValueError(f"excavation {stage.name!r} leaves zones that nothing holds: take them away too")
+                raise ValueError(f"excavation {stage.name!r} leaves unsupported zones: excavate them too")
     return masks
 
 

@@ -51,7 +51,7 @@ def _surface(profile, size, columns, rows):
     for p, ((i0, j0), (i1, j1)) in enumerate(pairwise(at)):
         run, rise = i1 - i0, j1 - j0
         if run < 0:
-            raise ValueError(f"profile goes back in x after its point {p}: overhangs cannot be meshed")
+            raise ValueError(f"profile turns back in x after its point {p}: overhangs cannot be meshed")
         if run and rise and run != abs(rise):
             raise ValueError(_misfit(profile, p, size, rows * size[1]))
         step = np.sign(rise) if run else 0

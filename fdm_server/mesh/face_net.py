@@ -40,7 +40,7 @@ def along_face_mesh(g, levels=()):
 def _sides(profile):
     """Points (n,2) of the ground surface from below to its top, on the left and on the right."""
     if np.any(np.diff(profile[:, 0]) < 0.0):
-        raise ValueError("profile goes back in x: overhangs cannot be meshed")
+        raise ValueError("profile turns back in x: overhangs cannot be meshed")
     top = profile[:, 1].max()
     highest = np.flatnonzero(profile[:, 1] >= top * (1.0 - 1e-9))
     left, right = profile[: highest[0] + 1], profile[highest[-1] :][::-1]

@@ -91,7 +91,7 @@ def _mesh(profile, x, y, levels, lines, size):
         centre = xy[zones[worst.argmax()]].mean(axis=0)
         raise ValueError(
             f"the zone at ({centre[0]:.4g}, {centre[1]:.4g}) would be too flat (aspect {worst.max():.2g}, at most {WORST:g}): "
-            f"use smaller zones, or move the profile's points there apart"
+            f"use smaller zones, or move the points of the profile there apart"
         )
     return xy, zones, column, row
 
@@ -119,7 +119,7 @@ def _check_profile(profile, g):
     if np.any(y < g.zone_size[1]) or np.any(y > g.height * (1 + 1e-9)):
         raise ValueError(f"profile must stay between one zone ({g.zone_size[1]:g} m) and the height of the grid, {g.height:g} m")
     if np.any(np.diff(x) < 0.0):
-        raise ValueError(f"profile goes back in x after its point {np.argmin(np.diff(x))}: overhangs cannot be meshed")
+        raise ValueError(f"profile turns back in x after its point {np.argmin(np.diff(x))}: overhangs cannot be meshed")
 
 
 def _path(profile, x, y, ground=True):
@@ -132,7 +132,7 @@ def _path(profile, x, y, ground=True):
             (x0, y0), (x1, y1) = profile[k : k + 2]
             raise ValueError(
                 f"the points ({x0:g}, {y0:g}) and ({x1:g}, {y1:g}) of the profile are closer than half a zone: "
-                f"use smaller zones, or leave one of them out"
+                f"use smaller zones, or remove one of them"
             )
         along = 0 if steps[0] >= steps[1] else 1
         nodes, share = _straight(start, end, (x, y), along)

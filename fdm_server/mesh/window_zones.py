@@ -11,7 +11,7 @@ def window_zones(grid, window):
     mask = chosen_zones(grid, window)
     if window.polygon is not None:
         if not np.any(mask):
-            raise ValueError(f"window {window.name!r} holds no zones: none has its centre in the polygon")
+            raise ValueError(f"window {window.name!r} contains no zones: none has its centre in the polygon")
         return mask
     (c0, c1), (r0, r1) = window.columns, window.rows
     wanted = (c1 - c0 + 1) * (r1 - r0 + 1)
@@ -31,7 +31,7 @@ def rim_of(grid, mask):
     """
     zones = grid.zones[mask]
     if not len(zones):
-        raise ValueError("the window holds no zones")
+        raise ValueError("the window contains no zones")
     edges = boundary_edges(zones)
     outer = np.intersect1d(edges, boundary_edges(grid.zones))
     if len(outer):
@@ -40,17 +40,17 @@ def rim_of(grid, mask):
     points, ends = np.unique(edges[:, 0], return_counts=True)
     if ends.max() > 1:
         where = _at(grid.xy[points[ends.argmax()]])
-        raise ValueError(f"its zones meet in a single gridpoint {where}: join them by a side or take them apart")
+        raise ValueError(f"its zones meet in a single gridpoint {where}: join them by a side or separate them")
     piece = pieces(zones)
     if piece.max() > 0:
         smallest = np.bincount(piece).argmin()
         where = _at(centroids(grid.xy, zones[piece == smallest]).mean(axis=0))
-        raise ValueError(f"its zones are not one piece but {piece.max() + 1}, the smallest round {where[3:]}: join them")
+        raise ValueError(f"its zones form {piece.max() + 1} separate pieces, the smallest at {where[3:]}: join them")
     loops = closed_loops(edges)
     if len(loops) > 1:
         inner = min(loops, key=lambda loop: np.ptp(grid.xy[loop], axis=0).max())
         where = _at(grid.xy[inner].mean(axis=0))
-        raise ValueError(f"its zones are not one piece without holes: some that stay lie inside it {where}: take them too")
+        raise ValueError(f"the window has a hole {where}: add the zones in it to the window")
     return loops[0]
 
 

@@ -116,8 +116,8 @@ class EnergyWatch:
             zone = model.zone[np.flatnonzero((model.zones == fastest).any(axis=1))]
             raise Unstable(
                 f"{'drift: ' if self.rims else ''}{self._text(kinetic)}. "
-                f"Fastest is the gridpoint at ({x:g}, {y:g}) of zone {zone[0] if len(zone) else '-'}: "
-                f"is something stiffer than its zones hung on it, or was a velocity set by hand?"
+                f"The fastest gridpoint is at ({x:g}, {y:g}), in zone {zone[0] if len(zone) else '-'}: "
+                f"is it attached to something stiffer than its zones, or was a velocity set by hand?"
             )
 
     def _bound(self, model, state, kinetic):
@@ -134,7 +134,7 @@ class EnergyWatch:
         return kinetic * max(1.0, kinetic / before) > COUPLED_GROWTH * self.onset
 
     def _text(self, kinetic):
-        return f"the motion has {kinetic:.3g} J, all forces together have given {self.most:.3g} J: it grows by itself"
+        return f"the kinetic energy is {kinetic:.3g} J, the work of all forces {self.most:.3g} J: the motion grows by itself"
 
     def _look_at_discs(self, gravity):
         """Energies that discs had at the first look and the work of their weights since go to `given`; returns their K [J]."""

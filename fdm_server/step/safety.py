@@ -1,4 +1,4 @@
-"""Failures that would otherwise pass in silence: inverted zones, velocities that are no numbers any more."""
+"""Failures that would otherwise go unnoticed: inverted zones, velocities that are NaN or infinite."""
 
 import numpy as np
 
@@ -26,13 +26,13 @@ def check_motion(model, state):
     if not np.isfinite(speed):
         bad = np.flatnonzero(~np.isfinite(state.velocity).all(axis=1))
         raise Unstable(
-            f"the velocities of {len(bad)} gridpoints are not finite, one {_at(model, bad[0])}: the step is too long for "
+            f"velocities of {len(bad)} gridpoints are NaN or infinite, one {_at(model, bad[0])}: the step is too long for "
             f"something stiffer than the zones, or a law failed"
         )
     if speed > model.extent:
         fastest = np.abs(state.velocity).max(axis=1).argmax()
         raise Unstable(
-            f"a gridpoint {_at(model, fastest)} moves {speed:.3g} m in a step, more than the grid is large: "
+            f"a gridpoint {_at(model, fastest)} moves {speed:.3g} m in a step, more than the size of the grid: "
             f"forces have grown without bounds"
         )
 

@@ -108,7 +108,7 @@ def test_contacts_stiffer_than_zones_fall_back_to_the_bits_of_every_step(tables,
         assert any(s.startswith(warning) for s in sentences(many.info))
         for side in SIDES:
             assert differing(one.folders[0] / f"{side}.overload.h5", many.folders[0] / f"{side}.overload.h5") == []
-    assert "an exchange in every step from here on" in caplog.text
+    assert "both sides exchange in every step from now on" in caplog.text
 
 
 def test_motion_that_grows_by_itself_falls_back_before_it_is_ten_times_as_fast(tables, tmp_path, monkeypatch):

@@ -141,7 +141,7 @@ def test_a_killed_run_is_resumed_and_reads_as_one_run(tmp_path, scene, straight)
         assert differing(straight / f"{side}.overload.h5", out / f"{side}.overload.h5") == []
     again = quietly("resume", out)
     assert again.returncode == 4
-    assert "nothing is left to compute" in again.stderr
+    assert "nothing remains to be computed" in again.stderr
 
 
 def test_a_run_resumed_twice_from_ever_earlier_ends_is_still_one_run(tmp_path, scene, straight):
@@ -170,7 +170,7 @@ def test_a_run_is_resumed_from_python(tmp_path, scene, straight, in_process):
         assert run.info["begins_after"]["stage"] == "couple"
     for side in SIDES:
         assert differing(straight / f"{side}.overload.h5", out / f"{side}.overload.h5") == []
-    with pytest.raises(EnvironmentFailed, match="nothing is left to compute"):
+    with pytest.raises(EnvironmentFailed, match="nothing remains to be computed"):
         resume(out)
 
 

@@ -68,7 +68,7 @@ def changed(steps, angle, shift):
 
 def rows(fast):
     """A translation, and a quarter turn in 10,000 steps (fast: 2,500) and in fewer."""
-    yield row("translation by (.3, .2) m in 1,000 steps, over kn R", changed(1000, 0.0, [0.3, 0.2]), 0.0, 1e-12, SOURCE)
+    yield row("translation by (0.3, 0.2) m in 1,000 steps, over kn R", changed(1000, 0.0, [0.3, 0.2]), 0.0, 1e-12, SOURCE)
     many = 2500 if fast else 10_000
     fine, coarse = changed(many, 0.5 * np.pi, [0.0, 0.0]), changed(many // 4, 0.5 * np.pi, [0.0, 0.0])
     order = np.log(coarse / fine) / np.log(4.0)

@@ -45,7 +45,7 @@ def rows(fast):
     for ratio, words in ((4.0, "4 times"), (0.25, "a quarter of")):
         back, on, _ = reflected(ratio)
         yield row(f"discs {words} the impedance: what comes back", back, (1.0 - ratio) / (1.0 + ratio), 0.01, source)
-        yield row(f"discs {words} the impedance: what goes on", on, 2.0 / (1.0 + ratio), 0.01, source)
+        yield row(f"discs {words} the impedance: transmitted wave", on, 2.0 / (1.0 + ratio), 0.01, source)
     back, _, _ = reflected(1.0, SHORT)
     yield row("equal impedance, short pulse: what comes back", back, 0.0, 1e-3, source)
     back, _, _ = reflected(1.0, SHORT, half_mass=False)

@@ -77,9 +77,9 @@ def mean_energy(model, state, steps=400):
 def study(pictures):
     """Largest error of the energy at ten looks in a million steps, by fraction."""
     cases = {
-        "36 discs, .3 m/s": lambda f: gas(0.3, f),
+        "36 discs, 0.3 m/s": lambda f: gas(0.3, f),
         "36 discs, 3 m/s": lambda f: gas(3.0, f),
-        "25 discs and 5 stones, .3 m/s": lambda f: stones(0.3, f),
+        "25 discs and 5 stones, 0.3 m/s": lambda f: stones(0.3, f),
         "25 discs and 5 stones, 3 m/s": lambda f: stones(3.0, f),
         "one disc, 1 m/s": lambda f: single(1.0, f),
         "one disc, 3 m/s": lambda f: single(3.0, f),

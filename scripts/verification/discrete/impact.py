@@ -71,7 +71,7 @@ def rows(fast):
         yield row("the same: speed along the wall after, over vn", v, slip - spin - 2.0 * slip / 3.0, 2e-3, SOURCE)
     yield row("the same: speed from the wall, over vn", normal, 1.0, 1e-4, SOURCE)
     after = struck(0.3, 4.0 / 3.0, 0.55)[2]
-    yield row("sticks, ks = 4 kn/3, slip .3 vn: slip after, over vn", after, 0.3, 2e-3, SOURCE)
+    yield row("sticks, ks = 4 kn/3, slip 0.3 vn: slip after, over vn", after, 0.3, 2e-3, SOURCE)
     for friction, slip in ((0.1, 2.0), (0.3, -5.0)):
         v, w, _, _ = struck(slip, 0.4, friction)
         sign = np.sign(slip)
@@ -80,4 +80,4 @@ def rows(fast):
         yield row("the same: spin times R, over vn", w, -4.0 * sign * friction, 1e-3, SOURCE)
     for slip in () if fast else (0.2, 0.5, 0.9):
         found, expected = struck(slip, 0.4, 0.3)[2], slider(slip, 0.4, 0.3)
-        yield row(f"sticks and slides, ks = .4 kn, mu .3, slip {slip:g} vn: slip after", found, expected, 2e-3, SOURCE)
+        yield row(f"sticks and slides, ks = 0.4 kn, mu 0.3, slip {slip:g} vn: slip after", found, expected, 2e-3, SOURCE)

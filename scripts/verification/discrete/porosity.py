@@ -35,7 +35,9 @@ def rows(fast):
     with scenes.of_tables(scenes.tables([stage], discs, window=window)) as run:
         discs, shape = run.discs(0), shapely.Polygon(INNER)
         found = run.porosity(0, INNER)
-        yield row("porosity of the L within .15 m of its edges", found, covered(discs, shape), 1e-3, "shapely, union of polygons")
+        yield row(
+            "porosity of the L within 0.15 m of its edges", found, covered(discs, shape), 1e-3, "shapely, union of polygons"
+        )
         yield row("porosity of the same against what was asked for", found, ASKED, [-0.1, 0.05], "as asked for")
         circle = shapely.Point(CIRCLE[:2]).buffer(CIRCLE[2], quad_segs=512)
         yield row("porosity of a circle", run.porosity(0, CIRCLE), covered(discs, circle), 1e-3, "shapely, union of polygons")

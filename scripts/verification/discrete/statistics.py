@@ -60,7 +60,7 @@ def rows(fast):
     for seed, (content, *_) in enumerate(found[:3]):
         yield row(f"content, seed {seed}", content, CONTENT, 1e-9, "as asked for")
     near = sum(touching for *_, touching in found)
-    yield row("stones nearer than .029 m to another or the edge", near, 0.0, 0.0, "as asked for")
+    yield row("stones nearer than 0.029 m to another or the edge", near, 0.0, 0.0, "as asked for")
     size, flatness, azimuth = (np.concatenate([part[k] for part in found]) for k in (1, 2, 3))
     count = len(size)
     mean, deviation = cut_off()

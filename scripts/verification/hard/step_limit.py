@@ -45,7 +45,9 @@ def rows(fast):
         for stiffness in STIFFNESSES:
             name = f"alpha {damping:g}, k/K {stiffness:g}"
             below = max(grown(stiffness, size, damping, 0.99, steps) for size in sizes)
-            yield row(f"{name}, {span}: largest growth of speed in {steps} steps at .99 of the limit", below, 0.0, 5.0, "bounded")
+            yield row(
+                f"{name}, {span}: largest growth of speed in {steps} steps at 0.99 of the limit", below, 0.0, 5.0, "bounded"
+            )
             beyond = sum(grown(stiffness, size, damping, 1.01, 500) >= 1e5 for size in sizes)
             yield row(f"{name}, {span}: systems that grow 1e5 fold at 1.01", beyond, len(sizes), 0.0, "all")
             least = min(safe_share(system(stiffness, size, damping)) for size in sizes)

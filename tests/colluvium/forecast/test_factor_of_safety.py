@@ -79,11 +79,11 @@ def test_ground_that_cannot_fail(configs, tmp_path):
     scene, rock = configs / "dawson_slope.toml", "material.0={name='rock',density=2000.0,elastic={bulk=1e8,shear=3e7}}"
     done = run_colluvium("fos", scene, "--out", tmp_path / "a", "--set", rock)
     assert done.returncode == 3
-    assert "none has a strength" in done.stderr
+    assert "no material has a strength" in done.stderr
     strong = ("--set", "fos.zone_sizes=[1.25]", "--set", "material.0.mohr_coulomb.cohesion=1e9")
     done = run_colluvium("fos", scene, "--out", tmp_path / "b", *COARSE, *strong)
     assert done.returncode == 6
-    assert "fails in the steps given" in done.stderr
+    assert "fails within the given steps" in done.stderr
 
 
 def test_results_are_not_overwritten(configs, searched):

@@ -36,10 +36,10 @@ def scene_of(file, stage=STATIC, **discs):
         (["x,y,radius,mass", "0,0,1,1"], ["'mass' is not known"]),
         (["x,y,radius,x", "0,0,1,1"], ["'x' is there twice"]),
         (["x,y,radius"], ["holds no discs"]),
-        (["x,y,radius", "0,0,1", "1,zero,1", "2,0,-1", "3,0"], ["csv:3", "'zero' is no number", "csv:4", "positive", "csv:5"]),
+        (["x,y,radius", "0,0,1", "1,zero,1", "2,0,-1", "3,0"], ["csv:3", "'zero' is not a number", "csv:4", "positive", "csv:5"]),
         (["x,y,radius,material", "0,0,1,clay"], ["material 'clay' is not known"]),
         (["x,y,radius,material,stone", "0,0,1,stone,-1"], ["disc 1 is of material stone and has stone -1"]),
-        (["x,y,radius,stone", "0,0,1,1.5"], ["'1.5' is no whole number"]),
+        (["x,y,radius,stone", "0,0,1,1.5"], ["'1.5' is not an integer"]),
     ],
 )
 def test_files_that_are_refused(tmp_path, lines, words):

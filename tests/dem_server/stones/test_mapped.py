@@ -55,7 +55,7 @@ def test_the_window_cuts_what_reaches_beyond_it(tmp_path):
 
 
 def test_a_window_without_any_stone_is_refused(tmp_path):
-    with pytest.raises(SceneError, match=r"no stone of 1 lies in the window.*(?s:.)*are scale, origin"):
+    with pytest.raises(SceneError, match=r"no stone of 1 lies in the window.*(?s:.)*check scale, origin"):
         stones_of(L_SHAPE, stones_table(file=file_of(tmp_path, 100.0 * KITE + 1000.0)), None)
 
 

@@ -47,10 +47,10 @@ def test_zones_are_dug_once():
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({"columns": (2, 5), "rows": (20, 25)}, "finds no zones"),
+        ({"columns": (2, 5), "rows": (20, 25)}, "contains no zones"),
         ({"columns": (39, 40), "rows": (20, 35)}, "touches a window"),
         ({"columns": (32, 45), "rows": (32, 35)}, "touches a window"),
-        ({"polygon": [(10.0, 11.3), (20.0, 11.3), (20.0, 11.7), (10.0, 11.7)]}, "nothing holds"),
+        ({"polygon": [(10.0, 11.3), (20.0, 11.3), (20.0, 11.7), (10.0, 11.7)]}, "leaves unsupported zones"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(table, words):

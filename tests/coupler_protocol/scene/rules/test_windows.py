@@ -29,7 +29,7 @@ def test_an_l_and_a_circle_are_windows():
         ({"polygon": None, "rows": [3, 7]}, "missing"),
         ({"polygon": [[1.0, 1.0], [8.0, 1.0], [6.0, 4.0]]}, "window 'hole': it touches the boundary of the grid at ("),
         ({"polygon": [[2.0, 2.0], [2.7, 2.0], [2.7, 5.0], [2.0, 5.0]]}, "window 'hole' is 0.5 x 3 m: too small for discs"),
-        ({"polygon": [[9.0, 2.0], [9.7, 2.0], [9.7, 5.0]]}, "window 'hole' holds no zones"),
+        ({"polygon": [[9.0, 2.0], [9.7, 2.0], [9.7, 5.0]]}, "window 'hole' contains no zones"),
     ],
 )
 def test_what_is_no_window_is_refused(window, words):
