@@ -34,6 +34,12 @@ FIRST = (  # dearest first, so that both workers end at about the same time; the
 )
 
 
+def pytest_configure():
+    """What a shell starts in the background ignores SIGINT, and so would all processes that tests interrupt."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     """Files of FIRST first; a worker takes a whole file, whose tests share fixtures (pytest-xdist, loadfile)."""
