@@ -52,7 +52,7 @@ def test_cells_of_the_tables(study):
         return {"moments": {"d": {"fabric": {"all": fabric, "stone-stone": None}}, "c": None}}
 
     rows = [row(0.2, 80.0, 0.5, 84.0), row(0.3, 100.0, 0.5, 84.0)]
-    assert study.pair(rows, "d", "all", "a", "theta_a") == "0.25 ∓ 0.07, 90 ∓ 14°"
+    assert study.pair(rows, "d", "all", "a", "theta_a") == "0.25 ± 0.07, 90 ± 14°"
     assert study.pair(rows, "d", "stone-stone", "a", "theta_a") == "-"  # too few contacts
     assert study.pair(rows, "c", "all", "a", "theta_a") == "-"  # not reached
     assert study.pair(rows[:1], "d", "all", "a_n", "theta_n") == "0.50, 84°"
