@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol import exits
-from coupler_protocol.files import checkpoint, restart, run_json
+from coupler_protocol.files import checkpoint, proof, restart, run_json
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.process import server
 from coupler_protocol.process.plugin import Moment
@@ -23,6 +23,7 @@ from dem_server.model import Model, State
 from dem_server.observe import energy, record, unbalanced_ratio
 from dem_server.packing import alone_window, draw_apart
 from dem_server.procedure import walls_of_scene
+from dem_server.procedure.proof import prove
 from dem_server.step import bonds_made, clock, cycle
 from dem_server.step.contact_pass import contact_forces
 
@@ -196,13 +197,18 @@ class DiscsAlone:
         """Write the State to its checkpoint file; returns the path."""
         path = self.out / f"{NAME}.{stage}.h5"
         more = {"report": self.report} | restart.named(self.plugin)
-        about = restart.attributes(self.scene, stage, phase, self.steps, 0, factor, **more)
+        about = restart.attributes(self.scene, NAME, stage, phase, self.steps, 0, factor, **more)
         checkpoint.save(path, AloneState(self.model, self.state, self.time), about)
         return path
 
     def _take_up(self):
         """The discs as they were saved at the end of a stage."""
-        found = checkpoint.rebuild(AloneState, self.saved.fields)
+        with proof.of_file(self.saved.path):
+            found = checkpoint.rebuild(AloneState, self.saved.fields)
+            prove(found.model, found.discs)
+            walls = 0 if found.discs.walls is None else len(found.discs.walls.ends)
+            expected = len(self.scene.discs.wall)
+            proof.require(walls == expected, f"it has {walls} walls, the scene {expected}")
         self.model, self.state, self.time = found
         self.steps = int(self.saved.about["step"])
         self.watch.begin(self.origin.stage)
