@@ -18,7 +18,9 @@ MEANING = {
 
 def code_of(error):
     """Exit code of an exception: by whose fault, and ours where nothing says so."""
-    return error.code if isinstance(error, RunEnded) else SCENE if isinstance(error, SceneError) else OURSELVES
+    if isinstance(error, RunEnded):
+        return error.code
+    return SCENE if isinstance(error, SceneError) else ENVIRONMENT if isinstance(error, OSError) else OURSELVES
 
 
 class RunEnded(Exception):  # noqa: N818 (an end of a run, not always an error)

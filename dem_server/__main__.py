@@ -1,6 +1,5 @@
 """Command line of the discrete server: `dem-server SCENE --connect ENDPOINT --rank N --out DIR`."""
 
-import logging
 import sys
 
 from coupler_protocol import exits
@@ -66,9 +65,7 @@ def compute(scene, rank, transport, out, progress, stop, origin=None, plugin=Non
         return exits.physics(side.run)
     except BaseException as error:
         conversation.tell(messages.FAILURE, {"reason": server.reason_of(error)})
-        if side.state is not None:
-            path = side.save(server.STOPPED, "free discs moved, velocities awaited")
-            logging.getLogger("dem-server").info("state saved to %s", path)
+        server.save_stopped(side, "free discs moved, velocities awaited")
         raise
 
 

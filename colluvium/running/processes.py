@@ -16,6 +16,7 @@ from coupler_protocol.files.run_json import name_the_cause, write
 
 GRACE = 15.0  # seconds a process gets to end by itself before it is killed
 ECHO = 10.0  # seconds in which an error of the other side follows the one that caused it
+ECHOES = (exits.PEER, exits.INTERRUPTED)  # codes with which a side ends because the other one has failed
 
 
 def own_files(out):
@@ -150,7 +151,10 @@ def _conclude(processes, interrupted):
             process.interrupt()
     codes = {process.name: process.end(GRACE) for process in processes}
     failed = [code for code in codes.values() if code]
+    causes = [code for code in failed if code not in ECHOES]
     for process in processes:
+        if causes and process.code() in ECHOES:
+            continue  # it repeats the error of the other side
         for line in process.errors:
             print(line, file=sys.stderr)
         if process.code() and process.code() < 0:
@@ -160,7 +164,6 @@ def _conclude(processes, interrupted):
         return exits.INTERRUPTED
     if not failed:
         return exits.DONE
-    causes = [code for code in failed if code not in (exits.PEER, exits.INTERRUPTED)]
     cause = (causes or failed)[0]
     return exits.PEER if cause < 0 else cause
 

@@ -10,9 +10,11 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from coupler_protocol import exits
+from coupler_protocol.files.room import not_written
 
 log = logging.getLogger(__name__)
 NAME, EARLIER = "run.json", "run.earlier.json"
+ROOM = 1 << 16  # bytes that are kept for run.json while a run computes
 LIBRARIES = ("colluvium", "numpy", "numba", "scipy", "pyzmq", "msgpack", "h5py", "pydantic")
 
 
@@ -43,8 +45,23 @@ def beginning(out, origin, plugin):
     if origin is not None:
         about["begins_after"] = {"run": str(origin.folder), "stage": origin.stage}
         if origin.continues(out) and (out / EARLIER).exists():
-            about["attempts"] = _attempts(json.loads((out / EARLIER).read_text(encoding="utf-8")))
+            about["attempts"] = _attempts(read(out / EARLIER))
     return about
+
+
+def read(path):
+    """The content of a run.json; raises EnvironmentFailed where it is not one."""
+    path = Path(path)
+    try:
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
+    except ValueError as error:  # of the text's encoding, or of JSON
+        raise exits.EnvironmentFailed(f"{path} is damaged: {error}. {_WITHOUT}") from None
+    if not isinstance(content, dict) or not all(isinstance(row, dict) for row in content.get("stages", ())):
+        raise exits.EnvironmentFailed(f"{path} is not what a run writes there. {_WITHOUT}")
+    return content
+
+
+_WITHOUT = "Remove it: resume and open_run need only the other files of the run"
 
 
 def _attempts(earlier):
@@ -57,7 +74,23 @@ def set_aside(out):
     """Make room for the run.json of a run that goes on; what it says is kept for `attempts`."""
     path = Path(out) / NAME
     if path.exists():
+        read(path)  # a damaged one is refused while it still has its name
         path.replace(Path(out) / EARLIER)
+
+
+def keep_room(out):
+    """Occupy room for run.json, so that a disk that becomes full still takes it."""
+    path = Path(out) / NAME
+    try:
+        _new(path).write_bytes(b" " * ROOM)
+    except OSError as error:
+        _new(path).unlink(missing_ok=True)
+        raise not_written(path, "the account of the run", ROOM, error) from error
+
+
+def _new(path):
+    """Under which name a file is written before it gets its own."""
+    return path.with_suffix(path.suffix + ".new")
 
 
 def _version(name):
@@ -87,11 +120,17 @@ def peak_memory():
 
 
 def write_json(path, content):
-    """Write JSON to a new file and rename it, so that a reader never sees half of it."""
+    """Write JSON to a new file and rename it, so that a reader never sees half of it; into the room that was kept for it."""
     path = Path(path)
-    new = path.with_suffix(path.suffix + ".new")
-    new.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    os.replace(new, path)
+    new, text = _new(path), (json.dumps(content, indent=1) + "\n").encode()
+    try:
+        with open(new, "r+b" if new.exists() else "wb") as file:
+            file.write(text)
+            file.truncate()
+        os.replace(new, path)
+    except OSError as error:
+        new.unlink(missing_ok=True)
+        raise not_written(path, "the file", len(text), error) from error
 
 
 def write(out, content):
@@ -117,7 +156,7 @@ def misfits(content):
 def name_the_cause(path, code):
     """Where run.json has only heard of the other side's failure (exit code PEER), give it the code of that failure."""
     path = Path(path)
-    content = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    content = read(path) if path.exists() else {}
     if content.get("exit_code") == exits.PEER:
         write(path.parent, content | {"exit_code": code})
 

@@ -4,7 +4,8 @@ Layout: VTKHDF file format 2.0 of Kitware (docs.vtk.org, "VTKHDF file format"). 
 other in the same datasets; the group `Steps` holds, for each frame, the row where it starts. Three habits
 make a file survive the death of its writer: rows of earlier frames are never moved (column.py), every frame
 ends with a flush, and only when all its arrays are safe does `NSteps` count it. `libver` is held at a version
-whose files carry no "open for writing" mark that a crash would leave.
+whose files carry no "open for writing" mark that a crash would leave. On a disk without room the file keeps its last
+frame (whole_writes.py).
 """
 
 from collections.abc import Mapping
@@ -14,9 +15,11 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
+from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.files.growing_datasets import Blocks, Rows, same_bits
 from coupler_protocol.files.quantities import CONSTANTS, FIELDS, FRAME, HISTORIES, Quantity, quantity
 from coupler_protocol.files.vtk_cells import TOPOLOGIES, cell_groups, cell_rows, zone_types
+from coupler_protocol.files.whole_writes import WholeWrites
 
 VERSION = (2, 0)
 HISTORY_ROW = np.dtype([("step", "<i8"), ("value", "<f8")])
@@ -48,7 +51,8 @@ class VtkHdfFile:
 
     def __init__(self, path: Path, kind: str, attributes: Mapping[str, Any], constants: Mapping[str, np.ndarray]) -> None:
         self._kind = kind
-        self._file = h5py.File(path, "w", libver=("v108", "v114"), locking=False)
+        self._disk = WholeWrites(path)
+        self._file = h5py.File(self._disk, "w", libver=("v108", "v114"))
         self._file.attrs.update({**attributes, "kind": kind})
         self._vtk = self._file.create_group("VTKHDF")
         self._vtk.attrs["Version"] = VERSION
@@ -64,10 +68,18 @@ class VtkHdfFile:
         self._parts = 0
         self._shape: tuple[np.ndarray, np.ndarray] | None = None  # points and cells of the last frame
         self._shape_starts: dict[str, Any] = {}
-        self._file.flush()
+        try:
+            self.flush("the head of the file")
+        except EnvironmentFailed:
+            self.abandon()
+            raise
 
     def append(self, frame: Frame) -> None:
-        """Store a frame; when this returns, the operating system has it, whatever happens to this process."""
+        """Store a frame; when this returns, the operating system has it, whatever happens to this process.
+
+        Raises EnvironmentFailed where it has no room; the file then has the frames before.
+        """
+        what = f"the frame of step {frame.info.step}"
         starts = self._store_shape(frame.points, frame.cells)
         cell_fields = cell_rows(self._kind, frame.points, frame.cell_fields)
         for place, fields in (("PointData", frame.point_fields), ("CellData", cell_fields)):
@@ -83,12 +95,12 @@ class VtkHdfFile:
             starts[f"FieldDataOffsets/{name}"] = self._frames
         for name, start in starts.items():
             self._append_one(f"Steps/{name}", start)
-        self._file.flush()
+        self.flush(what)
         self._frames += 1
         self._steps.attrs.modify("NSteps", self._frames)  # in place, unlike an assignment
-        self._file.flush()
+        self.flush(what)
         self._append_one("Steps/Values", frame.info.time)  # more times than NSteps would overrun VTK's memory
-        self._file.flush()
+        self.flush(what)
 
     def append_history(self, name: str, steps: list[int], values: list[float]) -> None:
         """Add rows to a history; they are safe after the next `append` or `flush`."""
@@ -96,13 +108,23 @@ class VtkHdfFile:
         rows["step"], rows["value"] = steps, values
         self._column(Rows, f"Histories/{name}", quantity(HISTORIES, name)).append(rows)
 
-    def flush(self) -> None:
-        """Hand everything to the operating system."""
+    def flush(self, what: str = "histories") -> None:
+        """Hand everything to the operating system; `what` there is, for the EnvironmentFailed of a full disk."""
         self._file.flush()
+        self._disk.commit(what)
 
     def close(self) -> None:
-        """Flush and close the file."""
+        """Hand everything to the operating system and close the file."""
         self._file.close()
+        try:
+            self._disk.commit("histories")
+        finally:
+            self._disk.close()
+
+    def abandon(self) -> None:
+        """Close the file as the last successful flush left it."""
+        self._file.close()
+        self._disk.close()
 
     def _store_shape(self, points: np.ndarray, cells: np.ndarray) -> dict[str, Any]:
         """Rows where points and cells of a frame start; those of the last frame are not stored again."""

@@ -88,9 +88,17 @@ def prepare_folder(path, own_files, force, origin=None):
     return path
 
 
+class _LogFile(logging.FileHandler):
+    """A log that says nothing where its disk is full: whatever matters also goes to standard error."""
+
+    def handleError(self, record):  # noqa: N802 (a name of logging)
+        if not isinstance(sys.exc_info()[1], OSError):
+            super().handleError(record)
+
+
 def log_to(path):
     """Write the log of this process to a file."""
-    handler = logging.FileHandler(path, mode="a", encoding="utf-8")
+    handler = _LogFile(path, mode="a", encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     root = logging.getLogger()
     root.addHandler(handler)
@@ -102,6 +110,12 @@ def set_threads(count):
     threads.set_size(count)
 
 
+def _into_log(name, text):
+    """Write an error to the log of this process; without one, logging would print it to standard error a second time."""
+    if logging.getLogger().hasHandlers():
+        logging.getLogger(name).error("%s", text)
+
+
 def ended(name, work):
     """Run `work()` and turn its end into an exit code; says on standard error what happened and whose fault it is."""
     try:
@@ -110,7 +124,7 @@ def ended(name, work):
         print(f"{name}: {error}", file=sys.stderr)
         return exits.SCENE
     except exits.RunEnded as error:
-        logging.getLogger(name).error("%s", error)
+        _into_log(name, str(error))
         print(f"{name}: {error}", file=sys.stderr)
         return error.code
     except KeyboardInterrupt:
@@ -121,7 +135,7 @@ def ended(name, work):
         return exits.ENVIRONMENT
     except Exception:
         text = traceback.format_exc()
-        logging.getLogger(name).error("%s", text)
+        _into_log(name, text)
         print(f"{name}: a fault of this program, please report it\n{text}", file=sys.stderr)
         return exits.OURSELVES
     return exits.DONE

@@ -6,10 +6,11 @@ from pathlib import Path
 
 from coupler_protocol import exits
 from coupler_protocol.files import run_json
+from coupler_protocol.files.restart import STOPPED
 from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
 
-STOPPED = "stopped"  # stage and phase of the State that is saved where a run fails
+log = logging.getLogger(__name__)
 
 
 def main(name, parser, serve, argv=None):
@@ -36,6 +37,7 @@ def conduct(make_side, scene, out, progress, origin=None, plugin=None, tell=lamb
     must hear of a failure. On failure State is saved and the exception goes on.
     """
     out, begin = Path(out), time.perf_counter()
+    run_json.keep_room(out)
     about = run_json.describe(scene) | run_json.beginning(out, origin, plugin)
     side, code, reason = None, exits.OURSELVES, ""
     try:
@@ -46,10 +48,31 @@ def conduct(make_side, scene, out, progress, origin=None, plugin=None, tell=lamb
     except BaseException as error:
         reason, code = reason_of(error), exits.code_of(error)
         tell(reason)
-        if side is not None and side.state is not None:
-            logging.getLogger(__name__).info("state saved to %s", side.save(STOPPED, STOPPED))
+        if side is not None:
+            save_stopped(side)
         raise
     finally:
         about |= {"end": run_json.now(), "seconds": time.perf_counter() - begin}
         about |= {"exit_code": code, "reason": reason, "peak_memory_MB": run_json.peak_memory()}
-        run_json.write(out, about | (side.summary() if side is not None else {"stages": []}))
+
+        def conclude():
+            run_json.write(out, about | (side.summary() if side is not None else {"stages": []}))
+
+        if code == exits.DONE:
+            conclude()
+        else:
+            after_failure(conclude)
+
+
+def save_stopped(side, phase=STOPPED):
+    """Save the State of a side whose run has failed, for inspection, where it has one; phase: in which it is."""
+    if side.state is not None:
+        after_failure(lambda: log.info("state saved to %s", side.save(STOPPED, phase)))
+
+
+def after_failure(work):
+    """Run `work()` where a run has failed: what goes wrong now goes into the log, for the first failure is the one to be told."""
+    try:
+        work()
+    except Exception as error:
+        log.info("after the failure also: %s", error)
