@@ -84,7 +84,7 @@ def main(argv=None):
     """Entry point; returns the exit code."""
     options = parser().parse_args(argv)
     code = []
-    ended = command_line.ended("colluvium", lambda: code.append(options.work(options)))
+    ended = command_line.exit_code_of("colluvium", lambda: code.append(options.work(options)))
     return ended or (code[0] or 0)
 
 
@@ -161,7 +161,7 @@ def _add_band(scene, out):
     from coupler_protocol.files.run_json import write
 
     with open_run(out) as run:
-        found = {"locate": locate.answer(run, scene), "band": failure.summary(run)}
+        found = {"locate": locate.band_and_windows(run, scene), "band": failure.summary(run)}
     found = {key: value for key, value in found.items() if value}
     if found:
         write(out, json.loads((out / "run.json").read_text(encoding="utf-8")) | found)
@@ -190,7 +190,7 @@ def _in_process(scene, out, show, options):
     def work():
         threads.run(scene, out, stop, show or "none", options.origin, command_line.plugin(options))
 
-    return command_line.ended("colluvium", work)
+    return command_line.exit_code_of("colluvium", work)
 
 
 def _nothing():
@@ -221,17 +221,17 @@ def check_command(options):
     from coupler_protocol.scene.reader import read_scene
 
     scene = read_scene(options.scene, options.set)
-    found = check.answer(scene)
+    found = check.describe(scene)
     if locate.stage_of(scene) is not None and not options.no_locate:
         show = picture(options.quiet)
         with show or _nothing():
             found["locate"] = locate.compute(scene, show)
-    if step_limits.concerned(scene) and (options.exact or not options.no_limits):
-        found["limits"] = step_limits.answer(scene, options.exact)
+    if step_limits.couples_discs(scene) and (options.exact or not options.no_limits):
+        found["limits"] = step_limits.limits_of_scene(scene, options.exact)
     if options.json:
         _write_json(found, options.json)
     else:
-        check.print_answer(found, _console())
+        check.print_description(found, _console())
 
 
 def report_command(options):

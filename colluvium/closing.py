@@ -84,13 +84,13 @@ def sentences(info):
     yield from step_limits(info)
     yield from _exchanges(info)
     if info.get("locate"):
-        from colluvium.forecast.locate import in_words as located
+        from colluvium.forecast.locate import as_text as located
 
         yield "; ".join(located(info["locate"]))
     if info.get("band"):
-        from colluvium.results.failure import in_words
+        from colluvium.results.failure import as_text
 
-        yield in_words(info["band"])
+        yield as_text(info["band"])
     memory = [info.get("peak_memory_MB"), *(window.get("peak_memory_MB") for window in info.get("windows", []))]
     if all(memory):
         yield "peak memory: grid " + ", discs ".join(f"{value:.0f} MB" for value in memory)
@@ -132,15 +132,15 @@ def stretched_rims(info):
 
 def step_limits(info):
     """Safe step limits at the end of each coupled stage and, where they were asked for, the exact ones."""
-    from coupler_protocol.criteria.stable_step import in_words
+    from coupler_protocol.criteria.stable_step import as_text
 
     for stage in info.get("stages", []):
         found = dict(stage.get("limits") or {})
         exact = found.pop("exact", None)
         discs = [row for window in info.get("windows", []) for row in window.get("limits", []) if row["stage"] == stage["name"]]
         found |= {"discs": min(discs, key=lambda row: row["share"])} if discs else {}
-        parts = [f"safe: {', '.join(f'{name} {in_words(row)}' for name, row in found.items())}"] if found else []
-        parts += [f"exact: {in_words(exact)}"] if exact else []
+        parts = [f"safe: {', '.join(f'{name} {as_text(row)}' for name, row in found.items())}"] if found else []
+        parts += [f"exact: {as_text(exact)}"] if exact else []
         if parts:
             yield f"stage {stage['name']}, step limits as multiples of the step in use; {'; '.join(parts)}"
 

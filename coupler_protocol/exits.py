@@ -51,7 +51,7 @@ class Interrupted(RunEnded):
     code = INTERRUPTED
 
 
-def physics(work):
+def end_as_physics(work):
     """The result of `work()`; an ArithmeticError that a model raises ends the run as PhysicsFailed."""
     try:
         return work()

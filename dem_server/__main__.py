@@ -63,9 +63,9 @@ def compute(scene, rank, transport, out, progress, stop, origin=None, plugin=Non
     conversation = Conversation(transport, rank, 0, Clocks(scene.link), stop)
     side = DiscreteSide(scene, rank, conversation, out, progress, origin, plugin)
     try:
-        return exits.physics(side.run)
+        return exits.end_as_physics(side.run)
     except BaseException as error:
-        conversation.tell(messages.FAILURE, {"reason": server.reason_of(error)})
+        conversation.notify(messages.FAILURE, {"reason": server.reason_of(error)})
         if side.state is not None:
             path = side.save(server.STOPPED, "free discs moved, velocities awaited")
             logging.getLogger("dem-server").info("state saved to %s", path)

@@ -29,20 +29,20 @@ def lockstep(side):
         last = order is not None and bool(int(order.flags) & messages.END_OF_STAGE)
         if last:
             finish_step(side, order)
-        say_forces(side, order)
+        send_forces(side, order)
         if order is not None and not last:
             finish_step(side, order)
         side.answer = side.looked
         gravity, agreed = side.gravity, side.step is not None
         if agreed:
             move_discs(side, gravity)
-        side.watch.to("computing")
-        order, stopped = side.talk.hear_answer()
-        side.watch.to("waiting")
+        side.watch.add_to("computing")
+        order, stopped = side.talk.receive_order()
+        side.watch.add_to("waiting")
         if order is None:
             return stopped
         side.gravity = order.gravity
-        side.take_step(order)
+        side.accept_order(order)
         if not agreed:
             move_discs(side, gravity)
         for between in steps_between(order, gravity, side.gravity_in(order)):
@@ -68,9 +68,9 @@ def move_rim(side, gravity, order=None):
     side.rim.move(state, side.talk.velocity)
     refuse_fast_rim(side)
     if order is not None:
-        side.see_power(order)
+        side.measure_power(order)
     if ledger:
-        side.book(gravity, begins=order is not None)
+        side.book_energy(gravity, begins=order is not None)
     contact_forces(side.model, state)
     if ledger:
         ledger.book_contacts(side.model, state)
@@ -79,16 +79,16 @@ def move_rim(side, gravity, order=None):
 
 def finish_step(side, order):
     """Look at the step that is done and write what the continuum ordered."""
-    side.look(order)
-    side.watch.to("computing")
+    side.observe(order)
+    side.watch.add_to("computing")
     side.record(order)
-    side.watch.to("recording")
+    side.watch.add_to("recording")
 
 
 def move_discs(side, gravity):
     """Move the free discs; in real time nothing is slowed down, so a disc that is too fast ends the run."""
     if side.ledger:
-        side.ledger.keep(side.state, gravity)
+        side.ledger.copy_before_step(side.state, gravity)
     fast = move_free(side.model, side.state, gravity)
     if fast and side.model.real_time is not None:
         raise PhysicsFailed(f"{fast} discs or stones {TOO_FAST.format(side.steps)}")
@@ -101,7 +101,7 @@ def refuse_fast_rim(side):
         raise PhysicsFailed(f"control discs {TOO_FAST.format(side.steps)}")
 
 
-def say_forces(side, order):
+def send_forces(side, order):
     """Nodal forces and additional masses of the rim, how the discs fared at the last look; strain if it is asked for."""
     asked = order is not None and side.strain is not None and int(order.flags) & messages.STRAIN
     force = side.rim.nodal_forces(side.state)
@@ -111,4 +111,4 @@ def say_forces(side, order):
             "try a smaller step_factor"
         )
     strain = side.strain.measure(side.state) if asked else None
-    side.talk.say_forces(force, side.rim.stiffness_sums(side.model, side.state), side.answer, strain)
+    side.talk.send_forces(force, side.rim.stiffness_sums(side.model, side.state), side.answer, strain)

@@ -71,7 +71,10 @@ def compute(scene, transport, out, progress, stop, origin=None, plugin=None):
     def side():
         return ContinuumSide(scene, hub, out, progress, origin, plugin)
 
-    server.conduct(side, scene, out, progress, origin, plugin, lambda reason: hub.tell_all(messages.FAILURE, {"reason": reason}))
+    def notify(reason):
+        hub.notify_all(messages.FAILURE, {"reason": reason})
+
+    server.run_side(side, scene, out, progress, origin, plugin, notify)
 
 
 if __name__ == "__main__":

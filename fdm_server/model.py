@@ -190,11 +190,11 @@ def new_state(model):
         stress=np.zeros((blocks, STRESS_ROWS * LANES)),
         corner_force=np.zeros((blocks, CORNER_ROWS * LANES)),
     )
-    forget(model, state, (ZONE, GRIDPOINT))
+    reset_histories(model, state, (ZONE, GRIDPOINT))
     return state
 
 
-def forget(model, state, where=(ZONE,)):
+def reset_histories(model, state, where=(ZONE,)):
     """Set what the model's laws remember at these places to zero, and what laws that do not act remembered to None."""
     points, blocks = len(model.grid.xy), len(model.geometry.corner)
     acting = model.law.histories

@@ -42,29 +42,29 @@ def stage_of(scene):
     return found[-1] if found and not is_level(scene) else None
 
 
-def cut(scene):
+def grid_alone(scene):
     """The scene up to its last stage of kind locate, as the grid alone computes it: without windows and what fills them."""
     kept = [stage for stage in scene.stage[: stage_of(scene) + 1] if stage.kind != "fill"]
     return scene.model_copy(update={"window": [], "discs": None, "stones": None, "ring": None, "stage": kept})
 
 
 def compute(scene, picture=None):
-    """`answer` from a run of the cut scene in a process of its own, reported to `picture`; raises RunEnded where that fails."""
+    """Runs `grid_alone` in a separate process, reported to `picture`; returns `band_and_windows`. Raises RunEnded if it fails."""
     from colluvium.running import processes
 
     with TemporaryDirectory(prefix="colluvium-") as folder:
         path = Path(folder) / "scene.toml"
-        path.write_text(processes.as_toml(cut(scene).model_dump(mode="json", exclude_none=True)), encoding="utf-8")
+        path.write_text(processes.as_toml(grid_alone(scene).model_dump(mode="json", exclude_none=True)), encoding="utf-8")
         code = processes.run_files(path, folder, 0, picture=picture)
         if code:
             error = RunEnded("the grid alone could not be computed; --no-locate leaves it out")
             error.code = code
             raise error
         with open_run(folder) as run:
-            return answer(run, scene)
+            return band_and_windows(run, scene)
 
 
-def answer(run: Run, scene) -> dict | None:
+def band_and_windows(run: Run, scene) -> dict | None:
     """Where the band runs at the end of the last stage of kind locate, and what that means for each window of `scene`.
 
     None where the run has recorded no such stage. Without a band `line` and `windows` are empty.
@@ -79,7 +79,7 @@ def answer(run: Run, scene) -> dict | None:
     found = {"stage": name, "gravity_factor": run.frames[frame].gravity_factor, "level": level, "counted": shear_band.COUNTED}
     if level < shear_band.COUNTED:
         return found | {"line": [], "windows": []}
-    there = Band(cells, surface, level, band_line.along(cells, surface, level))
+    there = Band(cells, surface, level, band_line.line_of_band(cells, surface, level))
     windows = [_beside(there, scene, _grid(scene), i) for i in range(len(scene.window))]
     return found | {"line": there.line.tolist(), "windows": windows}
 
@@ -94,7 +94,7 @@ def _beside(there: Band, scene, grid, number: int) -> dict:
     """What the band is to one window."""
     window = scene.window[number]
     box = outline(grid, window)
-    around, way = there.level_without(box), band_line.inside(there.line, box)
+    around, way = there.level_without(box), band_line.crossing(there.line, box)
     found = {"name": window.name, "crosses": around < there.level, "level_around": around}
     found |= {"enters": way and list(way[0]), "leaves": way and list(way[1]), "ends": _ends(there.line, box)}
     found["distance"] = float(shapely.distance(shapely.LineString(there.line), box))
@@ -171,19 +171,19 @@ def _places(there: Band, box: shapely.Polygon, size: np.ndarray) -> list[tuple[f
 # -- in words ------------------------------------------------------------------------------------------------------------
 
 
-def in_words(found: dict) -> list[str]:
+def as_text(found: dict) -> list[str]:
     """One sentence on the band and one on each window; what is wrong begins with "warning"."""
     begin = f"{found['stage']}: at {found['gravity_factor']:.2f} g, the grid alone:"
     if not found["line"]:
         much = f"no band of {100 * found['counted']:g} % shear strain connects toe and crest"
         much += f" (strongest path {100 * found['level']:.2g} %)"
         return [f"warning: {begin} {much}: increase gravity or steps of this stage"]
-    points = " ".join(f"({x:.1f}, {y:.1f})" for x, y in band_line.some(np.array(found["line"]), 6))
+    points = " ".join(f"({x:.1f}, {y:.1f})" for x, y in band_line.even_points(np.array(found["line"]), 6))
     said = [f"{begin} a band of {100 * found['level']:.2g} % shear strain connects toe and crest, through {points} m"]
-    return said + [_window_in_words(window) for window in found["windows"]]
+    return said + [_window_as_text(window) for window in found["windows"]]
 
 
-def _window_in_words(window: dict) -> str:
+def _window_as_text(window: dict) -> str:
     ends = ", ".join(f"{name} side {distance:.1f} m" for name, distance in window["ends"].items())
     around = f"the strongest path around the window reaches {100 * window['level_around']:.2g} % shear strain"
     way = ""

@@ -11,15 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
-from coupler_protocol.criteria.stable_step import in_words
+from coupler_protocol.criteria.stable_step import as_text
 
 
-def concerned(scene):
+def couples_discs(scene):
     """Whether the scene couples a grid with discs."""
     return scene.grid is not None and any(stage.kind == "couple" for stage in scene.stage)
 
 
-def answer(scene, exact=False, note=None):
+def limits_of_scene(scene, exact=False, note=None):
     """Limits (criteria.stable_step.limit) by "grid", "interface", "discs"; exact: the limit of all together, too."""
     from colluvium.forecast import linearised_step
     from dem_server.observe.stable_limit import safe_limit
@@ -107,7 +107,7 @@ def saved_model(scene, index, paths):
 
 def sentences(found):
     """The limits in words."""
-    named = ", ".join(f"{name} {in_words(found[name])}" for name in ("grid", "interface", "discs"))
+    named = ", ".join(f"{name} {as_text(found[name])}" for name in ("grid", "interface", "discs"))
     yield f"step limits as multiples of the step in use; safe: {named}"
     if "exact" in found:
-        yield f"exact step limit as a multiple of the step in use: {in_words(found['exact'])}"
+        yield f"exact step limit as a multiple of the step in use: {as_text(found['exact'])}"

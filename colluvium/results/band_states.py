@@ -56,7 +56,7 @@ class State(NamedTuple):
     seen: Reach | None
     alike: str
 
-    def in_words(self) -> str:
+    def as_text(self) -> str:
         """One line."""
         words = "not reached" if self.reach is None else f"{self.reach.gravity_factor:.2f} g, step {self.reach.step}"
         if self.alike:

@@ -67,7 +67,7 @@ def summary(run: Run, threshold: float = FAILED) -> dict | None:
     }
 
 
-def in_words(found: dict) -> str:
+def as_text(found: dict) -> str:
     """One sentence or two on the answer of `summary`."""
     level = f"strongest path {100 * found['level_through']:.2g} %, around the window {100 * found['level_around']:.2g} %"
     if found["failed_at"] is None:

@@ -101,7 +101,7 @@ def limit(omega2, alpha, dt, what, xy):
     return {"share": longest if dt is None else longest / dt, "dt": dt, "what": what, "at": [float(x) for x in xy]}
 
 
-def in_words(found):
+def as_text(found):
     """A limit in words: a multiple of the step in use, in real time also in seconds, and what sets it."""
     seconds = "" if found["dt"] is None else f" = {found['share'] * found['dt']:.3g} s"
     return f"{found['share']:.2f}{seconds} (set by {found['what']} at ({found['at'][0]:.2f}, {found['at'][1]:.2f}) m)"

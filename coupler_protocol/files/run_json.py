@@ -34,7 +34,7 @@ def now():
     return time.strftime("%Y-%m-%dT%H:%M:%S%z")
 
 
-def beginning(out, origin, plugin):
+def origin_content(out, origin, plugin):
     """What run.json says about where a run into the folder `out` begins, and about the functions of a user that it calls.
 
     A run that goes on in the folder of its origin lists in `attempts` how those before it ended.

@@ -102,7 +102,7 @@ def set_threads(count):
     threads.set_size(count)
 
 
-def ended(name, work):
+def exit_code_of(name, work):
     """Run `work()` and turn its end into an exit code; says on standard error what happened and whose fault it is."""
     try:
         work()

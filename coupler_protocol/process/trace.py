@@ -45,7 +45,7 @@ class Stopwatch:
         self.stages.append(StageTimes(name))
         self._last = time.perf_counter()
 
-    def to(self, column):
+    def add_to(self, column):
         """Book the time since the last booking under `column` of the present stage."""
         now = time.perf_counter()
         stage = self.stages[-1]
@@ -66,10 +66,10 @@ class Trace(Stopwatch):
         super().begin(name)
         self._done = 0
 
-    def to(self, column):
+    def add_to(self, column):
         """Book the time since the last booking, and keep when that was. With its recording a step is over."""
         begin = self._last
-        super().to(column)
+        super().add_to(column)
         stage = self.stages[-1]
         if self._done < self.steps:
             self.rows.append((stage.name, stage.steps, column, begin, self._last))

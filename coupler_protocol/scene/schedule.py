@@ -51,13 +51,13 @@ def large_strain(scene, stage):
     return not of(stage).drawn and (scene.grid.large_strain or stage.large_strain is True)
 
 
-def acting(scene, index):
+def acting_boundaries(scene, index):
     """The boundaries that act in the stage with this number, in order; those of a discarded stage act there only."""
     stages = scene.stage[: index + 1]
     return [*scene.boundary, *(b for i, s in enumerate(stages) if i == index or not s.discard for b in s.boundary)]
 
 
-def beginning(scene, index):
+def new_boundaries(scene, index):
     """The boundaries that begin in the stage with this number; the scene's own in the first that computes the grid and stays."""
     first = all(not of(stage).computes or stage.discard for stage in scene.stage[:index])
     return [*(scene.boundary if first else []), *scene.stage[index].boundary]

@@ -44,7 +44,7 @@ def welcome_all(hub, scene, rims, resume=None):
     missing = set(hub.conversations)
     deadline = time.monotonic() + hub.clocks.arrival
     while missing:
-        heard = hub.hear_hello()
+        heard = hub.receive_hello()
         if heard is None:
             if time.monotonic() > deadline:
                 ranks = " and ".join(map(str, sorted(missing)))
@@ -53,14 +53,14 @@ def welcome_all(hub, scene, rims, resume=None):
         sender, rank, frame = heard
         objection = hub.objection(rank, hub.conversations.keys() - missing) or _heard_objection(frame, scene, resume)
         if objection:
-            hub.turn_away(sender, rank, objection)
+            hub.reject(sender, rank, objection)
             continue
         hub.transport.admit(sender, rank)
         missing.discard(rank)
         deadline = time.monotonic() + hub.clocks.arrival
         conversation = hub.conversations[rank]
         conversation.begin(session)
-        conversation.say_control(
+        conversation.send_control(
             messages.WELCOME,
             {
                 "session": session,
@@ -86,8 +86,8 @@ def resume_from(after, session):
 def join(conversation, scene, resume=None):
     """Say HELLO and wait for the WELCOME; returns the positions (K,2) [m] of the rim's nodes. Raises PeerLost if rejected."""
     hello = {"package": version("colluvium"), "float": "<f8", "scene": scene.resolved()}
-    conversation.say_control(messages.HELLO, hello if resume is None else hello | {"resume": resume})
-    kind, frame = conversation.hear((messages.WELCOME, messages.REJECT), within=conversation.clocks.arrival)
+    conversation.send_control(messages.HELLO, hello if resume is None else hello | {"resume": resume})
+    kind, frame = conversation.receive((messages.WELCOME, messages.REJECT), within=conversation.clocks.arrival)
     content = frames.content_of(frame)
     if kind == messages.REJECT:
         raise PeerLost(f"the continuum refused this process: {content['reason']}")

@@ -61,27 +61,27 @@ class Conversation:
 
     # -- saying ------------------------------------------------------------------------------------------------------
 
-    def say(self, frame):
+    def send(self, frame):
         """Send the sealed frame of this turn; it is kept until the next one for saying it again. An answer ends the turn."""
         self._last = frame
         self.transport.send(frame, self.peer)
         self.sequence += self.answers
 
-    def say_step(self, frame):
+    def send_step(self, frame):
         """Say a coupler_protocol.wire.frames.StepFrame."""
-        self.say(frame.seal(self.sequence))
+        self.send(frame.seal(self.sequence))
 
-    def say_control(self, kind, content):
+    def send_control(self, kind, content):
         """Say a message other than a step with the current turn's number."""
-        self.say(frames.control_frame(kind, self.session, self.rank, self.sequence, content))
+        self.send(frames.control_frame(kind, self.session, self.rank, self.sequence, content))
 
-    def tell(self, kind, content):
+    def notify(self, kind, content):
         """Say something that asks for no answer and takes no turn (a failure)."""
         self.transport.send(frames.control_frame(kind, self.session, self.rank, self.sequence, content), self.peer)
 
     # -- hearing -----------------------------------------------------------------------------------------------------
 
-    def hear(self, kinds, in_step=False, within=None):
+    def receive(self, kinds, in_step=False, within=None):
         """Wait for one of `kinds` with the current turn's number; returns (kind, frame).
 
         A connected peer may take as long as it needs, but in_step no longer than a step is owed, or `within` seconds.
@@ -98,12 +98,12 @@ class Conversation:
                 if received is not None:
                     sender, frame = received
                     if sender == self.peer:
-                        kind = self._believe(frame, kinds)
+                        kind = self._accepted_kind(frame, kinds)
                         if kind is not None:
                             self.sequence += not self.answers
                             return kind, frame
                     else:
-                        self._elsewhere(sender, frame)
+                        self._other_sender(sender, frame)
                 now = time.monotonic()
                 if received is not None and now - looked < self.clocks.slice:
                     continue
@@ -111,21 +111,21 @@ class Conversation:
                 self.stop.check()
                 if now - said > self.clocks.timeout:
                     said = now
-                    self.say_again()
+                    self.send_again()
                 if self.transport.connected(self.peer):
                     alive = now
-                self._patience(now - begin, now - alive, limit)
+                self._check_silence(now - begin, now - alive, limit)
         finally:
             self.waited += time.monotonic() - begin
 
-    def _patience(self, waited, silent, limit):
+    def _check_silence(self, waited, silent, limit):
         """Raise PeerLost when the peer was away for too long, or has let us wait for longer than `limit`."""
         if silent > self.clocks.give_up:
             raise PeerLost(f"{self._name} was lost: not connected for {silent:.1f} s (give_up = {self.clocks.give_up:g} s)")
         if limit is not None and waited > limit:
             raise PeerLost(f"{self._name} was lost: no answer for {waited:.1f} s")
 
-    def say_again(self):
+    def send_again(self):
         """Say the last words again, marked as such; returns whether there is a peer to hear them."""
         self._repeat(frames.AGAIN)
         return self.transport.connected(self.peer)
@@ -136,7 +136,7 @@ class Conversation:
             self._quiet_until = time.monotonic() + 0.5 * self.clocks.timeout
             self.transport.send(frames.sent_again(self._last) if flags else self._last, self.peer)
 
-    def _believe(self, frame, kinds):
+    def _accepted_kind(self, frame, kinds):
         """The kind of a frame that is what this turn waits for; None for one that is dealt with here."""
         try:
             kind, session, rank, flags, sequence = frames.open_header(frame)
@@ -168,7 +168,7 @@ class Conversation:
         if self._refused_now >= REFUSALS:
             raise PeerLost(f"{self._name} cannot be understood: {self._refused_now} messages refused, the last because {why}")
 
-    def _elsewhere(self, sender, frame):
+    def _other_sender(self, sender, frame):
         """A frame of somebody else on a shared transport."""
         log.warning("a message from %r was refused: no other process is expected here", sender)
 
@@ -188,12 +188,12 @@ class Hub:
         self.conversations = {r: _HubConversation(self, r) for r in ranks}
         self._strange = 0
 
-    def tell_all(self, kind, content):
+    def notify_all(self, kind, content):
         """Say something one-way to every rank."""
         for conversation in self.conversations.values():
-            conversation.tell(kind, content)
+            conversation.notify(kind, content)
 
-    def hear_hello(self):
+    def receive_hello(self):
         """The next HELLO of a stranger: (sender, rank, frame), or None after a slice of time without one."""
         self.stop.check()
         received = self.transport.receive(self.clocks.slice)
@@ -201,19 +201,19 @@ class Hub:
             return None
         sender, frame = received
         if sender in self.conversations:
-            self.conversations[sender].keep(frame)
+            self.conversations[sender].store(frame)
             return None
-        rank = self.stranger(sender, frame)
+        rank = self.claimed_rank(sender, frame)
         return None if rank is None else (sender, rank, bytes(frame))
 
-    def stranger(self, sender, frame):
+    def claimed_rank(self, sender, frame):
         """The rank that a stranger claims with a HELLO; None for all other frames, which are turned away here."""
         try:
             if len(frame) > MAX_HELLO:
                 raise frames.WireError(f"{len(frame)} bytes are too many")
             kind, _, rank, _, _ = frames.open_header(frame)
         except frames.VersionError as error:
-            self.turn_away(sender, 0, str(error))
+            self.reject(sender, 0, str(error))
             return None
         except frames.WireError as error:
             self._strange += 1
@@ -223,10 +223,10 @@ class Hub:
         if kind == messages.HELLO:
             return rank
         if kind not in messages.ONE_WAY:
-            self.turn_away(sender, rank, "this continuum does not know this process: it belongs to another run")
+            self.reject(sender, rank, "this continuum does not know this process: it belongs to another run")
         return None
 
-    def turn_away(self, sender, rank, reason):
+    def reject(self, sender, rank, reason):
         """REJECT for somebody who claims `rank`."""
         log.warning("a process that claims rank %d was rejected: %s", rank, reason)
         self.transport.send(frames.control_frame(messages.REJECT, 0, rank, 0, {"reason": reason}), sender)
@@ -235,7 +235,7 @@ class Hub:
         """Why a stranger cannot have `rank`, or None. taken: ranks that have a holder."""
         if rank not in self.conversations:
             return f"the scene has ranks {sorted(self.conversations)}, not {rank}"
-        if rank in taken and self.conversations[rank].say_again():
+        if rank in taken and self.conversations[rank].send_again():
             return f"rank {rank} is taken and its holder lives"
         return None
 
@@ -247,18 +247,18 @@ class _HubConversation(Conversation):
         super().__init__(hub.transport, rank, rank, hub.clocks, hub.stop)
         self.hub = hub
 
-    def keep(self, frame):
+    def store(self, frame):
         """Keep a frame that came while somebody else was waited for; a failure is heard at once."""
         if frames.kind_of(frame) in messages.ONE_WAY:
-            self._believe(frame, ())
+            self._accepted_kind(frame, ())
         else:
             self._inbox.append((self.peer, bytes(frame)))
 
-    def _elsewhere(self, sender, frame):
+    def _other_sender(self, sender, frame):
         if sender in self.hub.conversations:
-            self.hub.conversations[sender].keep(frame)
+            self.hub.conversations[sender].store(frame)
             return
-        rank = self.hub.stranger(sender, frame)
+        rank = self.hub.claimed_rank(sender, frame)
         if rank is not None:
             gone = f"rank {rank} lost its process, which cannot be replaced while the run goes on"
-            self.hub.turn_away(sender, rank, self.hub.objection(rank, self.hub.conversations) or gone)
+            self.hub.reject(sender, rank, self.hub.objection(rank, self.hub.conversations) or gone)

@@ -17,17 +17,17 @@ class GridTalk:
         self._force_and_strain = ForceFrame(conversation, nodes, bins)
         self.velocity = np.zeros((nodes, 2))  # as the last VELOCITY said
 
-    def say_forces(self, force, sums, answer, strain=None):
+    def send_forces(self, force, sums, answer, strain=None):
         """FORCE: nodal forces (K,2) [N], sums (K,) [N/m] of the mass rule, an Answer, strain (B,3) where it was asked for."""
         frame = self._force if strain is None else self._force_and_strain
         frame.force[:], frame.sums[:], frame.scalars[:] = force, sums, answer
         if strain is not None:
             frame.strain[:] = strain
-        self.conversation.say_step(frame)
+        self.conversation.send_step(frame)
 
-    def hear_answer(self):
+    def receive_order(self):
         """Wait for VELOCITY, whose velocities are in `velocity` then, or STOP; returns (Order or None, reason to stop or "")."""
-        kind, frame = self.conversation.hear((messages.VELOCITY, messages.STOP), in_step=True)
+        kind, frame = self.conversation.receive((messages.VELOCITY, messages.STOP), in_step=True)
         if kind == messages.STOP:
             return None, content_of(frame)["reason"]
         try:

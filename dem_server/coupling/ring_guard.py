@@ -36,7 +36,7 @@ class RingGuard:
         """A stage begins."""
         self.widest, self.warned = Opening(0.0, np.zeros(2)), False
 
-    def look(self, model, state):
+    def check(self, model, state):
         """Measure the ring, and find lost discs where the contact list is new; returns a warning the first time it is due, or "".
 
         A disc cannot get anywhere without a new list. Raises ArithmeticError where one is lost.
@@ -49,21 +49,21 @@ class RingGuard:
             self._builds = state.builds
             lost = lost_discs(model, state)
             if len(lost):
-                raise ArithmeticError(self._words_of_loss(model, state, gaps, lost))
+                raise ArithmeticError(self._loss_as_text(model, state, gaps, lost))
         due = bool(gaps[widest] > self.smallest) and not self.warned
         self.warned |= due
         return (
-            f"the ring has opened: a gap of {self.in_words(self.widest)} (r: smallest disc radius; 2 r lets a disc escape)"
+            f"the ring has opened: a gap of {self.as_text(self.widest)} (r: smallest disc radius; 2 r lets a disc escape)"
             if due
             else ""
         )
 
-    def in_words(self, found):
+    def as_text(self, found):
         """Width and place of an opening."""
         x, y = found.place
         return f"{found.width / self.smallest:.2g} r at ({x:.4g}, {y:.4g})"
 
-    def _words_of_loss(self, model, state, gaps, lost):
+    def _loss_as_text(self, model, state, gaps, lost):
         disc = int(lost[0])
         (x, y), radius = state.x[disc].tolist(), state.radius[disc]
         near = int(np.hypot(*(state.x[: model.ring] - state.x[disc]).T).argmin())
@@ -71,7 +71,7 @@ class RingGuard:
         return (
             f"{len(lost)} disc{'s have' if len(lost) > 1 else ' has'} left the ring: disc {disc} (radius {radius:.4g} m) is at "
             f"({x:.4g}, {y:.4g}), beyond control disc {near}, beside which the ring is open by {max(beside, 0.0):.3g} m; "
-            f"its widest gap is {self.in_words(opening(model, state, gaps, int(gaps.argmax())))}"
+            f"its widest gap is {self.as_text(opening(model, state, gaps, int(gaps.argmax())))}"
         )
 
     def report(self, stage):

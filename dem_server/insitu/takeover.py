@@ -29,13 +29,13 @@ def take_over(model, state, target, gravity, mesostructure=None, body="clump", m
             left = 100.0 * found.imbalance_x, 100.0 * found.imbalance_y
             log.warning("the zones' stress does not balance the weight: %+.1f %% of it remains along x, %+.1f %% along y", *left)
     if mesostructure is not None:
-        model = bodies.make(model, state, mesostructure.outlines, body)
+        model = bodies.form_stones(model, state, mesostructure.outlines, body)
         if stressed:
             virtual_strain.come_to_rest(model, state, gravity)
             report["ratio"] = unbalanced_ratio.unbalanced_ratio(model, state, gravity)
             errors = virtual_strain.stress_error(state, aim, mesostructure.outlines).tolist()
             report |= dict(zip(("error_xx", "error_yy", "error_xy"), errors, strict=True))
-        virtual_strain.forget_breakage(state)
+        virtual_strain.reset_broken_bonds(state)
     bond(model, state)
     return model, report
 

@@ -122,7 +122,7 @@ def bring_to_stress(model, state, target, gravity, report=None):
         if report:
             report(f"in-situ stress, round {round_ + 1} of {ROUNDS}", (round_ + 1) / ROUNDS)
     come_to_rest(model, state, gravity)
-    forget_breakage(state)
+    reset_broken_bonds(state)
     return Report(
         *stress_error(state, aim).tolist(),
         projected=projected,
@@ -210,7 +210,7 @@ def stress_error(state, aim, outlines=None):
     return np.sqrt(((found - aim.stress) ** 2).mean(axis=0)) / np.abs(aim.stress[:, 1]).mean()
 
 
-def forget_breakage(state):
+def reset_broken_bonds(state):
     """Bonds that broke while the stress was brought in are no damage: they were never there."""
     if state.bond_state is not None:
         state.bond_state[state.bond_state != BONDED] = NONE

@@ -109,7 +109,7 @@ def mass_work(disc, clumps, ring, mass, inertia, body_mass, old, old_body):
 
 
 class Ledger:
-    """The ledger of one stage: `keep`, `book_motion`, `book_contacts` in every step, `values` between the last two.
+    """The ledger of one stage: `copy_before_step`, `book_motion`, `book_contacts` in every step, `values` between the last two.
 
     `power` [W] is that of the contact forces on the control discs in their velocities half a step later, as the grid sees it
     at the rim's nodes; `work` [J] its sum since the stage began.
@@ -127,7 +127,7 @@ class Ledger:
         self.friction = self.bonds = self.masses = self.power = self.work = 0.0
         self.begin = None  # T0 + U0
 
-    def keep(self, state, gravity):
+    def copy_before_step(self, state, gravity):
         """Before velocities change: what they and the step were, and what acts on clumps, whose levers turn with them."""
         self.dt = state.dt
         self.old[:] = state.disc[:, VX : SPIN + 1]
@@ -144,9 +144,9 @@ class Ledger:
             state.disc, state.clumps, model.ring, self.mass, self.inertia, self.body_mass, self.old, self.old_body
         )
         if kick != state.dt:  # velocities count back a whole step
-            count_back(self.old, state.disc, state.dt / kick)
+            extrapolate_back(self.old, state.disc, state.dt / kick)
             if state.clumps is not None:
-                count_back(self.old_body, state.clumps.motion, state.dt / kick)
+                extrapolate_back(self.old_body, state.clumps.motion, state.dt / kick)
         self.kinetic = body_work(
             state.disc, state.load, state.weight, state.clumps, model.ring, float(gravity), state.dt, self.old, self.old_body,
             self.on_body, self.half_old, self.half_new,
@@ -160,7 +160,7 @@ class Ledger:
         self.power = float(np.sum(state.load[:R, : MOMENT + 1] * state.disc[:R, VX : SPIN + 1]))
         self.work += self.power * state.dt
 
-    def keep_contacts(self, model, state):
+    def copy_contacts(self, model, state):
         """Before contact forces change: what they were, in the order of the list that `contact_forces` will use."""
         make_current(model, state)
         self.before = histories.copied(state)
@@ -184,7 +184,7 @@ class Ledger:
         return dict(zip(NAMES, map(float, values), strict=True))
 
 
-def count_back(old, moved, ratio):
+def extrapolate_back(old, moved, ratio):
     """Velocities (b,3) a whole step before those of the records `moved` (b,8), from those `ratio` of a step nearer."""
     now = moved[:, VX : SPIN + 1]
     old[:] = now - (now - old) * ratio

@@ -36,9 +36,9 @@ def packed(scene, note):
     report = {"polygon_area": shapely.Polygon(nodes).area} | found_discs.report()
     if found is not None:
         contact_forces(model, state)
-        bodies.mark(model, state, found.outlines, discs.stone.density)
+        bodies.assign_discs(model, state, found.outlines, discs.stone.density)
         report |= bodies.report(model, state, found, nodes)
-        model = bodies.make(model, state, found.outlines, scene.stones.body)
+        model = bodies.form_stones(model, state, found.outlines, scene.stones.body)
     return model, state, found, report
 
 

@@ -29,5 +29,5 @@ def packed_window(scene, rank, nodes, mesostructure=None, note=None):
     model, state = build_model(ring.xy, ring.radius, found, discs, scene.ring)
     contact_forces(model, state)
     if mesostructure is not None:
-        bodies.mark(model, state, mesostructure.outlines, discs.stone.density)
+        bodies.assign_discs(model, state, mesostructure.outlines, discs.stone.density)
     return model, state, Rim(ring, scene.coupling.mapping), found

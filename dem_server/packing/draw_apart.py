@@ -22,7 +22,7 @@ LEFT = 1e-3  # of the smaller radius: largest overlap that is left of larger one
 APART, LOOK = 5000, 50  # steps of drawing apart at most, and after how many it is looked whether they still help
 
 
-def draw_apart(model, state):
+def separate_discs(model, state):
     """Draw discs apart that overlap by more than BURST, walls held; returns the model, in static mode, and what is left of it.
 
     The shear that the contacts have seen by then is forgotten.

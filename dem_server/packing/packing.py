@@ -80,7 +80,7 @@ def pack(polygon, ring_xy, ring_radius, discs, rng, report=None):
     model, state = smooth_discs(ring_xy, ring_radius, xy[order], radius[order], discs)
     if relaxed:
         settle(model, state, report)
-        bring_back(model, state, shapely.Polygon(polygon), inset)
+        return_discs(model, state, shapely.Polygon(polygon), inset)
     contact_forces(model, state)
     loose = False
     if getattr(discs, "target", "stress") == "porosity":
@@ -136,7 +136,7 @@ def smooth_discs(ring_xy, ring_radius, xy, radius, discs):
     return model, new_state(model, np.concatenate([ring_xy, xy]), np.concatenate([ring_radius, radius]), reference_gap=False)
 
 
-def bring_back(model, state, window, inset):
+def return_discs(model, state, window, inset):
     """Discs that were squeezed out of the window (small ones beside much larger ones) come back to the nearest place in it."""
     for _ in range(RETURNS):
         out = model.ring + np.flatnonzero(~shapely.contains_xy(window, state.x[model.ring :]))

@@ -47,7 +47,7 @@ def free_discs(scene):
         model = make_stones(model, state, found.stone, discs)
     state.disc[:, VX : SPIN + 1] = found.motion
     if state.clumps is not None:
-        set_going(state.clumps, state, found.motion)
+        set_clump_motion(state.clumps, state, found.motion)
     state.dt, state.next_dt = 0.0, np.inf
     kind = model.material[pairs[:, 0]] * model.materials + model.material[pairs[:, 1]]
     energy = float(0.5 * (model.law.spring.normal[kind] @ depth**2))  # draw_apart.py, Eq (1)
@@ -94,9 +94,9 @@ def make_stones(model, state, stone, discs):
         state.clumps = make_clumps(state.stone, state.x, centroid, gyration)
     rebuild(model, state)
     if discs.body == "cluster":
-        bodies.fasten(model, state)
+        bodies.bond_stones(model, state)
         pairs = listed_pairs(state)
-        own = bodies.of_one_stone(state, pairs)
+        own = bodies.in_same_stone(state, pairs)
         state.reference_gap[pairs.slot[own]] += pairs.gap[own]  # a stone is free of stress in the shape that it came in
     contact_forces(model, state)
     return model
@@ -121,7 +121,7 @@ def shape_of(xy, radius):
     return area, centroid, polar / area
 
 
-def set_going(clumps, state, motion):
+def set_clump_motion(clumps, state, motion):
     """Give every clump the mean motion of its discs: their spin, and the velocity of its centroid."""
     for c in range(len(clumps.motion)):
         own = clumps.member[clumps.start[c] : clumps.start[c + 1]]

@@ -59,12 +59,12 @@ class DiscsAlone:
         first = 0
         if self.saved:
             first = self.saved.index + 1
-            self._take_up()
+            self._restore()
         legs = plan(self.scene)
         if not self.saved:
             self.watch.begin(self.scene.stage[0].name)
             self._fill()
-            self.watch.to("computing")
+            self.watch.add_to("computing")
         constants = record.stones(self.stones.outlines) if self.stones else None
         with Recorder(path, "discrete", self.scene.title, about, constants) as self.recorder:
             self._frame(self.origin.stage if self.saved else self.scene.stage[0].name, 1.0)
@@ -85,7 +85,7 @@ class DiscsAlone:
         self.state.walls = walls_of_scene.walls_of(self.scene, self.model, self.state)
         contact_forces(self.model, self.state)
         if self.scene.discs.file is not None and not self.scene.stage[1].in_real_time:
-            self.model, left = draw_apart.draw_apart(self.model, self.state)
+            self.model, left = draw_apart.separate_discs(self.model, self.state)
             self.report |= left
         if self.model.law.bond is not None:
             bonds_made.add_bonds(self.model, self.state)
@@ -112,12 +112,12 @@ class DiscsAlone:
             ended_by = ended_by or ending.out_of_time(self.time - began, 2.0 * NOTHING * (stage.until.time or 0.0))
             factor = leg.factor(done - 1)
             if self.steps % every == 0 or ended_by:
-                ratio = self._look(leg, done - 1)
+                ratio = self._observe(leg, done - 1)
                 farthest = float(np.hypot(*self.state.displacement.T).max())
                 ended_by = ended_by or ending.reached(done, [ratio, walls_of_scene.servo_error(self.state.walls)], farthest)
                 self.progress(stage.name, "", done, stage.until.steps, ratio, factor)
             self.watch.stages[-1].steps = done
-            self.watch.to("computing")
+            self.watch.add_to("computing")
             if self.steps % record_every == 0 or ended_by:
                 self._frame(stage.name, factor)
             if self.plugin is not None:
@@ -157,7 +157,7 @@ class DiscsAlone:
     def _moment(self, stage):
         return Moment(1, stage, self.steps, self.model, self.state)
 
-    def _look(self, leg, step):
+    def _observe(self, leg, step):
         """Histories of this moment; returns the unbalanced ratio."""
         gravity, state = leg.at(step), self.state
         ratio = unbalanced_ratio.unbalanced_ratio(self.model, state, gravity)
@@ -183,14 +183,14 @@ class DiscsAlone:
     def _frame(self, stage, factor):
         info = FrameInfo(self.steps, self.time, stage, factor)
         self.recorder.frame(info, **record.frame(self.model, self.state))
-        self.watch.to("recording")
+        self.watch.add_to("recording")
 
     def _end_stage(self, name, factor):
         if self.plugin is not None:
             self.plugin.stage(self._moment(name))
         self.recorder.sync()
         self.save(name, restart.END, factor)
-        self.watch.to("recording")
+        self.watch.add_to("recording")
 
     def save(self, stage, phase, factor=0.0):
         """Write the State to its checkpoint file; returns the path."""
@@ -200,7 +200,7 @@ class DiscsAlone:
         checkpoint.save(path, AloneState(self.model, self.state, self.time), about)
         return path
 
-    def _take_up(self):
+    def _restore(self):
         """The discs as they were saved at the end of a stage."""
         found = checkpoint.rebuild(AloneState, self.saved.fields)
         self.model, self.state, self.time = found
@@ -237,4 +237,4 @@ class DiscsAlone:
 
 def compute(scene, out, progress, stop, origin=None, plugin=None):
     """Compute a scene without a grid into the folder `out`; writes run.json however it ends, the State where it fails."""
-    server.conduct(lambda: DiscsAlone(scene, out, progress, stop, origin, plugin), scene, out, progress, origin, plugin)
+    server.run_side(lambda: DiscsAlone(scene, out, progress, stop, origin, plugin), scene, out, progress, origin, plugin)

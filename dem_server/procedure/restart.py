@@ -39,7 +39,7 @@ def save(side, stage, phase, factor):
     return path
 
 
-def take_up(side, saved, nodes):
+def restore(side, saved, nodes):
     """Bring a side to a saved stage end (coupler_protocol.files.restart.Saved); nodes (K,2): the rim as drawn [m]."""
     found = checkpoint.rebuild(WindowState, saved.fields)
     side.model, side.state = found.model, found.discs

@@ -19,11 +19,11 @@ def walls_of(scene, model, state):
     steered = any(table.servo is not None for table in [*tables, *later])
     walls = make_walls(ends, np.zeros((len(ends), 2)), model, servo.make_servo(ends, state.x) if steered else None)
     for w, table in enumerate(tables):
-        set_going(walls, w, table)
+        set_wall_motion(walls, w, table)
     return walls
 
 
-def set_going(walls, w, table):
+def set_wall_motion(walls, w, table):
     """Give wall w the velocity or the servo of a table."""
     walls.velocity[w] = table.velocity
     if walls.servo is not None:
@@ -38,7 +38,7 @@ def begin_stage(scene, stage, model, state):
     """What the stage says about walls; no servo may be faster than a disc may in static mode, or it would pass through discs."""
     names, walls = names_of_walls(scene.discs.wall), state.walls
     for table in stage.wall:
-        set_going(walls, names.index(table.name), table)
+        set_wall_motion(walls, names.index(table.name), table)
     if not stage.in_real_time and walls is not None and walls.servo is not None:
         speed, limit = np.where(walls.servo.pressure > 0.0, walls.servo.fastest, 0.0), SPEED_CAP * model.smallest_radius
         worst = int(speed.argmax())

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from coupler_protocol.criteria.stable_step import in_words
+from coupler_protocol.criteria.stable_step import as_text
 from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.files.restart import END, filled, index_of, kept_stages, load, part_file
@@ -63,15 +63,15 @@ class DiscreteSide:
         path = part_file(self.scene, self.out, restart.name(self.rank), self.origin)
         with Recorder(path, "discrete", self.scene.title, about, constants) as self.recorder:
             if self.saved:
-                self.take_up(nodes)
+                self.restore(nodes)
             else:
                 self.fill(nodes)
                 self.bring_to_stress()
-            self.set_out()
+            self.begin_coupling()
             reason = run.lockstep(self)
         if self.scene.record.trace is not None:
             self.watch.write(self.out / f"{restart.name(self.rank)}.trace.csv")
-        self.conversation.say_control(messages.FAREWELL, self.summary())
+        self.conversation.send_control(messages.FAREWELL, self.summary())
         return reason
 
     def _resume(self):
@@ -80,10 +80,10 @@ class DiscreteSide:
             return None
         return resume_from(self.origin.stage, self.saved.about["session"] if self.saved else 0)
 
-    def take_up(self, nodes):
+    def restore(self, nodes):
         """The window as it was saved at the end of a stage."""
         self.watch.begin(self.origin.stage)
-        restart.take_up(self, self.saved, nodes)
+        restart.restore(self, self.saved, nodes)
 
     def fill(self, nodes):
         """Ring on the rim and a packing inside it; PACKED tells the continuum."""
@@ -98,13 +98,13 @@ class DiscreteSide:
         if self.stones is not None:
             self.report |= bodies.report(self.model, self.state, self.stones, nodes)
         log.info("packed %s", self.report)
-        self.watch.to("computing")
-        self.conversation.say_control(messages.PACKED, self.report)
+        self.watch.add_to("computing")
+        self.conversation.send_control(messages.PACKED, self.report)
 
     def bring_to_stress(self):
         """FIELD: the stress of the zones that were here; the discs take it over, then they are bonded."""
-        _, frame = self.conversation.hear((messages.FIELD,))
-        self.watch.to("waiting")
+        _, frame = self.conversation.receive((messages.FIELD,))
+        self.watch.add_to("waiting")
         content = content_of(frame)
         field = payloads.field_of(content)
         gravity = content["gravity"]
@@ -115,30 +115,30 @@ class DiscreteSide:
         self.report |= {key: _plain(value) for key, value in found.items()}
         self.rim.contacts_changed()
         self.state.origin[:] = self.state.x
-        self.answer = self.looked = self._answer(gravity)
+        self.answer = self.looked = self._new_answer(gravity)
 
-    def set_out(self):
+    def begin_coupling(self):
         """READY, and wait for GO; a window that was just filled is saved, and recorded in any case."""
         log.info("ready %s", self.report)
-        self.watch.to("computing")
-        self.conversation.say_control(messages.READY, payloads.ready_content(self.rim.inner_mass(self.state), self.report))
-        _, frame = self.conversation.hear((messages.GO,))
-        self.watch.to("waiting")
+        self.watch.add_to("computing")
+        self.conversation.send_control(messages.READY, payloads.ready_content(self.rim.inner_mass(self.state), self.report))
+        _, frame = self.conversation.receive((messages.GO,))
+        self.watch.add_to("waiting")
         go = content_of(frame)
         self.gravity, self.steps, self.time = go["gravity"], go["step"], float(go["time"])
         self.guard = RingGuard(self.model, self.state)
         self._prepare_talk(go.get("bin"))
-        name, factor = self._begin_with()
+        name, factor = self._starting_stage()
         self.recorder.frame(FrameInfo(self.steps, self.time, name, factor), **record.frame(self.model, self.state))
         if not self.saved:
             if self.plugin is not None:
                 self.plugin.stage(self._moment(name))
             self.recorder.sync()
             self.save(name, END, factor)
-        self.watch.to("recording")
+        self.watch.add_to("recording")
         self._begin_stage(go["stage"])
 
-    def _begin_with(self):
+    def _starting_stage(self):
         """Stage and gravity factor of the State in which the steps begin."""
         if self.saved:
             return self.origin.stage, self.saved.about["gravity_factor"]
@@ -173,7 +173,7 @@ class DiscreteSide:
 
     # -- called by the loop ------------------------------------------------------------------------------------------
 
-    def take_step(self, order):
+    def accept_order(self, order):
         """How long steps of VELOCITY are (in real time the first one of a stage says it), and how many."""
         dt, steps = order.dt, order.interval
         most = 1 if self.model.real_time is not None else self.scene.coupling.exchange_every
@@ -201,33 +201,33 @@ class DiscreteSide:
                 "give the stage a smaller step_factor"
             )
 
-    def see_power(self, order):
+    def measure_power(self, order):
         """Keep the ring's power in a step that will be looked at, before its contact forces are gone."""
         if int(order.step) % self.scene.record.history == 0:
             self.power = self.rim.power(self.state)
 
-    def book(self, gravity, begins):
+    def book_energy(self, gravity, begins):
         """The ledger's middle of a step, contacts have not followed the motion yet. begins: it is the first sub-step."""
         self.ledger.book_motion(self.model, self.state, gravity, 0.5 * (self.ledger.dt + self.state.dt))
         if begins and self.steps % self.scene.record.history == 0:
             values = {f"energy_{name}": value for name, value in self.ledger.values(self.model, self.state).items()}
             self.recorder.history(self.steps, interface_power=self.ledger.power, interface_work=self.ledger.work, **values)
-        self.ledger.keep_contacts(self.model, self.state)
+        self.ledger.copy_contacts(self.model, self.state)
 
-    def look(self, order):
+    def observe(self, order):
         """Count the step; every few steps see how the discs fare."""
         self.steps = int(order.step)
         self.time += order.dt
         self.watch.stages[-1].steps += 1
         if self.steps % self.scene.record.history == 0:
-            self.looked = self._answer(order.gravity)
+            self.looked = self._new_answer(order.gravity)
             name = self.scene.stage[self.stage].name
-            warning = self.guard.look(self.model, self.state)
+            warning = self.guard.check(self.model, self.state)
             if warning:
                 log.warning("step %d of stage %s: %s", self.steps, name, warning)
             self.progress(name, "", self.steps, None, self.looked.ratio, order.gravity_factor)
 
-    def _answer(self, gravity):
+    def _new_answer(self, gravity):
         ratio = unbalanced_ratio.unbalanced_ratio(self.model, self.state, gravity)
         if not np.isfinite(ratio):
             raise PhysicsFailed(f"the discs' forces are NaN or infinite after step {self.steps}")
@@ -269,7 +269,7 @@ class DiscreteSide:
         if flags & messages.END_OF_STAGE:
             self._note_limit(name)
         if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
-            self.watch.to("recording")
+            self.watch.add_to("recording")
             self._note_opening()
             self._begin_stage(int(order.stage) + 1)
 
@@ -279,7 +279,7 @@ class DiscreteSide:
         if self.substeps > 1:
             found |= {"share": found["share"] / self.substeps, "dt": self.step}
         self.limits.append({"stage": name} | found)
-        log.info("stage %s: safe step limit of the discs as a multiple of the step in use: %s", name, in_words(found))
+        log.info("stage %s: safe step limit of the discs as a multiple of the step in use: %s", name, as_text(found))
 
     def _note_opening(self):
         """Keep how far the ring opened in the stage that ends, if that deserves a warning."""

@@ -35,7 +35,7 @@ from dem_server.step.neighbours import kinds, rebuild
 LEAST = 0.8  # share of its weight that a disc may at most give to others of its stone
 
 
-def mark(model, state, outlines, density):
+def assign_discs(model, state, outlines, density):
     """Give the free discs inside the polygons `outlines` to their stones, with their weight; `density` [kg/m3]."""
     state.stone = np.full(model.count, -1, dtype=np.int32)
     xy, area = state.x[model.ring :], state.radius**2
@@ -55,22 +55,22 @@ def weight_shares(xy, area, centroid):
     return area * (1.0 + tilt * min(1.0, LEAST / max(-tilt.min(), LEAST)))
 
 
-def make(model, state, outlines, body):
+def form_stones(model, state, outlines, body):
     """Make the marked discs stones: stiff, and whole as `body` says ("clump" or "cluster"). Returns the new model."""
     state.disc[:, VX : SPIN + 1] = 0.0
-    model = harden(model, state)
+    model = stiffen_stones(model, state)
     if body == "clump":
         shapes = [moments(outline) for outline in outlines]
         centroid, gyration = np.array([s.centroid for s in shapes]), np.array([s.gyration for s in shapes])
         state.clumps = make_clumps(state.stone, state.x, centroid, gyration)
     else:
-        fasten(model, state)
+        bond_stones(model, state)
     rebuild(model, state)
     contact_forces(model, state)
     return model
 
 
-def harden(model, state):
+def stiffen_stones(model, state):
     """Stones get their material, contact forces stay, Eq (1). Returns the new model."""
     material = np.where(state.stone >= 0, STONE, model.material).astype(model.material.dtype)
     pairs, stiffness = contacts(state), model.law.spring.normal
@@ -80,20 +80,20 @@ def harden(model, state):
     return replace(model, material=material)
 
 
-def fasten(model, state):
+def bond_stones(model, state):
     """Bond all near pairs of discs of one stone; pairs that were apart carry no force."""
     pairs = listed_pairs(state)
-    own = of_one_stone(state, pairs)
+    own = in_same_stone(state, pairs)
     if state.bond_state is not None:
         own &= model.law.bond.shear[STONE * model.materials + STONE] > 0.0
         apart = own & (pairs.gap >= 0.0) & (pairs.bond_state != BONDED)
         state.reference_gap[pairs.slot[apart]] += pairs.gap[apart]
         state.bond_state[pairs.slot[own]] = BONDED
     if state.parallel is not None:
-        add_parallel_bonds(model, state, lambda pairs: of_one_stone(state, pairs))
+        add_parallel_bonds(model, state, lambda pairs: in_same_stone(state, pairs))
 
 
-def of_one_stone(state, pairs):
+def in_same_stone(state, pairs):
     """Which pairs (m,) are of discs of one stone."""
     return (state.stone[pairs.disc_a] >= 0) & (state.stone[pairs.disc_a] == state.stone[pairs.disc_b])
 

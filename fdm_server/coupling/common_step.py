@@ -32,13 +32,13 @@ def rim_step(model, state, rim):
     return float(np.sqrt((mass / (zones + 2.0 * rim.sums)).min(initial=inf)))
 
 
-def agree(model, state, rims):
+def set_common_step(model, state, rims):
     """Set the step of Eq (2) for a stage; returns the model, whose zones may use the whole stable step from here on."""
     state.dt = min(state.dt, *(min(model.step_factor * rim_step(model, state, rim), rim.answer.dt_limit) for rim in rims))
     return replace(model, step_factor=1.0)
 
 
-def keep(model, state, rims, dt):
+def check_common_step(model, state, rims, dt):
     """Raise PhysicsFailed where the agreed step `dt` [s] has become too long."""
     if state.dt < dt:
         raise PhysicsFailed(f"zones have become so thin that the step of {dt:.4g} s agreed for this stage is too long: {REMEDY}")

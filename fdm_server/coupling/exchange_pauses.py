@@ -63,7 +63,7 @@ class Pace:
         self._peaks = deque(maxlen=RECENT)
         self._now = False
 
-    def heard(self, rims, mass):
+    def note_forces(self, rims, mass):
         """New forces are here; mass (N,) [kg]: static ones of the gridpoints."""
         if self.watching:
             ratio = max(stiffness_ratio(mass[rim.nodes], rim.sums) for rim in rims)
@@ -71,7 +71,7 @@ class Pace:
             if ratio > STIFFEST:
                 self._fall_back(f"contacts on the rim are {ratio:.3g} times as stiff as the zones there, 1 is the limit")
 
-    def moved(self, rims, velocity):
+    def note_velocities(self, rims, velocity):
         """The step's velocities (N,2) [m/step] are known."""
         self.taken, self.fresh = self.taken + 1, self.begins
         if not self.watching:

@@ -19,7 +19,7 @@ from fdm_server.mesh.window_zones import rim_of, window_zones
 
 
 @jit
-def _carry(nodes, force, added, share, gravity, inner_mass, reaction, reaction_mass, applied, added_mass):
+def _apply_forces(nodes, force, added, share, gravity, inner_mass, reaction, reaction_mass, applied, added_mass):
     """The equation above for the K gridpoints of a rim; force (K,2): P [N]; added (K,): mass each is to get [kg]."""
     K = nodes.shape[0]
     for i in range(K):
@@ -50,22 +50,22 @@ class Rim:
         self.before = np.zeros((K, 2))  # [m/step] velocities that were said last
         self.report = {}
 
-    def hear_ready(self):
+    def receive_ready(self):
         """What the discs became, and the mass of the ring's inner shares."""
-        self.inner_mass, self.report = self.talk.hear_ready()
+        self.inner_mass, self.report = self.talk.receive_ready()
 
     # -- every step --------------------------------------------------------------------------------------------------
 
-    def hear_forces(self):
+    def receive_forces(self):
         """Forces of the discs, and how they fare."""
-        heard = self.talk.hear_forces()
+        heard = self.talk.receive_forces()
         self.answer, self.sums = heard.answer, heard.sums
         self.force[:] = heard.force
 
-    def carry(self, state, gravity, share):
+    def apply_forces(self, state, gravity, share):
         """Applied forces and added masses of the rim's gridpoints from the last FORCE; `share` is s above."""
         added = self.inner_mass if state.in_real_time else self.sums
-        _carry(
+        _apply_forces(
             self.nodes, self.force, added, share, gravity, self.inner_mass, self.reaction, self.reaction_mass,
             state.applied, state.added_mass,
         )  # fmt: skip
@@ -84,10 +84,10 @@ class Rim:
         fastest = int(squares.argmax())
         return float(np.sqrt(squares[fastest])), fastest
 
-    def say_velocities(self, order):
+    def send_velocities(self, order):
         """Means of the velocities in the steps since the last exchange, and what to do after the last of them."""
         np.divide(self.path, order.interval, out=self.before)
-        self.talk.say_velocities(self.before, order)
+        self.talk.send_velocities(self.before, order)
 
 
 def open_windows(model, state, rims):

@@ -38,7 +38,7 @@ class GrowthWatch:
         self.size = self.peak = 0.0  # |v-|, largest |v| of steps past
         self.steps, self.begin, self.noticed = 0, 0.0, None  # steps of (1) in a row, peak before them, |v| at the warning
 
-    def see(self, velocity, dt):
+    def check(self, velocity, dt):
         """Look at the velocities (2K,) [m/s] of a step of dt [s]. Raises Unstable."""
         product, size, before = float(velocity @ self.last), sqrt(float(velocity @ velocity)), self.size
         peak = self.peak
@@ -71,7 +71,7 @@ class PowerWatch:
         self.awaited = []  # (step, power, scale) that the discs have not told theirs of
         self.wrong = 0  # looks in a row
 
-    def see(self, velocity, step):
+    def check(self, velocity, step):
         """After the velocities (2K,) [m/s] of a step, the `step`-th of the run. Raises Unstable."""
         if self.awaited and self.awaited[0][0] + DELAY == step:
             self._compare(*self.awaited.pop(0))
@@ -101,9 +101,9 @@ class RimWatch:
         self.growth = GrowthWatch(rim, warn)
         self.power = PowerWatch(rim, every, warn) if kept else None
 
-    def see(self, dt, step):
+    def check(self, dt, step):
         """After the velocities of the `step`-th step, of dt [s], were said. Raises Unstable."""
         velocity = self.rim.before.ravel()
-        self.growth.see(velocity, dt)
+        self.growth.check(velocity, dt)
         if self.power is not None:
-            self.power.see(velocity, step)
+            self.power.check(velocity, step)

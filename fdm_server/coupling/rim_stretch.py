@@ -26,7 +26,7 @@ class Stretched(NamedTuple):
     zone: int
     place: np.ndarray
 
-    def in_words(self):
+    def as_text(self):
         """Which zone, where and how far."""
         x, y = self.place
         return f"zone {self.zone} at ({x:.4g}, {y:.4g}) is stretched to {self.stretch:.2g} times its size"
@@ -41,7 +41,7 @@ class StretchWatch:
         self.drawn = model.grid.xy
         self.worst, self.warned = None, False
 
-    def look(self, displacement):
+    def check(self, displacement):
         """Measure with displacements (N,2) [m] since the grid was drawn; returns a warning the first time it is due, or ""."""
         now = self.drawn + displacement
         stretch = stretches(self.drawn, now, self.zones)
@@ -50,7 +50,7 @@ class StretchWatch:
             self.worst = Stretched(float(stretch[i]), int(self.number[i]), now[self.zones[i]].mean(axis=0))
         due = stretch[i] >= FAR and not self.warned
         self.warned |= bool(due)
-        return f"on the rim of a window {self.worst.in_words()}: use finer zones there" if due else ""
+        return f"on the rim of a window {self.worst.as_text()}: use finer zones there" if due else ""
 
     def report(self):
         """What the row of a stage in run.json says where a warning was due; nothing for others."""

@@ -27,24 +27,24 @@ class WindowTalk:
 
     # -- the window's beginning --------------------------------------------------------------------------------------
 
-    def hear_packed(self):
+    def receive_packed(self):
         """Wait for PACKED."""
-        self._hear_control(messages.PACKED)
+        self._receive_control(messages.PACKED)
 
-    def say_field(self, rows, gravity, insitu):
+    def send_field(self, rows, gravity, insitu):
         """FIELD: stress and density (n,7) of the zones that become the hole; then wait for READY."""
-        self.conversation.say_control(messages.FIELD, field_content(rows, gravity, insitu))
+        self.conversation.send_control(messages.FIELD, field_content(rows, gravity, insitu))
 
-    def hear_ready(self):
+    def receive_ready(self):
         """Wait for READY; returns the mass (K,) [kg] of the ring's inner shares and what the discs report."""
-        content = self._hear_control(messages.READY)
+        content = self._receive_control(messages.READY)
         return inner_mass_of(content, len(self.outline)), content["report"]
 
-    def say_go(self, gravity, step, time, stage, bin_length=None):
+    def send_go(self, gravity, step, time, stage, bin_length=None):
         """GO: the discs' first step comes next. time [s]; bin_length [m]: of bins in which a stage will want their strain."""
         self._prepare(bin_length)
         wanted = {} if bin_length is None else {"bin": bin_length}
-        self.conversation.say_control(messages.GO, {"gravity": gravity, "step": step, "time": time, "stage": stage} | wanted)
+        self.conversation.send_control(messages.GO, {"gravity": gravity, "step": step, "time": time, "stage": stage} | wanted)
 
     def _prepare(self, bin_length):
         """Buffers of the step messages; the session that stands in them is known once the handshake is done."""
@@ -56,9 +56,9 @@ class WindowTalk:
 
     # -- every step --------------------------------------------------------------------------------------------------
 
-    def hear_forces(self):
+    def receive_forces(self):
         """FORCE, as the frame that holds it until the next one."""
-        _, frame = self.conversation.hear((messages.FORCE,), in_step=True)
+        _, frame = self.conversation.receive((messages.FORCE,), in_step=True)
         expected = self.strain_frame if self.strain_asked else self.force_frame
         try:
             expected.accept(frame)
@@ -70,7 +70,7 @@ class WindowTalk:
         """Middles (b,2) [m] and shear strains (b,) of the window's bins, as the last FORCE that was asked for them said."""
         return from_rows(self.strain_frame.strain)
 
-    def say_velocities(self, velocity, order):
+    def send_velocities(self, velocity, order):
         """VELOCITY: mean velocities (K,2) of the steps since the last exchange, and what to do after the last of them."""
         self.strain_asked = bool(int(order.flags) & messages.STRAIN)
         frame = self.velocity_frame
@@ -78,19 +78,19 @@ class WindowTalk:
         frame.velocity[:] = velocity
         if not isfinite(frame.values.sum()):
             raise PhysicsFailed(f"velocities on the rim of {self.name!r} are NaN or infinite in step {order.step:.0f}")
-        self.conversation.say_step(frame)
+        self.conversation.send_step(frame)
 
     # -- the end -----------------------------------------------------------------------------------------------------
 
-    def say_stop(self, reason):
+    def send_stop(self, reason):
         """Wait for the forces that are on their way, say STOP, and return the discs' FAREWELL."""
-        self.conversation.hear((messages.FORCE,), in_step=True)
-        self.conversation.say_control(messages.STOP, {"reason": reason})
+        self.conversation.receive((messages.FORCE,), in_step=True)
+        self.conversation.send_control(messages.STOP, {"reason": reason})
         try:
-            return self._hear_control(messages.FAREWELL)
+            return self._receive_control(messages.FAREWELL)
         except PeerLost as error:  # everything is computed and recorded: only the discs' timings are missing
             log.warning("no farewell of rank %d: %s", self.rank, error)
             return {}
 
-    def _hear_control(self, kind):
-        return content_of(self.conversation.hear((kind,))[1])
+    def _receive_control(self, kind):
+        return content_of(self.conversation.receive((kind,))[1])

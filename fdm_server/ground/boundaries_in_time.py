@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from coupler_protocol.scene.schedule import acting, beginning
+from coupler_protocol.scene.schedule import acting_boundaries, new_boundaries
 from fdm_server.ground.load_ramps import forces_of_even_loads
 from fdm_server.ground.quiet_sides import Dashpots, dashpots, keep_reaction
 from fdm_server.mesh.grid_sides import edges_of, fixed_components, motion_of, points_in, sides_of
@@ -88,7 +88,7 @@ def begin_stage(scene, index, model, state, gravity=0.0):
 
     gravity [m/s2]: of the step before, for what holds a side that becomes quiet.
     """
-    boundaries, new = acting(scene, index), beginning(scene, index)
+    boundaries, new = acting_boundaries(scene, index), new_boundaries(scene, index)
     for boundary in new:
         if boundary.quiet:
             keep_reaction(model, state, boundary, gravity)

@@ -38,7 +38,7 @@ class ForceRamp(NamedTuple):
             state.applied[self.nodes] = self.end
 
 
-def dig(model, state, mask, gravity, over):
+def remove_zones(model, state, mask, gravity, over):
     """Remove the zones `mask` (Z of the grid,); returns new model, new state, and the ramp that relieves the ground."""
     model, state, reaction = cut_window(model, state, mask)
     force = reaction.under(gravity)
@@ -47,7 +47,7 @@ def dig(model, state, mask, gravity, over):
     return model, state, ForceRamp(nodes, before + force[nodes], before, over)
 
 
-def press(model, state, surcharge, rims=()):
+def surcharge_ramp(model, state, surcharge, rims=()):
     """The ramp that brings `surcharge` (table of a scene) upon the ground surface; rims: gridpoints of the windows' rims."""
     force = pressure_forces(present_shape.present(model, state), surface_edges(model.grid, model.zones, rims), surcharge)
     nodes = np.flatnonzero(np.any(force != 0.0, axis=1))

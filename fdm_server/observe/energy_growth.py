@@ -90,12 +90,12 @@ class EnergyWatch:
             float(gravity), state.velocity, state.displacement, self.last, self.before,
         )  # fmt: skip
 
-    def look(self, model, state, gravity):
+    def check(self, model, state, gravity):
         """Bring the balance up to date, between the kernels of a step. Raises Unstable."""
         work, kinetic, fastest = self._kernel(model, state, gravity)
         self.given += work
         if self.rims:
-            kinetic += self._look_at_discs(gravity)
+            kinetic += self._check_discs(gravity)
         self.most = max(self.most, self.given)
         bound, before = self._bound(model, state, kinetic), self.kinetic
         limit = MARGIN * bound
@@ -136,7 +136,7 @@ class EnergyWatch:
     def _text(self, kinetic):
         return f"the kinetic energy is {kinetic:.3g} J, the work of all forces {self.most:.3g} J: the motion grows by itself"
 
-    def _look_at_discs(self, gravity):
+    def _check_discs(self, gravity):
         """Energies that discs had at the first look and the work of their weights since go to `given`; returns their K [J]."""
         height = sum(rim.answer.height for rim in self.rims)
         if self.heights is None:

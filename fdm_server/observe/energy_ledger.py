@@ -98,7 +98,7 @@ def zone_work(corner, x, y, inverse_double_area, share, pattern, elastic, veloci
 
 
 class Ledger:
-    """The ledger of one stage: `keep`, `book_motion`, `book_strain` in every step, `values` between the last two."""
+    """The ledger of one stage: `copy_before_step`, `book_motion`, `book_strain` in every step, `values` between the last two."""
 
     def __init__(self, model, state):
         self.old = state.velocity.copy()
@@ -111,7 +111,7 @@ class Ledger:
         self.mass = masses(model, state) + state.added_mass
         self.masses = 0.0
 
-    def keep(self, state):
+    def copy_before_step(self, state):
         """Before velocities change: what they and the stresses were."""
         self.old[:] = state.velocity
         self.stress[:] = state.stress

@@ -47,7 +47,7 @@ class ContinuumSide:
         self.model = build_model(scene, self.grid)
         self.state = initial_state(scene, self.model) if origin is None else new_state(self.model)
         self.rims = [Rim(self.grid, window, hub.conversations[rank]) for rank, window in enumerate(scene.window, start=1)]
-        self.digs = excavations(scene, self.grid, self.model.fixed, self.rims)
+        self.excavations = excavations(scene, self.grid, self.model.fixed, self.rims)
         self.bin_length = bin_length(scene, self.grid)
         self.coupled = False
         self.gravity = 0.0, 1.0  # [m/s2], and the factor it is multiplied by, as the last stage left them
@@ -61,7 +61,7 @@ class ContinuumSide:
         self.farewells = {}
         self.saved = None if origin is None else load(scene, origin, restart.NAME)
         if self.saved:
-            restart.take_up(self, self.saved)
+            restart.restore(self, self.saved)
 
     @property
     def session(self):
@@ -73,7 +73,7 @@ class ContinuumSide:
         about = {} if self.origin is None else {"kept_stages": kept_stages(self.scene, self.origin)}
         path = part_file(self.scene, self.out, restart.NAME, self.origin)
         with Recorder(path, "continuum", self.scene.title, about) as self.recorder:
-            begin = self.meet()
+            begin = self.connect_discs()
             for index, stage in enumerate(self.scene.stage):
                 if index >= begin:
                     self.watch.begin(stage.name)
@@ -82,12 +82,12 @@ class ContinuumSide:
                     self.stage = None
             reason = "all stages done"
             if self.coupled:
-                self.farewells = {rim.talk.rank: rim.talk.say_stop(reason) for rim in self.rims}
+                self.farewells = {rim.talk.rank: rim.talk.send_stop(reason) for rim in self.rims}
         if self.scene.record.trace is not None:
             self.watch.write(self.out / f"{restart.NAME}.trace.csv")
         return reason
 
-    def meet(self):
+    def connect_discs(self):
         """Welcome the discs and, where this run goes on from another, bring both sides to the moment; returns the first stage."""
         index = self.saved.index if self.saved else -1
         there = bool(self.saved) and filled(self.scene, index)
@@ -97,10 +97,10 @@ class ContinuumSide:
         if self.saved:
             self.frame(self.origin.stage, self.saved.about["gravity_factor"])
         for rim in self.rims if there else ():
-            rim.hear_ready()
+            rim.receive_ready()
         for rim in self.rims if self.coupled else ():
             gravity = leg_of(self.scene.stage[index + 1], *self.gravity).at(0)
-            rim.talk.say_go(gravity, self.steps, self.time, index + 1, self.bin_length)
+            rim.talk.send_go(gravity, self.steps, self.time, index + 1, self.bin_length)
         return index + 1
 
     def compute(self, stage):
@@ -157,7 +157,7 @@ class ContinuumSide:
             self.gravity = stage.leg.gravity, stage.factor
         self.recorder.sync()  # a run that goes on from the checkpoint relies on all frames before it
         self.save(stage.stage.name, END, stage.factor)
-        self.watch.to("recording")
+        self.watch.add_to("recording")
         log.info("stage %s", result)
         self.progress(stage.stage.name, f"done: {result['ended_by']}", self.steps, None, stage.ratio, stage.factor, now=True)
 

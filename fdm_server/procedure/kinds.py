@@ -4,7 +4,7 @@ import copy
 import logging
 
 from fdm_server.coupling.rim import open_windows
-from fdm_server.ground.load_ramps import dig, press
+from fdm_server.ground.load_ramps import remove_zones, surcharge_ramp
 from fdm_server.observe import fields
 
 log = logging.getLogger(__name__)
@@ -28,13 +28,13 @@ def locate(side, stage):
 def fill(side, stage):
     """Every window's discs take over the stress of their zones."""
     for rim in side.rims:
-        rim.talk.hear_packed()
+        rim.talk.receive_packed()
         field = fields.zone_field(side.model, side.state, rim.mask)
-        rim.talk.say_field(field, stage.gravity, stage.stage.insitu is not False)
+        rim.talk.send_field(field, stage.gravity, stage.stage.insitu is not False)
     for rim in side.rims:
-        rim.hear_ready()
+        rim.receive_ready()
         log.info("rank %d: %s", rim.talk.rank, rim.report)
-    side.watch.to("waiting")
+    side.watch.add_to("waiting")
     side.finish(stage)
 
 
@@ -42,7 +42,7 @@ def couple(side, stage):
     """Windows become holes, discs take over gradually."""
     side.model, side.state = open_windows(side.model, side.state, side.rims)
     for rim in side.rims:
-        rim.talk.say_go(stage.gravity, side.steps, side.time, stage.index, side.bin_length)
+        rim.talk.send_go(stage.gravity, side.steps, side.time, stage.index, side.bin_length)
     side.coupled = True
     stage.rims = side.rims
     side.compute(stage)
@@ -51,15 +51,15 @@ def couple(side, stage):
 
 def excavate(side, stage):
     """Zones are dug away; the ground is relieved of them gradually."""
-    mask, over = side.digs[stage.index], stage.stage.excavate.over
-    side.model, side.state, stage.load = dig(side.model, side.state, mask, stage.gravity, over)
+    mask, over = side.excavations[stage.index], stage.stage.excavate.over
+    side.model, side.state, stage.load = remove_zones(side.model, side.state, mask, stage.gravity, over)
     side.compute(stage)
     side.finish(stage)
 
 
 def surcharge(side, stage):
     """Pressure on the ground surface grows."""
-    stage.load = press(side.model, side.state, stage.stage.surcharge, [rim.nodes for rim in side.rims])
+    stage.load = surcharge_ramp(side.model, side.state, stage.stage.surcharge, [rim.nodes for rim in side.rims])
     side.compute(stage)
     side.finish(stage)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol.files import checkpoint, restart
-from coupler_protocol.scene.schedule import acting
+from coupler_protocol.scene.schedule import acting_boundaries
 from fdm_server.mesh.grid_sides import fixed_components
 from fdm_server.model import State, build_model, model_of
 
@@ -48,11 +48,11 @@ def save(side, stage, phase, factor):
 def model_at(scene, grid, zone, index):
     """Model of the zones `zone` (A,) that there are, with the sides as they are held in the stage with number `index`."""
     whole = build_model(scene, grid)
-    fixed = fixed_components(grid, acting(scene, index))
+    fixed = fixed_components(grid, acting_boundaries(scene, index))
     return model_of(grid, zone, whole.density, whole.material_law, fixed)
 
 
-def take_up(side, saved):
+def restore(side, saved):
     """Bring a side that was just built to a saved stage end (coupler_protocol.files.restart.Saved)."""
     found = checkpoint.rebuild(GridState, saved.fields)
     side.model = model_at(side.scene, side.grid, found.zone, saved.index)

@@ -3,7 +3,7 @@
 import logging
 
 from coupler_protocol.scene.ending import Ending
-from coupler_protocol.scene.schedule import beginning, leg_of
+from coupler_protocol.scene.schedule import leg_of, new_boundaries
 from coupler_protocol.wire import messages
 from fdm_server.coupling import common_step
 from fdm_server.coupling.band_reached import BandWatch
@@ -42,8 +42,8 @@ class StageRun:
         self.pace = Pace(side.scene.coupling.exchange_every, rows[-1].get("fell_back", "") if rows else "")
         self._last_step = self._unjudged = False
         self._handover = (stage.handover or 500) if stage.kind == "couple" else 0
-        change = stage.excavate or stage.surcharge
-        ramps = max(self._handover, leg.over, change.over if change else 0, *(b.over for b in beginning(side.scene, index)), 0)
+        change, sides = stage.excavate or stage.surcharge, new_boundaries(side.scene, index)
+        ramps = max(self._handover, leg.over, change.over if change else 0, *(b.over for b in sides), 0)
         self._ending = Ending(stage.until, ramps) if stage.until else None
         self._band = BandWatch(stage.until.band, side.grid) if stage.until and stage.until.band else None
         self._every = side.scene.record.history
@@ -68,7 +68,7 @@ class StageRun:
     def watch_rims(self, state):
         """See that nothing grows by itself at the interface and that both sides agree on its power."""
         for watch in self.interface:
-            watch.see(clock.seconds(state), self.side.steps + 1)
+            watch.check(clock.seconds(state), self.side.steps + 1)
 
     def warn(self, name, text):
         """A warning of the stage, once of each name, after the steps taken so far: into the log and run.json."""
@@ -92,11 +92,11 @@ class StageRun:
         if self._last_step:
             following = leg_of(self._next, self.leg.gravity, self.leg.factor(self.done)).at(0)
         if self.rims:
-            self.pace.moved(self.rims, self.side.state.velocity)
+            self.pace.note_velocities(self.rims, self.side.state.velocity)
         interval = self.pace.due(number, must=flags != 0)
         return messages.Order(self.index, number, following, self.leg.factor(self.done), dt, float(interval), flags)
 
-    def look(self, model, state):
+    def observe(self, model, state):
         """Every few steps: sanity, ratios of both codes, and whether the next step is to be the stage's last."""
         if self._band and self.done and self.side.steps % self.side.scene.record.every == 0:  # the last step made a frame
             self.ended_by = self.ended_by or self._band.reached(model, state, self.rims)
@@ -109,8 +109,8 @@ class StageRun:
         self._unjudged = True
         self.side.hub.stop.check()  # stages of the grid alone wait for nobody who would ask
         check_motion(model, state)
-        self.energy.look(model, state, self.gravity)
-        warning = self.stretch.look(state.displacement) if self.stretch else ""
+        self.energy.check(model, state, self.gravity)
+        warning = self.stretch.check(state.displacement) if self.stretch else ""
         if warning:
             log.warning("step %d of stage %s: %s", self.side.steps, self.stage.name, warning)
         if self.ledger:
@@ -145,14 +145,14 @@ class StageRun:
             return side.model
         if not state.in_real_time:
             if self.pace.begins:
-                self.pace.heard(self.rims, masses(side.model, state))
+                self.pace.note_forces(self.rims, masses(side.model, state))
             return side.model
         if self.done == 0:
-            side.model = common_step.agree(side.model, state, self.rims)
+            side.model = common_step.set_common_step(side.model, state, self.rims)
             self._step, self.kick = state.dt, 0.5 * (self._step_before + state.dt)
         else:
             self.kick = None
-            common_step.keep(side.model, state, self.rims, self._step)
+            common_step.check_common_step(side.model, state, self.rims, self._step)
         return side.model
 
     def set_loads(self):
@@ -164,7 +164,7 @@ class StageRun:
         for side in self.sides.dashpots:
             side.apply(self.side.state)
 
-    def drive(self, state):
+    def set_velocities(self, state):
         """Velocities that boundaries prescribe in the present step."""
         if self.sides.drive is not None:
             self.sides.drive.apply(state, self.done)

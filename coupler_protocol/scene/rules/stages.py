@@ -1,6 +1,6 @@
 """Rules between the stages of a scene, one a function, as in between_tables.py."""
 
-from coupler_protocol.scene.schedule import acting, beginning, large_strain
+from coupler_protocol.scene.schedule import acting_boundaries, large_strain, new_boundaries
 from coupler_protocol.scene.stage_kinds import KINDS, named, of
 
 
@@ -109,7 +109,7 @@ def boundaries_change_with_steps_enough(scene):
         if stage.boundary and stage.kind not in allowed:
             remedy = f"move it to a stage of kind {', '.join(allowed)}"
             yield ("stage", i, "boundary"), f"boundaries cannot change in a stage of kind {stage.kind!r}", remedy
-        for boundary in beginning(scene, i):
+        for boundary in new_boundaries(scene, i):
             path: tuple = next((("boundary", k) for k, b in enumerate(scene.boundary) if b is boundary), ())
             path = path or ("stage", i, "boundary", next(k for k, b in enumerate(stage.boundary) if b is boundary))
             if stage.until is not None and stage.until.steps is not None and stage.until.steps < boundary.over:
@@ -120,7 +120,7 @@ def boundaries_change_with_steps_enough(scene):
 def quiet_sides_belong_to_real_time(scene):
     """Quiet sides begin, and act, in stages in real time."""
     for i, stage in enumerate(scene.stage):
-        if not stage.in_real_time and of(stage).computes and any(b.quiet for b in acting(scene, i)):
+        if not stage.in_real_time and of(stage).computes and any(b.quiet for b in acting_boundaries(scene, i)):
             why = f"a quiet side acts in static stage {stage.name!r}: it would move without end"
             yield ("stage", i), why, 'give the stage time = "real", or start the quiet side in a later stage: [[stage.boundary]]'
 
