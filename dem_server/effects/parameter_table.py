@@ -14,21 +14,15 @@ from dem_server.effects.damping import DampingTable
 ROWS = tuple(f"{effect}.{column}" for effect, table in TABLES.items() for column in table._fields)
 
 
-class Parameters(NamedTuple):
-    """Law as kernels take it: two arrays in the place of one for every parameter.
+_FLAGS = [(effect, bool | None) for effect in TABLES if effect != "spring"]
+Parameters = NamedTuple(
+    "Parameters", [("values", np.ndarray), ("present", np.ndarray), *_FLAGS, ("damping", DampingTable | None)]
+)
+Parameters.__doc__ = """Law as kernels take it: two arrays in the place of one for every parameter.
 
-    values (ROWS, kinds): parameters of each kind of pair; present (r,): numbers of the rows of effects that are there. Of an
-    effect only whether it is None matters: True stands for one that is there. damping: of the motion, or None.
-    """
-
-    values: np.ndarray
-    present: np.ndarray
-    friction: bool | None
-    bond: bool | None
-    rolling: bool | None
-    dashpot: bool | None
-    parallel_bond: bool | None
-    damping: DampingTable | None
+values (ROWS, kinds): parameters of each kind of pair; present (r,): numbers of the rows of effects that are there. Then for each
+effect but the springs True if it is there, else None; damping: of the motion, or None.
+"""
 
 
 def rows_of(effect):
@@ -43,5 +37,5 @@ def parameters_of(law: Law):
     for effect, table in there.items():
         values[list(rows_of(effect))] = table
     present = np.array([row for effect in there for row in rows_of(effect)])
-    flags = {effect: True if effect in there else None for effect in TABLES if effect != "spring"}
+    flags = {effect: True if effect in there else None for effect, _ in _FLAGS}
     return Parameters(values, present, **flags, damping=law.damping)
