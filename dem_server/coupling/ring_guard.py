@@ -1,11 +1,11 @@
-"""Guard of the ring: how far it has opened, and whether a disc has left it.
+"""Guard of the ring: the widest gap between control discs, and discs that have left the ring.
 
-Control discs go where the grid takes them. Where it stretches the rim, gaps open between one and the next,
+Control discs move with the grid. If the grid stretches the rim, gaps open between neighbouring control discs,
 
     gap = |x_(p+1) - x_p| - r_p - r_(p+1),                                       (1)
 
-and a disc of radius r can be squeezed out through a gap of 2 r. A gap above one smallest radius is worth a warning. A disc whose
-centre has left the polygon of the ring's centres by more than its radius is lost: the grid has no place for it.
+and a disc of radius r can be squeezed out through a gap of 2 r. A gap above one smallest radius causes a warning. A disc whose
+centre is outside the polygon of the ring's centres by more than its radius is lost: no zone of the grid takes it.
 """
 
 from typing import NamedTuple
@@ -25,7 +25,7 @@ class Opening(NamedTuple):
 
 
 class RingGuard:
-    """Watches one window. `widest`: the widest opening since the last call of `begin`, `warned`: whether it deserves it."""
+    """Guard of one window. `widest`: widest opening since the last call of `begin`; `warned`: whether it caused a warning."""
 
     def __init__(self, model, state):
         self.smallest = float(state.radius[model.ring :].min())
@@ -33,13 +33,13 @@ class RingGuard:
         self.begin()
 
     def begin(self):
-        """A stage begins."""
+        """Begins a stage."""
         self.widest, self.warned = Opening(0.0, np.zeros(2)), False
 
     def check(self, model, state):
-        """Measure the ring, and find lost discs where the contact list is new; returns a warning the first time it is due, or "".
+        """Measures the ring, and looks for lost discs if the contact list is new; returns a warning the first time, else "".
 
-        A disc cannot get anywhere without a new list. Raises ArithmeticError where one is lost.
+        A disc cannot leave the ring without a new list. Raises ArithmeticError if a disc is lost.
         """
         gaps = ring_gaps(model, state)
         widest = int(gaps.argmax())
@@ -59,7 +59,7 @@ class RingGuard:
         )
 
     def as_text(self, found):
-        """Width and place of an opening."""
+        """Text with width and place of an Opening."""
         x, y = found.place
         return f"{found.width / self.smallest:.2g} r at ({x:.4g}, {y:.4g})"
 
@@ -75,14 +75,14 @@ class RingGuard:
         )
 
     def report(self, stage):
-        """What run.json says of a stage in which a warning was due; None for others."""
+        """Content of run.json for a stage with a warning; None for others."""
         if not self.warned:
             return None
         return {"stage": stage, "radii": self.widest.width / self.smallest, "place": self.widest.place.tolist()}
 
 
 def ring_gaps(model, state):
-    """Gap (R,) [m] from each control disc to the next, Eq (1); negative where they overlap."""
+    """Gap (R,) [m] from each control disc to the next, Eq (1); negative if they overlap."""
     return gaps_between(state.disc, model.ring)
 
 
@@ -104,7 +104,7 @@ def opening(model, state, gaps, disc):
 
 
 def lost_discs(model, state):
-    """Numbers of the free discs whose centre lies outside the ring by more than their radius, the farthest first."""
+    """Numbers of the free discs whose centre is outside the ring by more than their radius, the farthest first."""
     ring = state.x[: model.ring].copy()
     out = model.ring + np.flatnonzero(outside(ring, state.disc, model.ring))
     if not len(out):
@@ -116,9 +116,9 @@ def lost_discs(model, state):
 
 @jit
 def outside(polygon, disc, first):
-    """Which of the discs first.. (n - first,) have their centre outside a polygon (P,2): a ray to the right crosses it evenly.
+    """(n - first,) whether a disc from `first` on has its centre outside a polygon (P,2): a ray to the right crosses it evenly.
 
-    Edges are sorted into level strips, of which each disc needs one.
+    Edges are sorted into horizontal strips, so each disc needs only the edges of one strip.
     """
     P = len(polygon)
     low, high = polygon[:, 1].min(), polygon[:, 1].max()
