@@ -8,10 +8,10 @@ from fdm_server.step.zone_pass import advance
 
 
 def run_stage(side, stage):
-    """Take steps until the stage ends. `stage` (fdm_server.procedure.grid_side.StageRun) knows gravity, handover and when to end.
+    """Takes steps until the stage ends; stage: a fdm_server.procedure.stage_run.StageRun.
 
-    Between the discs' forces and the answer to them stands only what the answer needs; everything else can wait. Where both sides
-    take several steps between exchanges (fdm_server/coupling/exchange_pauses.py), the forces stay as they were heard.
+    Between FORCE and VELOCITY only the work that VELOCITY needs is done; everything else follows. If both sides take several
+    steps between exchanges (fdm_server/coupling/exchange_pauses.py), the received forces stay constant.
     """
     state, rims, ledger, watch, pace = side.state, stage.rims, stage.ledger, side.watch, stage.pace
     while not stage.ended:

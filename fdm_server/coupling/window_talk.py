@@ -1,4 +1,4 @@
-"""What the continuum says to the discs of one window and hears from them (coupler_protocol.wire.messages has the order)."""
+"""Messages between the continuum and the discs of one window (coupler_protocol.wire.messages has their order)."""
 
 import logging
 from math import isfinite
@@ -13,41 +13,41 @@ log = logging.getLogger(__name__)
 
 
 class WindowTalk:
-    """The conversation with the process inside a window. name: the window's; outline (K,2) [m]: its rim as drawn."""
+    """Conversation with the process of a window. name: of the window; outline (K,2) [m]: its rim as drawn."""
 
     def __init__(self, conversation, name, outline):
         self.conversation, self.name, self.outline = conversation, name, outline
-        self.strain_asked = False  # whether the next FORCE carries the window's strain
+        self.strain_asked = False  # whether the next FORCE contains the window's strain
         self.force_frame = self.strain_frame = self.velocity_frame = None
 
     @property
     def rank(self):
-        """Rank of the process inside the window."""
+        """Rank of the process of the window."""
         return self.conversation.rank
 
     # -- the window's beginning --------------------------------------------------------------------------------------
 
     def receive_packed(self):
-        """Wait for PACKED."""
+        """Waits for PACKED."""
         self._receive_control(messages.PACKED)
 
     def send_field(self, rows, gravity, insitu):
-        """FIELD: stress and density (n,7) of the zones that become the hole; then wait for READY."""
+        """Sends FIELD: stress and density (n,7) of the zones that become the hole."""
         self.conversation.send_control(messages.FIELD, field_content(rows, gravity, insitu))
 
     def receive_ready(self):
-        """Wait for READY; returns the mass (K,) [kg] of the ring's inner shares and what the discs report."""
+        """Waits for READY; returns the mass (K,) [kg] of the ring's inner shares and the report of the discs."""
         content = self._receive_control(messages.READY)
         return inner_mass_of(content, len(self.outline)), content["report"]
 
     def send_go(self, gravity, step, time, stage, bin_length=None):
-        """GO: the discs' first step comes next. time [s]; bin_length [m]: of bins in which a stage will want their strain."""
+        """Sends GO before the discs' first step. time [s]; bin_length [m]: of the bins for strain, None without `until.band`."""
         self._prepare(bin_length)
         wanted = {} if bin_length is None else {"bin": bin_length}
         self.conversation.send_control(messages.GO, {"gravity": gravity, "step": step, "time": time, "stage": stage} | wanted)
 
     def _prepare(self, bin_length):
-        """Buffers of the step messages; the session that stands in them is known once the handshake is done."""
+        """Makes the buffers of the step messages, which contain the session that the handshake sets."""
         talk, K = self.conversation, len(self.outline)
         self.force_frame, self.velocity_frame = ForceFrame(talk, K), VelocityFrame(talk, K)
         if bin_length is not None:
@@ -57,7 +57,7 @@ class WindowTalk:
     # -- every step --------------------------------------------------------------------------------------------------
 
     def receive_forces(self):
-        """FORCE, as the frame that holds it until the next one."""
+        """Waits for FORCE; returns its ForceFrame, which is valid until the next one. Raises PeerLost."""
         _, frame = self.conversation.receive((messages.FORCE,), in_step=True)
         expected = self.strain_frame if self.strain_asked else self.force_frame
         try:
@@ -67,11 +67,14 @@ class WindowTalk:
         return expected
 
     def strain(self):
-        """Middles (b,2) [m] and shear strains (b,) of the window's bins, as the last FORCE that was asked for them said."""
+        """Centres (b,2) [m] and shear strains (b,) of the window's bins, from the last FORCE with strain."""
         return from_rows(self.strain_frame.strain)
 
     def send_velocities(self, velocity, order):
-        """VELOCITY: mean velocities (K,2) of the steps since the last exchange, and what to do after the last of them."""
+        """Sends VELOCITY: mean velocities (K,2) of the steps since the last exchange, and the Order for the last of them.
+
+        Raises PhysicsFailed for velocities that are NaN or infinite.
+        """
         self.strain_asked = bool(int(order.flags) & messages.STRAIN)
         frame = self.velocity_frame
         frame.scalars[:] = order
@@ -83,7 +86,7 @@ class WindowTalk:
     # -- the end -----------------------------------------------------------------------------------------------------
 
     def send_stop(self, reason):
-        """Wait for the forces that are on their way, say STOP, and return the discs' FAREWELL."""
+        """Waits for the forces that are under way and sends STOP; returns the discs' FAREWELL, {} if none arrives."""
         self.conversation.receive((messages.FORCE,), in_step=True)
         self.conversation.send_control(messages.STOP, {"reason": reason})
         try:

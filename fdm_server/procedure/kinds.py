@@ -1,4 +1,4 @@
-"""What the continuum does in each kind of stage. side: the fdm_server.procedure.grid_side.ContinuumSide, stage: its StageRun."""
+"""Kinds of stages of the continuum. side: the fdm_server.procedure.grid_side.ContinuumSide, stage: its StageRun."""
 
 import copy
 import logging
@@ -11,7 +11,7 @@ log = logging.getLogger(__name__)
 
 
 def equilibrium(side, stage):
-    """The grid alone comes to rest; displacements count from there."""
+    """Brings the grid alone to rest; displacements and velocities are set to zero at its end."""
     side.compute(stage)
     side.state.displacement[:] = 0.0
     side.state.velocity[:] = 0.0
@@ -19,14 +19,14 @@ def equilibrium(side, stage):
 
 
 def locate(side, stage):
-    """The grid alone under other gravity; where `discard` is set, nothing of it stays."""
+    """Computes the grid alone under other gravity; with `discard` the State before the stage is restored."""
     before = copy.deepcopy(side.state) if stage.stage.discard else None
     side.compute(stage)
     side.finish(stage, before)
 
 
 def fill(side, stage):
-    """Every window's discs take over the stress of their zones."""
+    """Sends the stress of the zones to the discs of every window, which take it over."""
     for rim in side.rims:
         rim.talk.receive_packed()
         field = fields.zone_field(side.model, side.state, rim.mask)
@@ -39,7 +39,7 @@ def fill(side, stage):
 
 
 def couple(side, stage):
-    """Windows become holes, discs take over gradually."""
+    """Cuts holes for the windows, and hands over to the discs gradually."""
     side.model, side.state = open_windows(side.model, side.state, side.rims)
     for rim in side.rims:
         rim.talk.send_go(stage.gravity, side.steps, side.time, stage.index, side.bin_length)
@@ -50,7 +50,7 @@ def couple(side, stage):
 
 
 def excavate(side, stage):
-    """Zones are dug away; the ground is relieved of them gradually."""
+    """Removes zones; their forces on the ground are reduced gradually."""
     mask, over = side.excavations[stage.index], stage.stage.excavate.over
     side.model, side.state, stage.load = remove_zones(side.model, side.state, mask, stage.gravity, over)
     side.compute(stage)
@@ -58,14 +58,14 @@ def excavate(side, stage):
 
 
 def surcharge(side, stage):
-    """Pressure on the ground surface grows."""
+    """Increases the pressure on the ground surface."""
     stage.load = surcharge_ramp(side.model, side.state, stage.stage.surcharge, [rim.nodes for rim in side.rims])
     side.compute(stage)
     side.finish(stage)
 
 
 def steps_alone(side, stage):
-    """Nothing but steps: gravity grows (overload), or boundaries hold, move or load sides of the grid (load)."""
+    """Takes steps only: gravity grows (overload), or boundaries hold, move or load sides of the grid (load)."""
     side.compute(stage)
     side.finish(stage)
 
