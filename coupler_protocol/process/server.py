@@ -1,4 +1,4 @@
-"""What a server's main does, and how a run that it conducts leaves run.json: once for the grid and for discs alone."""
+"""The main function of servers, and run.json of the runs that they conduct, for the grid and for discs alone."""
 
 import logging
 import time
@@ -9,7 +9,7 @@ from coupler_protocol.files import run_json
 from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
 
-STOPPED = "stopped"  # stage and phase of the State that is saved where a run fails
+STOPPED = "stopped"  # stage and phase of the State that is saved if a run fails
 
 
 def main(name, parser, serve, argv=None):
@@ -24,12 +24,12 @@ def main(name, parser, serve, argv=None):
 
 
 def reason_of(error):
-    """Why a run ended, in words."""
+    """Text of the reason for the end of a run."""
     return str(error) or type(error).__name__
 
 
 def run_side(make_side, scene, out, progress, origin=None, plugin=None, notify=lambda reason: None):
-    """Run the side that conducts the stages of a scene; writes scene.json, and run.json however it ends.
+    """Runs the side that conducts the stages of a scene; writes scene.json, and run.json in any case.
 
     make_side() returns the side: run() gives the reason for the end, save(stage, phase) the path of its State, summary() its part
     of run.json; `state` is None if there is nothing to save. origin, plugin: as of the side; notify(reason) tells others of a
