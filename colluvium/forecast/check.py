@@ -1,4 +1,4 @@
-"""`colluvium check`: what a scene will compute and what it will not, without computing it but for a stage of kind locate."""
+"""`colluvium check`: description of the computation of a scene, its effects that act and those that do not."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from coupler_protocol.scene.tables.grading import grading_of
 
 
 def effects(scene):
-    """Every installed effect: {"effect", "summary", "acts", "where"}; `where` names the tables that switch it on."""
+    """Rows of all installed effects: {"effect", "summary", "acts", "where"}; `where`: names of the tables that switch it on."""
     rows = []
     for place, cls in declared_effects().items():
         where = list(_tables(scene, place))
@@ -21,7 +21,7 @@ def effects(scene):
 
 
 def _tables(scene, place):
-    """Names of the scene's tables that hold the effect declared for `place`."""
+    """Yields names of the scene's tables with the effect that is declared for `place`."""
     parent, _, key = place.rpartition(".")
     if not parent:
         holders = [("scene", scene)]
@@ -37,7 +37,7 @@ def _tables(scene, place):
 
 
 def sizes(scene):
-    """Counts that follow from the scene alone."""
+    """Numbers of zones, gridpoints, segments and discs, and sizes of windows, that follow from the scene alone."""
     if scene.grid is None:
         return {"windows": [], "stones": scene.stones.model_dump(mode="json") if scene.stones else None}
     from fdm_server.mesh.grid import build_grid
@@ -66,7 +66,7 @@ def _stones_as_text(stones):
 
 
 def stages(scene):
-    """The procedure as it will run."""
+    """Rows of all stages: name, kind, gravity, end and boundaries."""
     return [
         {"name": s.name, "kind": s.kind, "gravity": leg.gravity, "factor": [leg.start, leg.end], "over": leg.over}
         | {"until": s.until.model_dump(exclude_none=True) if s.until else {}, "discard": s.discard}
@@ -76,7 +76,7 @@ def stages(scene):
 
 
 def file_of_discs(scene):
-    """How many discs the scene's file holds, {} without one; raises SceneError where it cannot be read."""
+    """Numbers of discs and stones in the scene's file, {} without a file; raises SceneError if it cannot be read."""
     if scene.discs is None or scene.discs.file is None:
         return {}
     found = disc_csv.read(scene.discs.file)
@@ -92,7 +92,7 @@ def describe(scene):
 
 
 def print_description(found, console):
-    """Print the answer for a person; `found["locate"]`, `found["limits"]`: of those modules, where asked for."""
+    """Prints a description; `found["locate"]`, `found["limits"]`: results of these modules, if they were computed."""
     from colluvium.forecast import step_limits
     from colluvium.forecast.locate import as_text
 

@@ -1,8 +1,8 @@
-"""The line of a band, from toe to crest, and its way through a window.
+"""The line of a band, from toe to crest, and its path through a window.
 
-Of all ways through cells strained by the band's level or more the line takes the one on which the integral of ds / strain^2 is
-least: it keeps to where the strain is largest. Each point is then moved to the mean of its cell and those that share a corner
-with it, weighted by the square of their strains.
+Of all paths through cells strained by the band's level or more, the line is the one with the smallest integral of ds / strain^2,
+so it follows the largest strains. Each point is then moved to the mean of its cell and the cells that share a corner with it,
+weighted by the square of their strains.
 """
 
 import numpy as np
@@ -40,7 +40,7 @@ def _ridge(cells: shear_band.Cells) -> np.ndarray:
 
 
 def crossing(line: np.ndarray, box: shapely.Polygon) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """Where the line (p, 2) comes into the box and where it leaves it for good [m]; None where it stays outside."""
+    """First and last point [m] of the line (p, 2) in the box; None if it stays outside."""
     whole = shapely.LineString(line)
     points = shapely.get_coordinates(shapely.intersection(whole, box))
     if not len(points):
@@ -51,6 +51,6 @@ def crossing(line: np.ndarray, box: shapely.Polygon) -> tuple[tuple[float, float
 
 
 def even_points(line: np.ndarray, count: int) -> np.ndarray:
-    """(count, 2) points evenly along the line."""
+    """(count, 2) points at equal distances along the line [m]."""
     shares = np.linspace(0.0, 1.0, count)
     return shapely.get_coordinates(shapely.line_interpolate_point(shapely.LineString(line), shares, normalized=True))
