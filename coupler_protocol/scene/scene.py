@@ -48,9 +48,10 @@ def _effect_fields(place):
 
 
 class Window(Table):
-    """Zones that become a hole and are computed by one discrete process: columns and rows, or the zones with their
-    centres in a polygon, convex or not. At least one zone remains between a window and the sides, the ground surface and
-    other windows. Without a grid: the polygon that discs fill.
+    """Zones that become a hole and are computed by one discrete process.
+
+    They are given by columns and rows, or by a polygon, convex or not, around their centres. At least one zone remains between a
+    window and the sides, the ground surface and other windows. Without a grid: the polygon that discs fill.
     """
 
     name: str = quantity(meaning="name of the window", min_length=1)

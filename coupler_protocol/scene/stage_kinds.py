@@ -58,7 +58,7 @@ NAMES = tuple(BY_NAME)
 
 
 def named(**wanted):
-    """Names of the kinds whose fields have these values, in order, such as named(band=True)."""
+    """Names of the kinds whose fields have these values, in order; `band=True` gives the kinds that may end by a band."""
     return tuple(kind.name for kind in KINDS if all(getattr(kind, field) == value for field, value in wanted.items()))
 
 
