@@ -28,7 +28,7 @@ class FrictionTable(NamedTuple):
 
 
 def friction_table(pairs):
-    """Table of the kinds of pairs; a disc without a friction table is smooth. None if all are."""
+    """Table of the kinds of pairs; a disc without a friction table is smooth. None if all discs are smooth."""
     found = by_kind(pairs, "friction", lambda a, b: min(a, b, key=lambda table: table.coefficient))
     if found is None:
         return None
@@ -36,10 +36,10 @@ def friction_table(pairs):
 
 
 def slip_limit(coefficient, normal):
-    """Right side of Eq (1) for a compressive normal force [N]."""
+    """Limit mu Fn of Eq (1) [N] for a compressive normal force [N]."""
     return coefficient * normal
 
 
 def clipped(force, limit):
-    """`force` brought within +-`limit` (both in N, limit >= 0)."""
+    """`force` limited to ±`limit` (both in N, limit >= 0)."""
     return min(max(force, -limit), limit)
