@@ -20,22 +20,13 @@ def parser():
     run = commands.add_parser("run", help="compute a scene: starts all processes and shows how far they are")
     command_line.common_options(run)
     run.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME)")
-    run.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
-    command_line.plugin_option(run)
-    _exact_option(run)
-    run.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
+    _options_of_computing(run)
     run.set_defaults(work=run_command)
 
     resume = commands.add_parser("resume", help="go on with a run after its last stage end that all processes have saved")
     resume.add_argument("run_dir", metavar="RUN_DIR")
-    resume.add_argument("--quiet", action="store_true", help="no progress")
-    resume.add_argument(
-        "--threads", metavar="N", type=command_line.positive, default=1, help="threads of each process (default 1)"
-    )
-    resume.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
-    command_line.plugin_option(resume)
-    _exact_option(resume)
-    resume.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
+    command_line.process_options(resume)
+    _options_of_computing(resume)
     resume.set_defaults(work=resume_command)
 
     check = commands.add_parser("check", help="say what is wrong with a scene, or what it will compute")
@@ -76,8 +67,12 @@ def parser():
     return p
 
 
-def _exact_option(command):
+def _options_of_computing(command):
+    """Options of the commands that start both sides."""
+    command.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
+    command_line.plugin_option(command)
     command.add_argument("--exact", action="store_true", help="say how long steps may be, exactly, at the ends of coupled stages")
+    command.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
 
 
 def main(argv=None):
