@@ -28,7 +28,7 @@ class DamagedError(EnvironmentFailed):
 
 
 def save(path: str | Path, state: Any, attributes: Mapping[str, Any] | None = None) -> None:
-    """Write a State and attributes (numbers, strings: what it belongs to) in place of `path`.
+    """Writes a State and attributes (numbers, strings: what it belongs to) in place of `path`.
 
     Raises EnvironmentFailed where there is no room; `path` is then what it was.
     """
@@ -162,7 +162,7 @@ def _plain(value: Any) -> Any:
 
 
 def _to_disk(folder: Path) -> None:
-    """Make the operating system write the names in a folder to the disk."""
+    """Makes the operating system write the names in a folder to the disk."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)

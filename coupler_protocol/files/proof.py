@@ -25,7 +25,7 @@ def of_file(path: str | Path) -> Iterator[None]:
 
 
 def require(holds: object, why: str) -> None:
-    """Raise UnprovenError unless something holds."""
+    """Raises UnprovenError unless something holds."""
     if not holds:
         raise UnprovenError(why)
 

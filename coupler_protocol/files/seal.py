@@ -20,7 +20,7 @@ _hash = partial(hashlib.blake2b, digest_size=32)
 
 
 def put_on(content: memoryview) -> None:
-    """Seal the content of a file, whose first ROOM bytes are free."""
+    """Seals the content of a file, whose first ROOM bytes are free."""
     content[:ROOM] = _text(len(content), _hash(content[ROOM:]).hexdigest())
 
 

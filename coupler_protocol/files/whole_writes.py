@@ -35,7 +35,7 @@ class WholeWrites:
     # -- called by h5py ------------------------------------------------------------------------------------------------
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """Go to a place."""
+        """Goes to a place."""
         self._position = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._position, os.SEEK_END: self._size}[whence]
         return self._position
 
@@ -44,7 +44,7 @@ class WholeWrites:
         return self._position
 
     def readinto(self, buffer: memoryview) -> int:
-        """Fill a buffer from the present place on; zeros beyond the end."""
+        """Fills a buffer from the present place on; zeros beyond the end."""
         view = memoryview(buffer)
         start, end = self._position, self._position + len(view)
         there = os.pread(self._file.fileno(), len(view), start)
@@ -64,7 +64,7 @@ class WholeWrites:
         return bytes(found)
 
     def write(self, data: memoryview) -> int:
-        """Keep bytes until the next commit."""
+        """Keeps bytes until the next commit."""
         piece = bytes(data)
         self._pieces.append((self._position, piece))
         self._position += len(piece)
@@ -72,17 +72,17 @@ class WholeWrites:
         return len(piece)
 
     def truncate(self, size: int) -> int:
-        """Set the length."""
+        """Sets the length."""
         self._size = size
         return size
 
     def flush(self) -> None:
-        """Nothing: HDF5 does not decide when its bytes make sense."""
+        """Does nothing: HDF5 does not decide when its bytes make sense."""
 
     # -- called by the owner -------------------------------------------------------------------------------------------
 
     def commit(self, what: str) -> None:
-        """Bring everything to the disk; `what`: the new content in words, for the EnvironmentFailed of a full disk."""
+        """Brings everything to the disk; `what`: the new content in words, for the EnvironmentFailed of a full disk."""
         grown, replaced = self._sorted()
         try:
             self._put(self._on_disk, grown)
@@ -98,7 +98,7 @@ class WholeWrites:
         self._pieces.clear()
 
     def close(self) -> None:
-        """Close the file as it is on the disk; one without a commit is gone."""
+        """Closes the file as it is on the disk; one without a commit is gone."""
         self._file.close()
         if not self._named:
             self._partial.unlink(missing_ok=True)
@@ -119,7 +119,7 @@ class WholeWrites:
         return grown, replaced
 
     def _replace(self, replaced: dict[tuple[int, int], bytes]) -> None:
-        """Overwrite bytes, or leave them as they were."""
+        """Overwrites bytes, or leave them as they were."""
         earlier = []
         try:
             for (begin, length), piece in replaced.items():

@@ -12,7 +12,7 @@ from dem_server.model import INERTIA, MASS
 
 
 def prove(model, state):
-    """Raise coupler_protocol.files.proof.UnprovenError unless steps can be taken with `model` and `state`."""
+    """Raises coupler_protocol.files.proof.UnprovenError unless steps can be taken with `model` and `state`."""
     of_model(model)
     n, m = model.count, len(state.first)
     shaped("disc", state.disc, (n, 8))

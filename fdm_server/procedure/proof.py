@@ -13,7 +13,7 @@ FLAGS = NOW | NOW << PAST  # largest value of State.plastic
 
 
 def prove_zones(zone, zones):
-    """Raise coupler_protocol.files.proof.UnprovenError unless `zone` (A,) names zones of a grid, each once, in order."""
+    """Raises coupler_protocol.files.proof.UnprovenError unless `zone` (A,) names zones of a grid, each once, in order."""
     shaped("zone", zone, (len(zone),), "i")
     require(len(zone), "zone holds no zone")
     within("zone", zone, 0, zones - 1)
@@ -21,7 +21,7 @@ def prove_zones(zone, zones):
 
 
 def prove(model, state):
-    """Raise UnprovenError unless steps can be taken with `state` of `model`."""
+    """Raises UnprovenError unless steps can be taken with `state` of `model`."""
     like = new_state(model)
     points = like.velocity.shape
     for name in ("velocity", "displacement", "force", "applied", "added_mass", "stress", "corner_force"):
@@ -48,7 +48,7 @@ def prove(model, state):
 
 
 def prove_rims(rims, found):
-    """Raise UnprovenError unless `found` {window: RimState} fits the rims."""
+    """Raises UnprovenError unless `found` {window: RimState} fits the rims."""
     require(sorted(found) == sorted(rim.window.name for rim in rims), f"rims are of the windows {', '.join(sorted(found))}")
     for rim in rims:
         saved, nodes = found[rim.window.name], len(rim.nodes)
