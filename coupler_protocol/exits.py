@@ -2,7 +2,7 @@
 
 from coupler_protocol.problems import SceneError
 
-DONE, COMMAND_LINE, SCENE, ENVIRONMENT, PEER, PHYSICS, OURSELVES, INTERRUPTED = 0, 2, 3, 4, 5, 6, 7, 130
+DONE, COMMAND_LINE, SCENE, ENVIRONMENT, PEER, PHYSICS, OURSELVES, NOT_AT_REST, INTERRUPTED = 0, 2, 3, 4, 5, 6, 7, 8, 130
 
 MEANING = {
     DONE: "done",
@@ -12,6 +12,7 @@ MEANING = {
     PEER: "the other side",
     PHYSICS: "physics (the computation blew up)",
     OURSELVES: "a fault of this program",
+    NOT_AT_REST: "done, but a stage did not come to rest (only with --strict)",
     INTERRUPTED: "interrupted",
 }
 
