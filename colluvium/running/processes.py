@@ -22,7 +22,8 @@ ECHOES = (exits.PEER, exits.INTERRUPTED)  # codes with which a side ends because
 def own_files(out):
     """Names of files of an earlier run in `out`."""
     out = Path(out)
-    patterns = ("*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run*.json", "scene.json", "scene.toml", "endpoint")
+    patterns = ["*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run*.json", "scene.json", "scene.toml", "endpoint"]
+    patterns += ["*.partial", "*.json.new"]
     return [path.name for pattern in patterns for path in sorted(out.glob(pattern))] if out.is_dir() else []
 
 
@@ -86,7 +87,7 @@ def run_files(scene_path, out, n_windows, options=(), picture=None):
     picture(row) is called with each report of progress. Messages of failed processes are printed to standard error.
     """
     rows: queue.Queue[dict[str, Any]] = queue.Queue()
-    shared = [str(scene_path), "--out", str(out), "--force", *options]
+    shared = [str(scene_path), f"--out={out}", "--force", *options]
     if n_windows is None:
         processes = [Process("dem-server", ["dem_server", *shared], rows)]
     else:
@@ -102,7 +103,7 @@ def _both_sides(n_windows, shared, out, rows):
     processes = [Process("fdm-server", ["fdm_server", *shared, "--bind", "tcp://127.0.0.1:0"], rows)]
     endpoint = str(Path(out) / "endpoint")
     for rank in range(1, n_windows + 1):
-        arguments = ["dem_server", *shared, "--connect", endpoint, "--rank", str(rank)]
+        arguments = ["dem_server", *shared, f"--connect={endpoint}", "--rank", str(rank)]
         processes.append(Process(f"dem-server {rank}", arguments, rows))
     return processes
 

@@ -17,10 +17,10 @@ from coupler_protocol import exits
 from coupler_protocol.files.proof import require
 from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.scene.differences import first_difference
+from coupler_protocol.scene.named_files import without_paths
 
 log = logging.getLogger(__name__)
 FUNCTIONS = "functions"  # name of a plugin that was made from functions, not a file
-STOPPED = "stopped"  # stage and phase of the State that is saved where a run fails
 END = "end of step"  # phase of a State from which steps can go on; any other is for a person to look at
 
 
@@ -184,8 +184,8 @@ def check(scene, origin):
 
 def check_scene(scene, earlier, index, path):
     """Raise SceneError where `scene` differs from the resolved `earlier` in more than title and stages after `index`."""
-    now = scene.resolved()
-    mine, theirs = (resolved | {"title": "", "stage": resolved["stage"][: index + 1]} for resolved in (now, earlier))
+    both = (without_paths(resolved) for resolved in (scene.resolved(), earlier))
+    mine, theirs = (resolved | {"title": "", "stage": resolved["stage"][: index + 1]} for resolved in both)
     found = first_difference(mine, theirs, ("this scene", str(path)))
     if found:
         why = f"only stages after {scene.name_of_stage(index)!r} may differ from the scene that was computed: {found}"

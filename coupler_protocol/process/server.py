@@ -6,9 +6,9 @@ from pathlib import Path
 
 from coupler_protocol import exits
 from coupler_protocol.files import run_json
-from coupler_protocol.files.restart import STOPPED
 from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
+from coupler_protocol.scene.tables.stages import STOPPED
 
 log = logging.getLogger(__name__)
 
