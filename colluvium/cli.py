@@ -4,14 +4,17 @@ import argparse
 import json
 import signal
 import sys
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from coupler_protocol import exits
 from coupler_protocol.process import command_line
 
 
-def parser():
+def parser() -> argparse.ArgumentParser:
     """Parser of all commands and their options."""
     p = argparse.ArgumentParser(prog="colluvium", description="Soil-rock slopes by two coupled processes.")
     p.add_argument("--version", action="version", version=f"%(prog)s {version('colluvium')}")
@@ -76,25 +79,25 @@ def parser():
     return p
 
 
-def _exact_option(command):
+def _exact_option(command: argparse.ArgumentParser) -> None:
     command.add_argument("--exact", action="store_true", help="say how long steps may be, exactly, at the ends of coupled stages")
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(argv)
-    code = []
+    code: list[int | None] = []
     ended = command_line.exit_code_of("colluvium", lambda: code.append(options.work(options)))
     return ended or (code[0] or 0)
 
 
-def _console():
+def _console() -> Any:
     from rich.console import Console
 
     return Console(width=None if sys.stdout.isatty() else 160, highlight=False)
 
 
-def _write_json(content, target):
+def _write_json(content: Any, target: str | Path) -> None:
     text = json.dumps(content, indent=1)
     if target == "-":
         print(text)
@@ -102,7 +105,7 @@ def _write_json(content, target):
         Path(target).write_text(text + "\n", encoding="utf-8")
 
 
-def run_command(options):
+def run_command(options: argparse.Namespace) -> int:
     """Computes a scene, from its start or from the end of a stage of an earlier run; returns the exit code."""
     from colluvium.running import processes
     from coupler_protocol.files import restart
@@ -120,7 +123,7 @@ def run_command(options):
     return _compute(options, scene, options.scene, out, [f"--set={pair}" for pair in options.set])
 
 
-def resume_command(options):
+def resume_command(options: argparse.Namespace) -> int:
     """Continues a run that did not reach its end; returns the exit code."""
     from colluvium import api
 
@@ -131,7 +134,7 @@ def resume_command(options):
     return _compute(options, scene, out / "scene.json", out, [])
 
 
-def _compute(options, scene, path, out, passed):
+def _compute(options: argparse.Namespace, scene: Any, path: str | Path, out: Path, passed: Sequence[str]) -> int:
     """Computes in one process or several; `passed`: options for the servers besides those of all commands."""
     from colluvium.running import processes
     from colluvium.running.progress_picture import picture
@@ -153,7 +156,7 @@ def _compute(options, scene, path, out, passed):
     return code
 
 
-def _add_band(scene, out):
+def _add_band(scene: Any, out: Path) -> None:
     """Adds the band of the grid alone, and the failure under overload, to run.json."""
     from colluvium.forecast import locate
     from colluvium.results import failure
@@ -167,7 +170,7 @@ def _add_band(scene, out):
         write(out, json.loads((out / "run.json").read_text(encoding="utf-8")) | found)
 
 
-def _add_exact_limits(scene, out):
+def _add_exact_limits(scene: Any, out: Path) -> None:
     """Adds the exact limits of the step at the ends of coupled stages to run.json."""
     from colluvium.forecast import step_limits
     from coupler_protocol.files.run_json import write
@@ -180,27 +183,27 @@ def _add_exact_limits(scene, out):
     write(out, info)
 
 
-def _in_process(scene, out, show, options):
+def _in_process(scene: Any, out: Path, show: Any, options: argparse.Namespace) -> int:
     from colluvium.running import threads
     from coupler_protocol.process.interrupt import StopRequest, stop_on_signals
 
     stop = StopRequest()
     stop_on_signals(stop)
 
-    def work():
+    def work() -> None:
         threads.run(scene, out, stop, show or "none", options.origin, command_line.plugin(options))
 
     return command_line.exit_code_of("colluvium", work)
 
 
-def _nothing():
+def _nothing() -> AbstractContextManager[None]:
     from contextlib import nullcontext
 
     return nullcontext()
 
 
-def _conclude(out, target):
-    """Prints the closing tables of run.json, or writes run.json to `target`; returns the exit code."""
+def _conclude(out: Path, target: str | Path | None) -> None:
+    """Prints the closing tables of run.json, or writes run.json to `target`."""
     from colluvium import closing
 
     path = out / "run.json"
@@ -214,7 +217,7 @@ def _conclude(out, target):
         print(f"results in {out}")
 
 
-def check_command(options):
+def check_command(options: argparse.Namespace) -> None:
     """Prints what a scene computes, its band if a stage locates it, and the limits of a coupled step; problems: exit code 3."""
     from colluvium.forecast import check, locate, step_limits
     from colluvium.running.progress_picture import picture
@@ -234,8 +237,8 @@ def check_command(options):
         check.print_description(found, _console())
 
 
-def report_command(options):
-    """Draws the pictures of a run; returns the exit code."""
+def report_command(options: argparse.Namespace) -> None:
+    """Draws the pictures of a run."""
     from colluvium import report
 
     lacking: dict[str, list[str]] = {}
@@ -250,8 +253,8 @@ def report_command(options):
         print(f"not drawn, {why}: {', '.join(names)}", file=sys.stderr)
 
 
-def export_command(options):
-    """Writes the discs of a frame as CSV; returns the exit code."""
+def export_command(options: argparse.Namespace) -> None:
+    """Writes the discs of a frame as CSV."""
     from colluvium.results import export
     from colluvium.results.rank_file import NotRecordedError
 
@@ -262,8 +265,8 @@ def export_command(options):
     print(f"{count} discs", file=sys.stderr)
 
 
-def status_command(options):
-    """Prints how a run ended; returns its exit code."""
+def status_command(options: argparse.Namespace) -> int:
+    """Prints how a run ended, or its last frame."""
     path = Path(options.run_dir) / "run.json"
     if path.exists():
         _conclude(Path(options.run_dir), options.json)

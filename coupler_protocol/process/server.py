@@ -1,18 +1,29 @@
 """The main function of servers, and run.json of the runs that they conduct, for the grid and for discs alone."""
 
+import argparse
 import logging
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from coupler_protocol import exits
 from coupler_protocol.files import run_json
+from coupler_protocol.files.restart import Origin
 from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
+from coupler_protocol.process.plugin import Plugin
+from coupler_protocol.process.progress import Progress
 
 STOPPED = "stopped"  # stage and phase of the State that is saved if a run fails
 
 
-def main(name, parser, serve, argv=None):
+def main(
+    name: str,
+    parser: argparse.ArgumentParser,
+    serve: Callable[[argparse.Namespace, StopRequest], None],
+    argv: Sequence[str] | None = None,
+) -> int:
     """Entry point of the server `name`: runs serve(options, stop); returns the exit code."""
     options = parser.parse_args(argv)
     command_line.set_threads(options.threads)
@@ -23,12 +34,20 @@ def main(name, parser, serve, argv=None):
     return command_line.exit_code_of(name, lambda: serve(options, stop))
 
 
-def reason_of(error):
+def reason_of(error: BaseException) -> str:
     """Text of the reason for the end of a run."""
     return str(error) or type(error).__name__
 
 
-def run_side(make_side, scene, out, progress, origin=None, plugin=None, notify=lambda reason: None):
+def run_side(
+    make_side: Callable[[], Any],
+    scene: Any,
+    out: str | Path,
+    progress: Progress,
+    origin: Origin | None = None,
+    plugin: Plugin | None = None,
+    notify: Callable[[str], Any] = lambda reason: None,
+) -> None:
     """Runs the side that conducts the stages of a scene; writes scene.json, and run.json in any case.
 
     make_side() returns the side: run() gives the reason for the end, save(stage, phase) the path of its State, summary() its part

@@ -3,7 +3,7 @@
 fdm_server/procedure/kinds.py has a function of the grid for each kind; a test checks that it contains all kinds of a grid.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Kind(NamedTuple):
@@ -57,11 +57,11 @@ BY_NAME = {kind.name: kind for kind in KINDS}
 NAMES = tuple(BY_NAME)
 
 
-def named(**wanted):
+def named(**wanted: Any) -> tuple[str, ...]:
     """Names of the kinds whose fields have these values, in order; `band=True` gives the kinds that may end by a band."""
     return tuple(kind.name for kind in KINDS if all(getattr(kind, field) == value for field, value in wanted.items()))
 
 
-def of(stage):
+def of(stage: Any) -> Kind:
     """The Kind of a stage of a scene."""
     return BY_NAME[stage.kind]
