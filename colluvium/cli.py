@@ -20,7 +20,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--version", action="version", version=f"%(prog)s {version('colluvium')}")
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
-    run = commands.add_parser("run", help="compute a scene: starts all processes and shows how far they are")
+    run = commands.add_parser("run", help="compute a scene: starts all processes and shows their progress")
     command_line.common_options(run)
     run.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME)")
     run.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
@@ -29,7 +29,7 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
     run.set_defaults(work=run_command)
 
-    resume = commands.add_parser("resume", help="go on with a run after its last stage end that all processes have saved")
+    resume = commands.add_parser("resume", help="continue a run after its last stage end that all processes have saved")
     resume.add_argument("run_dir", metavar="RUN_DIR")
     resume.add_argument("--quiet", action="store_true", help="no progress")
     resume.add_argument(
@@ -41,12 +41,12 @@ def parser() -> argparse.ArgumentParser:
     resume.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
     resume.set_defaults(work=resume_command)
 
-    check = commands.add_parser("check", help="say what is wrong with a scene, or what it will compute")
+    check = commands.add_parser("check", help="report the problems of a scene, or describe what it computes")
     check.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     check.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
-    check.add_argument("--no-locate", action="store_true", help="leave out what a stage of kind locate asks for (seconds)")
-    check.add_argument("--no-limits", action="store_true", help="leave out how long a coupled step may be (packs the windows)")
-    check.add_argument("--exact", action="store_true", help="how long a coupled step may be, exactly (Lanczos)")
+    check.add_argument("--no-locate", action="store_true", help="do not compute the stage of kind locate (seconds)")
+    check.add_argument("--no-limits", action="store_true", help="do not compute the limits of a coupled step (packs the windows)")
+    check.add_argument("--exact", action="store_true", help="also compute the exact limit of a coupled step (Lanczos)")
     check.add_argument("--quiet", action="store_true", help="no progress")
     check.add_argument("--json", nargs="?", const="-", metavar="FILE", help="the answer as JSON to FILE or standard output")
     check.set_defaults(work=check_command)
@@ -72,7 +72,7 @@ def parser() -> argparse.ArgumentParser:
     export.add_argument("--out", metavar="FILE", help="file to write (default: standard output)")
     export.set_defaults(work=export_command)
 
-    status = commands.add_parser("status", help="how a run ended, or how far it is")
+    status = commands.add_parser("status", help="print how a run ended, or its last frame")
     status.add_argument("run_dir", metavar="RUN_DIR")
     status.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output")
     status.set_defaults(work=status_command)
@@ -80,7 +80,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _exact_option(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--exact", action="store_true", help="say how long steps may be, exactly, at the ends of coupled stages")
+    command.add_argument("--exact", action="store_true", help="also compute the exact limits of steps at the ends of coupled stages")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -33,7 +33,7 @@ def serve(options, stop):
     if not link_tcp.is_loopback(options.bind) and not options.insecure:
         raise exits.EnvironmentFailed(
             f"{options.bind} can be reached from other machines: anyone there could steer this run. "
-            f"Say --insecure if the network is your own"
+            f"Use --insecure if the network is your own"
         )
     origin, plugin = options.origin, command_line.plugin(options)
     out = command_line.prepare_folder(options.out, OWN_FILES, options.force, origin)

@@ -18,7 +18,7 @@ OWN = ("fos.json", "fos.log", "scene.toml", "mechanism.png", "plastic_zones.png"
 def add_command(commands: Any) -> None:
     """Adds the command `fos` and its options to `commands` of a parser."""
     p = commands.add_parser("fos", help="factor of safety by strength reduction, or the gravity factor at collapse")
-    p.add_argument("scene", metavar="SCENE", help="scene file (TOML); its table [fos] says how, its stages what acts")
+    p.add_argument("scene", metavar="SCENE", help="scene file (TOML); its table [fos] sets the search, its stages set the loads")
     p.add_argument("--by", choices=("strength", "gravity"), help="what the factor acts on (fos.by of the scene)")
     p.add_argument(
         "--meshes", metavar="N", type=command_line.positive, help="number of meshes: the grid's zone size divided by 1, 2, .. N"

@@ -30,7 +30,7 @@ def common_options(parser: argparse.ArgumentParser) -> None:
         dest="origin",
         metavar="DIR@STAGE",
         type=origin,
-        help="go on from the end of a stage of an earlier run; only later stages of the scene may differ",
+        help="continue after the end of a stage of an earlier run; only later stages of the scene may differ",
     )
 
 
