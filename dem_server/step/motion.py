@@ -37,12 +37,12 @@ def arguments(model, state, gravity):
     """What `move` and `move_clumps` take before the times of kick and drift."""
     cap = not model.in_real_time
     fastest = SPEED_CAP * model.smallest_radius / state.next_dt
-    return state.disc, state.load, state.weight, state.angle, model.law.damping, state.clumps, gravity, fastest, cap
+    return state.disc, state.load, state.weight, state.angle, model.parameters.alpha, state.clumps, gravity, fastest, cap
 
 
 @jit
-def move(first, last, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt):
-    """Eq (1) for the discs first..last-1 that are in no clump. kick: time [s] the forces act.
+def move(first, last, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt):
+    """Eq (1) for the discs first..last-1 that are in no clump. alpha: of local damping or None; kick: time [s] the forces act.
 
     Returns how many were faster than `fastest` and, with `cap`, slowed down, and the largest speed squared.
     """
@@ -53,8 +53,7 @@ def move(first, last, disc, load, weight, angle, damping, clumps, gravity, faste
                 continue
         fx, fy, m = load[i, FX], load[i, FY] - weight[i] * gravity, load[i, MOMENT]
         u, v, w = disc[i, VX], disc[i, VY], disc[i, SPIN]
-        if damping is not None:
-            alpha = damping.local
+        if alpha is not None:
             fx, fy, m = damped(fx, u, alpha), damped(fy, v, alpha), damped(m, w, alpha)
         each = kick / disc[i, MASS]
         u += fx * each
