@@ -1,7 +1,7 @@
-"""A scene: what is computed, read from a TOML file into an immutable object.
+"""A scene: the computation that a TOML file describes, as an immutable object.
 
-Tables of effects are not listed here. Each stands with its equation in a server's effect file and is found through the
-entry-point group `colluvium.effects`; the name of the entry point says where the table belongs.
+Tables of effects are not listed here. Each is in an effect file of a server, with its equation, and is found through the
+entry-point group `colluvium.effects`; the name of the entry point is the place of the table.
 """
 
 import hashlib
@@ -64,9 +64,10 @@ def _effect_fields(place):
 
 
 class Window(Table):
-    """Zones that become a hole and are computed by one discrete process: columns and rows, or the zones with their
-    centres in a polygon, convex or not. At least one zone remains between a window and the sides, the ground surface and
-    other windows. Without a grid: the polygon that discs fill.
+    """Zones that become a hole and are computed by one discrete process.
+
+    They are given by columns and rows, or by a polygon, convex or not, around their centres. At least one zone remains between a
+    window and the sides, the ground surface and other windows. Without a grid: the polygon that discs fill.
     """
 
     name: str = quantity(meaning="name of the window", min_length=1)
@@ -171,11 +172,11 @@ class SceneBase(Table):
     stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
 
     def resolved(self):
-        """The scene as plain data, every default filled in."""
+        """The scene as plain data, with all defaults."""
         return self.model_dump(mode="json")
 
     def digest(self):
-        """Hash of the resolved scene: equal where both sides would compute the same."""
+        """Hash of the resolved scene: equal for scenes with the same results."""
         return hashlib.sha256(json.dumps(self.resolved(), sort_keys=True).encode()).hexdigest()
 
     def name_of_stage(self, index):

@@ -34,10 +34,10 @@ def friction_table(pairs):
 
 
 def slip_limit(coefficient, normal):
-    """Right side of Eq (1) for a compressive normal force [N]."""
+    """Limit mu Fn of Eq (1) [N] for a compressive normal force [N]."""
     return coefficient * normal
 
 
 def clipped(force, limit):
-    """`force` brought within +-`limit` (both in N, limit >= 0)."""
+    """`force` limited to ±`limit` (both in N, limit >= 0)."""
     return min(max(force, -limit), limit)

@@ -1,7 +1,7 @@
-"""Two materials that meet at a contact, and what the scene says about the two together.
+"""Pairs of materials at a contact, and their tables in the scene.
 
-Every effect has a rule that combines the tables of two grains. A table of `discs.pair` for the two goes before
-that rule: its values are those of the contact itself.
+Every effect has a rule that combines the tables of two grains. A table of `discs.pair` for the two takes precedence:
+its values are those of the contact.
 """
 
 from typing import Any, NamedTuple
@@ -17,14 +17,14 @@ class Pair(NamedTuple):
     own: Any = None
 
     def tables(self, effect):
-        """Tables (of a, of b, of the pair) of the effect with this name; None where there is none."""
+        """Tables (of a, of b, of the pair) of the effect with this name; None for a missing table."""
         return tuple(getattr(owner, effect, None) for owner in self)
 
 
 def by_kind(pairs, effect, combine):
-    """What each kind of pair gets: the pair's own table, or `combine(a, b)` of both grains' tables, or None.
+    """Table of each kind of pair: the table of the pair, or `combine(a, b)` of the tables of both grains, or None.
 
-    Returns None instead of a list if no kind of pair has anything.
+    Returns None instead of a list if no kind of pair has a table.
     """
     found = []
     for pair in pairs:

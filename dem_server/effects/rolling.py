@@ -4,7 +4,7 @@
     |Mr| <= mur Rb max(Fn, 0)                                                    (2)
 
 Mr acts on disc j, -Mr on disc i. A disc rolls down a plane only if the plane is steeper than mur (as a slope).
-The max matters where a bond pulls: a negative limit would turn the moment around at every step.
+The max is for bonds in tension: a negative limit would reverse the moment in every step.
 Sources: Iwashita & Oda (1998), J. Eng. Mech. 124, 285-292; Ai, Chen, Rotter & Ooi (2011), Powder Technol. 206,
 269-282 (the elastic-plastic spring without viscosity); kr as in Itasca, PFC, "Rolling resistance linear model".
 """
@@ -55,5 +55,5 @@ def rolling_moment(kr, turn, before):
 
 
 def rolling_limit(coefficient, radius, normal):
-    """Right side of Eq (2) [N m]; radius: Rb [m], normal: Fn [N]."""
+    """Limit mur Rb max(Fn, 0) of Eq (2) [N m]; radius: Rb [m], normal: Fn [N]."""
     return coefficient * radius * max(normal, 0.0)

@@ -27,7 +27,7 @@ def search(options, stop):
     progress = Progress(0, "none" if options.quiet else options.progress)
     for line in ignored(scene):
         progress("start", f"ignored: {line}", now=True)
-    found = exits.physics(Study(scene, out, progress, stop).run)
+    found = exits.end_as_physics(Study(scene, out, progress, stop).run)
     mesh = found["meshes"][-1]
     progress("done", f"{found['quantity']} {mesh['value']:.4g} ({mesh['low']:.4g} to {mesh['high']:.4g})", now=True)
 

@@ -11,12 +11,12 @@ def ledger_rows(model, state, steps, gravity=0.0, after=lambda: None):
     """Rows of the ledger: a dictionary of arrays (steps,); after() is called at the end of each step."""
     ledger, rows = Ledger(model, state), []
     for _ in range(steps):
-        ledger.keep(state, gravity)
+        ledger.copy_before_step(state, gravity)
         before = state.dt
         move_free(model, state, gravity)
         ledger.book_motion(model, state, gravity, 0.5 * (before + state.dt))
         rows.append(ledger.values(model, state))
-        ledger.keep_contacts(model, state)
+        ledger.copy_contacts(model, state)
         contact_forces(model, state)
         ledger.book_contacts(model, state)
         after()

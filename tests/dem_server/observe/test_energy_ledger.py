@@ -29,8 +29,8 @@ def booked(joined, steps, gravity=0.0, change=None):
     rim, rows = type("Rim", (), {"nodes": joined.nodes}), ([], [])
     for n in range(steps):
         rim.force = joined.hang(gravity).copy()
-        ledgers[0].keep(grid)
-        ledgers[1].keep(discs, gravity)
+        ledgers[0].copy_before_step(grid)
+        ledgers[1].copy_before_step(discs, gravity)
         before = discs.dt
         update_velocities(joined.grid_model, grid, gravity, joined.kick)
         ledgers[0].book_motion(joined.grid_model, grid, gravity, joined.kick, [rim])
@@ -42,7 +42,7 @@ def booked(joined, steps, gravity=0.0, change=None):
             rows, ledgers, (joined.grid_model, joined.disc_model), (grid, discs), strict=True
         ):
             rows_of.append(ledger.values(model, state) | {"power": ledger.power})
-        ledgers[1].keep_contacts(joined.disc_model, discs)
+        ledgers[1].copy_contacts(joined.disc_model, discs)
         if change:
             change(n)
         contact_forces(joined.disc_model, discs)
@@ -141,8 +141,8 @@ def test_a_clump_that_is_hit_and_turns_loses_nothing_to_damping_that_is_not_ther
     xy = np.array([[0.0, 0.0], [0.06, 0.0], [0.0, 0.06], [0.06, 0.06], [0.119, 0.02]])
     model, state = loose_discs(xy, np.full(5, 0.03), stone=stone_grain())
     square = np.array([[-0.01, -0.01], [0.07, -0.01], [0.07, 0.07], [-0.01, 0.07]])
-    bodies.mark(model, state, [square], 2700.0)
-    model = bodies.make(model, state, [square], "clump")
+    bodies.assign_discs(model, state, [square], 2700.0)
+    model = bodies.form_stones(model, state, [square], "clump")
     neighbours.rebuild(model, state)
     model = clock.begin(model, state, None, 0.05)
     state.clumps.motion[0, 2:5] = 0.2, 0.0, 8.0

@@ -196,7 +196,7 @@ def moved(name, ledger=False):
     books, found = Ledger(model, state) if ledger else None, None
     for _ in range(20):
         if books:
-            books.keep(state)
+            books.copy_before_step(state)
         update_velocities(model, state, 9.81)
         if books:
             books.book_motion(model, state, 9.81)
