@@ -23,22 +23,13 @@ def parser() -> argparse.ArgumentParser:
     run = commands.add_parser("run", help="compute a scene: starts all processes and shows their progress")
     command_line.common_options(run)
     run.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME)")
-    run.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
-    command_line.plugin_option(run)
-    _exact_option(run)
-    run.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
+    _options_of_computing(run)
     run.set_defaults(work=run_command)
 
     resume = commands.add_parser("resume", help="continue a run after its last stage end that all processes have saved")
     resume.add_argument("run_dir", metavar="RUN_DIR")
-    resume.add_argument("--quiet", action="store_true", help="no progress")
-    resume.add_argument(
-        "--threads", metavar="N", type=command_line.positive, default=1, help="threads of each process (default 1)"
-    )
-    resume.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
-    command_line.plugin_option(resume)
-    _exact_option(resume)
-    resume.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
+    command_line.process_options(resume)
+    _options_of_computing(resume)
     resume.set_defaults(work=resume_command)
 
     check = commands.add_parser("check", help="report the problems of a scene, or describe what it computes")
@@ -79,8 +70,12 @@ def parser() -> argparse.ArgumentParser:
     return p
 
 
-def _exact_option(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--exact", action="store_true", help="also compute the exact limits of steps at the ends of coupled stages")
+def _options_of_computing(command: argparse.ArgumentParser) -> None:
+    """Options of the commands that start both sides."""
+    command.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
+    command_line.plugin_option(command)
+    command.add_argument("--exact", action="store_true", help="also compute the exact step limits at the ends of coupled stages")
+    command.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -13,7 +13,7 @@ MEANING = {
     DONE: "done",
     COMMAND_LINE: "command line",
     SCENE: "scene",
-    ENVIRONMENT: "environment (port, disk, permission)",
+    ENVIRONMENT: "environment (port, disk, permission, installation)",
     PEER: "the other side",
     PHYSICS: "physics (the computation blew up)",
     OURSELVES: "a fault of this program",
@@ -33,7 +33,7 @@ class RunEnded(Exception):  # noqa: N818 (an end of a run, not always an error)
 
 
 class EnvironmentFailed(RunEnded):
-    """A port, a file or a folder cannot be used."""
+    """A port, a file, a folder or what is installed cannot be used."""
 
     code = ENVIRONMENT
 

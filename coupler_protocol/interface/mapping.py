@@ -24,6 +24,15 @@ from coupler_protocol.compiled.jit import jit
 Array = np.ndarray
 
 
+@jit(package="dem_server", forceinline=True)
+def segment(x: Array, a: int) -> tuple[int, float, float, float]:
+    """Segment a of the closed chain of nodes x (K,2): its second node, vector from the first to it [m], length squared [m2]."""
+    b = (a + 1) % x.shape[0]
+    lx = x[b, 0] - x[a, 0]
+    ly = x[b, 1] - x[a, 1]
+    return b, lx, ly, lx * lx + ly * ly
+
+
 @jit(package="dem_server")
 def velocities_to_discs(
     x: Array, v: Array, seg0: Array, seg1: Array, w0: Array, node: Array, xd: Array, vd: Array, spin: Array, paper: bool
@@ -35,20 +44,14 @@ def velocities_to_discs(
     disc between nodes). node (R,): node of a disc, -1 for a disc between nodes. xd (R,2): disc positions [m].
     `paper`: equations (11)-(12), no spin.
     """
-    K = x.shape[0]
     for p in range(xd.shape[0]):
         a = seg0[p]
-        b = (a + 1) % K
-        lx = x[b, 0] - x[a, 0]
-        ly = x[b, 1] - x[a, 1]
-        ll = lx * lx + ly * ly
+        b, lx, ly, ll = segment(x, a)
         omega = (lx * (v[b, 1] - v[a, 1]) - ly * (v[b, 0] - v[a, 0])) / ll
         if node[p] >= 0:
             c = seg1[p]
-            d = (c + 1) % K
-            mx = x[d, 0] - x[c, 0]
-            my = x[d, 1] - x[c, 1]
-            other = (mx * (v[d, 1] - v[c, 1]) - my * (v[d, 0] - v[c, 0])) / (mx * mx + my * my)
+            d, mx, my, mm = segment(x, c)
+            other = (mx * (v[d, 1] - v[c, 1]) - my * (v[d, 0] - v[c, 0])) / mm
             omega = w0[p] * omega + (1.0 - w0[p]) * other
             vx = v[node[p], 0]
             vy = v[node[p], 1]
@@ -71,10 +74,7 @@ def velocities_to_discs(
 @jit(package="dem_server")
 def _couple(F: Array, x: Array, a: int, M: float) -> None:
     """Adds the couple of moment M [N m] of segment a to the forces F of its two nodes."""
-    b = (a + 1) % x.shape[0]
-    lx = x[b, 0] - x[a, 0]
-    ly = x[b, 1] - x[a, 1]
-    ll = lx * lx + ly * ly
+    b, lx, ly, ll = segment(x, a)
     F[a, 0] += M * ly / ll
     F[a, 1] -= M * lx / ll
     F[b, 0] -= M * ly / ll
@@ -89,14 +89,10 @@ def forces_to_nodes(
 
     Other arguments as in `velocities_to_discs`. `paper`: equations (1)-(12), corrected; they do not transfer Mp.
     """
-    K = x.shape[0]
     F[:, :] = 0.0
     for p in range(xd.shape[0]):
         a = seg0[p]
-        b = (a + 1) % K
-        lx = x[b, 0] - x[a, 0]
-        ly = x[b, 1] - x[a, 1]
-        ll = lx * lx + ly * ly
+        b, lx, ly, ll = segment(x, a)
         rx = xd[p, 0] - x[a, 0]
         ry = xd[p, 1] - x[a, 1]
         if paper:

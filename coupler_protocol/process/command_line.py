@@ -22,8 +22,7 @@ def common_options(parser: argparse.ArgumentParser) -> None:
     """Adds the options of every command that computes a scene."""
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
-    parser.add_argument("--quiet", action="store_true", help="no progress")
-    parser.add_argument("--threads", metavar="N", type=positive, default=1, help="threads of each process (default 1)")
+    process_options(parser)
     parser.add_argument("--force", action="store_true", help="write into OUT even if results are there")
     parser.add_argument(
         "--from",
@@ -32,6 +31,12 @@ def common_options(parser: argparse.ArgumentParser) -> None:
         type=origin,
         help="continue after the end of a stage of an earlier run; only later stages of the scene may differ",
     )
+
+
+def process_options(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of every command that starts processes which compute."""
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+    parser.add_argument("--threads", metavar="N", type=positive, default=1, help="threads of each process (default 1)")
 
 
 def positive(text: str) -> int:

@@ -7,11 +7,13 @@ entry-point group `colluvium.effects`; the name of the entry point is the place 
 import hashlib
 import json
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
+from itertools import pairwise
 from typing import Any, Literal
 
 from pydantic import Field, create_model, model_validator
 
+from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.scene.declare import Table, quantity
 from coupler_protocol.scene.tables.boundary import Boundary, InitialStress
 from coupler_protocol.scene.tables.discs import Discs
@@ -27,15 +29,28 @@ DAMPING = "damping of the grid in this stage (none: that of the scene); in real 
 
 @cache
 def declared_effects() -> dict[str, Any]:
-    """All installed effects: {place in the scene: class that declares the table's keys}."""
-    found = entry_points(group="colluvium.effects")
-    return {point.name: point.load() for point in sorted(found, key=lambda p: p.name)}
+    """All installed effects: {place in the scene: class that declares the table's keys}.
+
+    Raises EnvironmentFailed if two distributions declare an effect for the same place: one of them would be lost.
+    """
+    found = sorted(entry_points(group="colluvium.effects"), key=lambda point: (point.name, _distribution(point)))
+    twice = [
+        f"{one.name} is declared by the installed distributions {_distribution(one)!r} and {_distribution(other)!r}"
+        for one, other in pairwise(found)
+        if one.name == other.name
+    ]
+    if twice:
+        raise EnvironmentFailed(f"{'; '.join(twice)}: uninstall one of them, or let it declare another place")
+    return {point.name: point.load() for point in found}
 
 
 def distribution_of(place: str) -> str:
     """Name of the distribution that declares the effect of this place; "" if it is unknown."""
-    point = next((p for p in entry_points(group="colluvium.effects") if p.name == place), None)
-    return point.dist.name if point is not None and point.dist is not None else ""
+    return next((_distribution(point) for point in entry_points(group="colluvium.effects") if point.name == place), "")
+
+
+def _distribution(point: EntryPoint) -> str:
+    return point.dist.name if point.dist is not None else ""
 
 
 def _effect_fields(place: str) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from coupler_protocol.scene.declare import Effect, History, quantity
-from dem_server.effects.pairs import by_kind
+from dem_server.effects.pairs import smaller_of_kind
 
 
 class Rolling(Effect):
@@ -34,11 +34,9 @@ class RollingTable(NamedTuple):
 
 
 def rolling_table(pairs):
-    """Table of the kinds of pairs; a disc without a rolling table rolls freely. None if all discs roll freely."""
-    found = by_kind(pairs, "rolling", lambda a, b: min(a, b, key=lambda table: table.coefficient))
-    if found is None:
-        return None
-    return RollingTable(np.array([table.coefficient if table else 0.0 for table in found]))
+    """Table of the kinds of pairs; a disc without a rolling table rolls freely. None if all do."""
+    coefficient = smaller_of_kind(pairs, "rolling", "coefficient")
+    return None if coefficient is None else RollingTable(coefficient)
 
 
 def effective_radius(ri, rj):
