@@ -1,4 +1,4 @@
-"""The process that looks for a factor of safety: `python -m fdm_server.fos SCENE --out DIR` (started by `colluvium fos`)."""
+"""Process of the search for a factor of safety: `python -m fdm_server.fos SCENE --out DIR` (started by `colluvium fos`)."""
 
 import sys
 
@@ -17,7 +17,7 @@ def main(argv=None):
 
 
 def search(options, stop):
-    """Read the scene, search, leave fos.json."""
+    """Reads the scene, searches and writes fos.json."""
     from coupler_protocol.scene.reader import read_scene
     from fdm_server.fos.study import Study, ignored
 
