@@ -10,15 +10,17 @@ above 1 for n > 1: forces held constant for n steps add energy. Damping removes 
 contacts attached to them: in many steps a rim node comes to rest under P, and from exchange to exchange its motion is
 multiplied by about - k_c / K.
 With static masses m_I of zones (fdm_server/step/masses.py) and sums S_I of contacts (dem_server/coupling/rim.py), the stiffness
-of zones at a rim node is at most 2 m_I, that of contacts at most 4 S_I, so
+of zones at a rim node is at most 2 m_I, that of contacts at most 2 S_I; with a reserve of 2 for the contacts,
 
     contact/zone stiffness = max 2 S_I / m_I,                                    (2)
 
-which is k_c / K for a spring on the end of a bar. Above STIFFEST there is an exchange in every step, for the rest of the run.
+which is k_c / 2 K for a spring k_c on the end of a bar of square zones, K the stiffness of the last one. Above STIFFEST there is
+an exchange in every step, for the rest of the run.
 The same holds if the rim's motion grows by itself all the same (a block that only discs hold up has no K). For growth to be seen
 while it is slow, n begins with 1 in every stage and doubles after CALM exchanges. A rim node that becomes GROWTH times as fast as
 all were lately brings the next exchange at once. If it also moves otherwise than before the last one (cosine below ALIKE), n
-begins with 1 again; if held forces alone can have made it so fast this is a strike. They change by 4 S_I times the path, hence
+begins with 1 again; if held forces alone can have made it so fast this is a strike. They change by at most 4 S_I times the path,
+with the same reserve, hence
 
     v <= (1 + 4 S_I n / (m_I + S_I)) v_before.                                   (3)
 
