@@ -31,7 +31,7 @@ class History(NamedTuple):
     """An array in which a law remembers something: its name in State, `components` numbers per `place`, what it means.
 
     place: "pair", "zone" or "gridpoint"; what carries arrays of that place (a new contact list, a removed zone, a checkpoint, a
-    frame) carries this one by its declaration. recorded: its name in frames; "": in none.
+    frame) carries this one by its declaration. recorded: its name in frames; "": in none. of_stage: starts at zero in each stage.
     """
 
     name: str
@@ -41,6 +41,7 @@ class History(NamedTuple):
     meaning: str = ""
     components: int = 1
     recorded: str = ""
+    of_stage: bool = False
 
 
 def increasing(value):
