@@ -57,6 +57,11 @@ class Surcharge(Table):
     over: int = quantity(1, unit="steps", meaning="steps of the ramp", ge=1)
 
 
+def is_real(time):
+    """Whether this value of `time` means real masses and seconds; else scaled masses on the way to rest (static mode)."""
+    return time == "real"
+
+
 class Stage(Table):
     """One step of the procedure."""
 
@@ -86,8 +91,8 @@ class Stage(Table):
 
     @property
     def in_real_time(self):
-        """Whether it computes real masses and seconds; else scaled masses on the way to rest (static mode)."""
-        return self.time == "real"
+        """Whether the stage has real masses and seconds; else it is static."""
+        return is_real(self.time)
 
     @model_validator(mode="before")
     @classmethod
