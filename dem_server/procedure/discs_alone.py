@@ -232,9 +232,16 @@ class DiscsAlone:
     def _note(self, text, fraction=None):
         """Progress of a long phase, and the place where it can be interrupted."""
         self.stop.check()
-        self.progress("fill", text if fraction is None else f"{text} {100 * fraction:.0f} %")
+        self.progress(self.scene.stage[0].name, text if fraction is None else f"{text} {100 * fraction:.0f} %")
 
 
-def compute(scene, out, progress, stop, origin=None, plugin=None):
-    """Compute a scene without a grid into the folder `out`; writes run.json however it ends, the State where it fails."""
-    server.conduct(lambda: DiscsAlone(scene, out, progress, stop, origin, plugin), scene, out, progress, origin, plugin)
+def compute(scene, context):
+    """Compute a scene without a grid; writes run.json however it ends, the State where it fails.
+
+    context: a coupler_protocol.process.server.RunContext.
+    """
+
+    def side():
+        return DiscsAlone(scene, *context)
+
+    server.conduct(side, scene, context)
