@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from coupler_protocol.criteria.stable_step import in_words
+from coupler_protocol.scene.stage_kinds import coupled
 
 
 def concerned(scene):
     """Whether the scene couples a grid with discs."""
-    return scene.grid is not None and any(stage.kind == "couple" for stage in scene.stage)
+    return scene.grid is not None and bool(coupled(scene.stage))
 
 
 def answer(scene, exact=False, note=None):
