@@ -23,7 +23,7 @@ def main(argv=None):
 
 
 def serve(scene, options, stop):
-    """Connect where the scene has a grid, and compute."""
+    """Connects if the scene has a grid, and computes."""
     from coupler_protocol.wire import link_tcp
 
     if scene.grid is not None and options.connect is None:
@@ -41,8 +41,8 @@ def serve(scene, options, stop):
 def compute(scene, rank, transport, context):
     """Compute the window of `rank` over any transport; used by the command line and by the in-process twin.
 
-    context: a coupler_protocol.process.server.RunContext. On failure the peer is told, State is saved where there is one, and the
-    exception goes on.
+    context: a coupler_protocol.process.server.RunContext. On failure the peer receives FAILURE, State is saved if there is one,
+    and the exception is raised again.
     """
     from coupler_protocol.wire.lockstep import Clocks, Conversation
     from dem_server.procedure.window_side import DiscreteSide
@@ -52,7 +52,7 @@ def compute(scene, rank, transport, context):
     def side():
         return DiscreteSide(scene, rank, conversation, context.out, context.progress, context.origin, context.plugin)
 
-    server.run_side(side, context.progress, conversation.tell, "free discs moved, velocities awaited")
+    server.run_side(side, context.progress, conversation.notify, "free discs moved, velocities awaited")
 
 
 if __name__ == "__main__":

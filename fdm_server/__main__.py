@@ -24,7 +24,7 @@ def main(argv=None):
 
 
 def serve(scene, options, stop):
-    """Listen where the scene has windows, and compute."""
+    """Listens if the scene has windows, and computes."""
     from coupler_protocol.wire import link_tcp
 
     if not link_tcp.is_loopback(options.bind) and not options.insecure:
@@ -53,10 +53,10 @@ def announced(transport, out):
 
 
 def compute(scene, transport, context):
-    """Compute the grid and conduct the stages over any transport; used by the command line and by the in-process twin.
+    """Computes the grid and conducts the stages over any transport; used by the command line and by the in-process twin.
 
-    context: a coupler_protocol.process.server.RunContext. Writes run.json however it ends. On failure the peers are told and
-    State is saved; the exception goes on.
+    context: a coupler_protocol.process.server.RunContext. Writes run.json in any case. On failure the peers receive FAILURE,
+    State is saved, and the exception is raised again.
     """
     from coupler_protocol.scene.rules.between_tables import doubts
     from coupler_protocol.wire.lockstep import Clocks, Hub
@@ -69,7 +69,7 @@ def compute(scene, transport, context):
     def side():
         return ContinuumSide(scene, hub, context.out, context.progress, context.origin, context.plugin)
 
-    server.conduct(side, scene, context, hub.tell_all)
+    server.conduct_run(side, scene, context, hub.notify_all)
 
 
 if __name__ == "__main__":

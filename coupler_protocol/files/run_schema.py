@@ -85,7 +85,7 @@ class BeginsAfter(_Part):
 
 
 class RunJson(_Part):
-    """All of run.json. If a server was killed from outside, only exit code, reason and stages are there."""
+    """All of run.json. If a server was killed, it has only exit code, reason and stages."""
 
     exit_code: int = quantity(meaning="0: all stages done; otherwise whose fault the end was (`coupler_protocol/exits.py`)")
     reason: str = quantity(meaning="why the run ended")

@@ -1,4 +1,4 @@
-"""What the servers' mains have in common: how a process begins, runs its side and ends, and the run.json of one that conducts."""
+"""What the main functions of servers share: start of a process, run of its side, and run.json if it conducts the stages."""
 
 import logging
 import time
@@ -15,9 +15,9 @@ from coupler_protocol.process.plugin import Plugin
 from coupler_protocol.process.progress import Progress
 from coupler_protocol.wire import messages
 
-STOPPED = "stopped"  # stage and phase of the State that is saved where a run fails
-OWN_FILES = ("vtkhdf", "log", "trace.csv")  # endings of what every process writes under its name
-OF_CONDUCTOR = ("run.json", "scene.json")  # what the one that conducts the stages writes besides
+STOPPED = "stopped"  # stage and phase of the State that is saved if a run fails
+OWN_FILES = ("vtkhdf", "log", "trace.csv")  # endings of the files that every process writes under its name
+OF_CONDUCTOR = ("run.json", "scene.json")  # further files of the process that conducts the stages
 
 log = logging.getLogger(__name__)
 
@@ -28,7 +28,7 @@ class RunContext(NamedTuple):
     out: Path  # run directory, which exists
     progress: Progress
     stop: StopRequest
-    origin: Origin | None = None  # end of a stage to go on from
+    origin: Origin | None = None  # end of a stage after which to continue
     plugin: Plugin | None = None
 
 
@@ -46,11 +46,11 @@ def main(name, parser, serve, argv=None):
 
         serve(read_scene(options.scene, options.set), options, stop)
 
-    return command_line.ended(name, work)
+    return command_line.exit_code_of(name, work)
 
 
 def begin(options, stop, rank, process, more=()):
-    """The RunContext of a process: its plugin, its run directory without earlier files of its own, its log and its progress.
+    """The RunContext of a process: reads its plugin, clears its run directory of earlier files of its own, opens its log.
 
     process: name with which its files begin ("fdm.rank0"); more: names of other files that it writes.
     """
@@ -65,40 +65,40 @@ def begin(options, stop, rank, process, more=()):
 def run_side(
     make_side: Callable[[], Any],
     progress: Progress,
-    tell: Callable[[int, dict[str, str]], object] = lambda kind, content: None,
+    notify: Callable[[int, dict[str, str]], object] = lambda kind, content: None,
     phase: str = STOPPED,
 ) -> str:
-    """Make a side and run it to its end; returns the reason.
+    """Makes a side and runs it to its end; returns the reason.
 
     make_side() returns the side: run() gives the reason for the end, save(stage, phase) the path of its State; `state` is None
-    where there is nothing to save. On failure tell(FAILURE, its reason) reaches the peers, the State is saved (`phase`: the part
-    of a step in which it is) and the exception goes on.
+    if there is nothing to save. On failure notify(FAILURE, reason) reaches the peers, State is saved (`phase`: the part of a step
+    that it belongs to) and the exception is raised again.
     """
     side = None
     try:
         side = make_side()
-        reason = exits.physics(side.run)
+        reason = exits.end_as_physics(side.run)
         progress("done", reason, now=True)
         return reason
     except BaseException as error:
-        tell(messages.FAILURE, {"reason": reason_of(error)})
+        notify(messages.FAILURE, {"reason": reason_of(error)})
         if side is not None and side.state is not None:
             log.info("state saved to %s", side.save(STOPPED, phase))
         raise
 
 
 def reason_of(error):
-    """Why a run ended, in words."""
+    """Text of the reason for the end of a run."""
     return str(error) or type(error).__name__
 
 
-def conduct(make_side, scene, context, tell=lambda kind, content: None):
-    """`run_side` of the side that conducts the stages; writes scene.json, and run.json however the run ends.
+def conduct_run(make_side, scene, context, notify=lambda kind, content: None):
+    """`run_side` of the side that conducts the stages; writes scene.json, and run.json in any case.
 
-    The side's summary() is what it adds to run.json; context: the RunContext of its process.
+    summary() of the side is its part of run.json; context: the RunContext of its process.
     """
     start, sides = time.perf_counter(), []
-    about = run_json.describe(scene) | run_json.beginning(context.out, context.origin, context.plugin)
+    about = run_json.describe(scene) | run_json.origin_content(context.out, context.origin, context.plugin)
     code, reason = exits.OURSELVES, ""
 
     def made():
@@ -107,7 +107,7 @@ def conduct(make_side, scene, context, tell=lambda kind, content: None):
         return sides[0]
 
     try:
-        reason, code = run_side(made, context.progress, tell), exits.DONE
+        reason, code = run_side(made, context.progress, notify), exits.DONE
     except BaseException as error:
         reason, code = reason_of(error), exits.code_of(error)
         raise

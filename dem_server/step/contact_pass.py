@@ -1,8 +1,8 @@
 """Contact forces: one pass over the list of pairs.
 
 The list is summed part by part (neighbours.py): the ring's pairs, runs of even number, of odd number, and pairs of distant
-discs. Runs of one colour touch different discs, so threads may share them, and every disc gets its forces in the same order
-whatever the number of threads.
+discs. Runs of the same parity touch different discs, so threads may share them, and every disc gets its forces in the same order
+for any number of threads.
 """
 
 import numpy as np
@@ -11,14 +11,14 @@ from coupler_protocol.compiled.jit import jit
 from dem_server.effects.histories import history_of
 from dem_server.model import X, Y
 from dem_server.step import neighbours, scratch_rows, walls
-from dem_server.step.contact_blocks import add_parts, table_of
+from dem_server.step.contact_blocks import add_parts
 from dem_server.step.thread_crew import meet, part_of, work_together
 from dem_server.step.thread_shares import shares
-from dem_server.step.walls import wall_pass
+from dem_server.step.walls import wall_pass_of
 
 
 def contact_forces(model, state):
-    """Forces and moments on all discs, ring included, from the motion of this step; bonds may break.
+    """Computes forces and moments on all discs, also of the ring, from the motion of this step; bonds may break.
 
     Rebuilds the neighbour list first if a disc has moved too far since the last time. Shear forces grow with
     every call by the slip of the present velocities: call it once a step.
@@ -28,25 +28,25 @@ def contact_forces(model, state):
 
 
 def make_current(model, state):
-    """Rebuild the neighbour list if a disc has moved too far since the last time."""
+    """Rebuilds the neighbour list if a disc has moved too far since the last time."""
     while not farthest(state.disc, state.listed_at) <= 0.5 * neighbours.skin(model):
         neighbours.rebuild(model, state)
 
 
 def add_forces(model, state):
-    """Forces and moments on all discs from the list as it is."""
-    split, known = shares(model), (state.disc, state.load, state.listed, history_of(state), model.law, state.dt)
+    """Computes forces and moments on all discs from the present list."""
+    split, known = shares(model), (state.disc, state.load, state.listed, history_of(state), model.parameters, state.dt)
     if len(split) > 1:
         work_together(lambda _, __, counts, crew: force_pass(*known, counts, crew), split, state.counters)
     else:
         force_pass(*known, state.counters, None)
     if state.walls is not None:
-        wall_pass(state.disc, state.load, state.dt, *walls.arguments(model, state))
+        wall_pass_of(state.disc, state.load, state.dt, *walls.arguments(model, state))
 
 
 @jit
 def farthest(disc, listed_at):
-    """How far any disc is from where it was when the list was made [m]; infinite if one is nowhere."""
+    """Largest distance [m] of a disc from its position when the list was made; infinite for a position that is NaN."""
     largest = 0.0
     for i in range(len(disc)):
         dx, dy = disc[i, X] - listed_at[i, 0], disc[i, Y] - listed_at[i, 1]
@@ -57,23 +57,23 @@ def farthest(disc, listed_at):
 
 @jit(borrows=True)
 def number_of_parts(listed):
-    """How many parts the list has."""
+    """Number of parts of the list."""
     return len(listed.parts)
 
 
 @jit
-def force_pass(disc, load, listed, history, law, dt, counters, crew):
-    """Loads of all discs from all listed pairs, by one thread (`crew` None) or by all of the crew that call it together."""
-    add_list(disc, load, listed, history, law, dt, counters, crew, table_of(law), np.empty(scratch_rows.SIZE))
+def force_pass(disc, load, listed, history, parameters, dt, counters, crew):
+    """Computes loads of all discs from all listed pairs, by one thread (`crew` None) or by all threads of the crew together."""
+    add_list(disc, load, listed, history, parameters, dt, counters, crew, np.empty(scratch_rows.SIZE))
 
 
 @jit(borrows=True)
-def add_list(disc, load, listed, history, law, dt, counters, crew, table, f):
-    """`force_pass` with the table of the law's parameters (contact_blocks.table_of) and scratch memory f (SIZE,)."""
+def add_list(disc, load, listed, history, parameters, dt, counters, crew, f):
+    """`force_pass` with scratch memory f (scratch_rows.SIZE,)."""
     parts = number_of_parts(listed)
     if crew is None:
         load[:] = 0.0
-        add_parts(0, parts, disc, load, listed, history, counters, law, dt, table, f)
+        add_parts(0, parts, disc, load, listed, history, counters, parameters, dt, f)
     else:
         begin, end = part_of(crew, 0, len(load))
         load[begin:end] = 0.0
@@ -83,5 +83,5 @@ def add_list(disc, load, listed, history, law, dt, counters, crew, table, f):
             if shared:
                 begin, end = part_of(crew, begin, end)
             if shared or crew.rank == 0:
-                add_parts(begin, end, disc, load, listed, history, counters, law, dt, table, f)
+                add_parts(begin, end, disc, load, listed, history, counters, parameters, dt, f)
             meet(crew)

@@ -20,7 +20,7 @@ def search(scene, options, stop):
     out, progress, *_ = server.begin(options, stop, 0, "fos", ("fos.json",))
     for line in ignored(scene):
         progress("start", f"ignored: {line}", now=True)
-    found = exits.physics(Study(scene, out, progress, stop).run)
+    found = exits.end_as_physics(Study(scene, out, progress, stop).run)
     mesh = found["meshes"][-1]
     progress("done", f"{found['quantity']} {mesh['value']:.4g} ({mesh['low']:.4g} to {mesh['high']:.4g})", now=True)
 

@@ -1,4 +1,4 @@
-"""What laws remember at the start, and what they forget: where zones are removed, and where a stage begins."""
+"""Histories of laws at the start of a run, after a reset of the zones, and at the start of a stage."""
 
 from fdm_server.effects.histories import DECLARED
 from fdm_server.step.blocks import new_history
@@ -6,8 +6,8 @@ from fdm_server.step.blocks import new_history
 ZONE, GRIDPOINT, NEITHER = "zone", "gridpoint", "neither"
 
 
-def forget(model, state, where=(ZONE,)):
-    """Set what the model's laws remember at these places to zero, and what laws that do not act remembered to None."""
+def reset_histories(model, state, where=(ZONE,)):
+    """Sets histories of acting laws at these places to zero, and histories of other laws to None."""
     _begin(model, state, [history for history in DECLARED.values() if history.place in where])
     if ZONE in where:
         acting = model.law.histories.items()
@@ -15,7 +15,7 @@ def forget(model, state, where=(ZONE,)):
 
 
 def begin_stage(model, state):
-    """The same for what laws remember of one stage only."""
+    """Does the same for the histories that belong to one stage."""
     _begin(model, state, [history for history in DECLARED.values() if history.of_stage])
 
 

@@ -1,6 +1,6 @@
-"""Rules between tables, one a function. Each yields (path, problem, remedy).
+"""Rules between tables, one function each. Each function yields (path, problem, remedy).
 
-Rules that only a server knows come through the entry-point group `colluvium.rules`.
+Rules of the servers are added through the entry-point group `colluvium.rules`.
 """
 
 from importlib.metadata import entry_points
@@ -16,7 +16,7 @@ LEAST = 4.0  # largest discs that must fit side by side into the shorter side of
 
 
 def broken_rules(scene):
-    """All broken rules of a scene whose tables are valid one by one."""
+    """Yields all broken rules of a scene whose single tables are valid: (path, problem, remedy)."""
     rules = COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES)
     broken = [found for rule in rules for found in rule(scene)]
     if broken:
@@ -25,7 +25,7 @@ def broken_rules(scene):
 
 
 def doubts(scene):
-    """Doubts about a valid scene, (path, what, remedy), from the entry-point group `colluvium.doubts`."""
+    """Yields doubts about a valid scene, (path, what, remedy), from the entry-point group `colluvium.doubts`."""
     return [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
 
 
@@ -47,7 +47,7 @@ def grid_needs_material(scene):
 
 
 def effects_of_discs_are_ours(scene):
-    """Laws of discs that another distribution declares: kernels of discs compute none of them."""
+    """Laws of discs are those of this distribution: the kernels of discs compute no others."""
     from coupler_protocol.scene.scene import declared_effects, distribution_of
 
     discs = scene.discs
@@ -74,7 +74,7 @@ def names_are_unique(scene):
 
 
 def stones_need_their_material(scene):
-    """Stones are made of discs with springs of their own; a cluster is held together by bonds."""
+    """Stones need a material with springs, and a cluster also bonds."""
     grain = scene.discs.stone if scene.discs else None
     if scene.stones is not None and grain is None:
         yield ("stones",), "stones without a material", "add a [discs.stone] table or remove [stones]"
@@ -94,7 +94,7 @@ def stones_need_their_material(scene):
 
 
 def stones_are_drawn_or_mapped(scene):
-    """Random stones have a content and sizes; mapped ones have neither, nor other keys that could not act."""
+    """Random stones have a content and sizes; mapped stones have neither, nor other keys that would have no effect."""
     stones = scene.stones
     if stones is None:
         return
@@ -131,7 +131,7 @@ def pairs_name_what_there_is(scene):
 
 
 def largest_discs_fit(scene):
-    """A window is at least four of the largest discs across, where a grading says how large they are."""
+    """With a grading, a window is at least four of the largest discs across."""
     if scene.discs is None or scene.discs.grading is None:
         return
     for i, window in enumerate(scene.window):
@@ -142,7 +142,7 @@ def largest_discs_fit(scene):
 
 
 def across_of(scene, window):
-    """Shorter side of the rectangle round a window [m]; infinite where it is not said."""
+    """Shorter side of the bounding rectangle of a window [m]; infinite if it is not given."""
     if window.polygon is not None:
         return float(np.ptp(np.array(window.polygon), axis=0).min())
     if scene.grid is None or not scene.grid.zone_size or window.columns is None or window.rows is None:

@@ -1,4 +1,4 @@
-"""The [[stage]] tables of a scene: the procedure, what each step of it changes, and when it ends."""
+"""The [[stage]] tables of a scene: the procedure, the changes of each stage, and its end."""
 
 from typing import Annotated, Literal
 
@@ -91,7 +91,7 @@ class Stage(Table):
 
     @property
     def in_real_time(self):
-        """Whether the stage has real masses and seconds; else it is static."""
+        """Whether the stage computes with real masses and seconds; else with scaled masses (static mode)."""
         return is_real(self.time)
 
     @model_validator(mode="before")

@@ -117,7 +117,7 @@ def test_a_side_without_a_state_saves_none_and_one_that_cannot_be_made_is_told_t
 def test_run_json_is_written_however_the_conductor_ends(context, make, code, reason, steps):
     scene = build_scene(ALONE)
     with nullcontext() if code == 0 else pytest.raises((exits.PhysicsFailed, IndexError)):
-        server.conduct(make, scene, context.made)
+        server.conduct_run(make, scene, context.made)
     info = json.loads((context.made.out / "run.json").read_text(encoding="utf-8"))
     assert (info["exit_code"], info["reason"], info.get("steps")) == (code, reason, steps)
     assert info["scene_hash"] == scene.digest()
