@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from coupler_protocol.criteria.stable_step import Limit, as_text
+from coupler_protocol.scene.stage_kinds import coupled
 
 if TYPE_CHECKING:
     from colluvium.forecast.linearised_step import Window
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 def couples_discs(scene: Any) -> bool:
     """Whether the scene couples a grid with discs."""
-    return scene.grid is not None and any(stage.kind == "couple" for stage in scene.stage)
+    return scene.grid is not None and bool(coupled(scene.stage))
 
 
 def limits_of_scene(scene: Any, exact: bool = False, note: Callable[..., None] | None = None) -> dict[str, Limit]:

@@ -52,8 +52,8 @@ def in_real_time(model, state, fraction):
     Velocities are then those of this moment, not of half a step before: the first kick takes half a step.
     Raises ArithmeticError where discs overlap so deeply that their springs would push them through each other.
     """
-    before, model = model.real_time, replace(model, real_time=fraction)
-    if before is None:
+    static, model = not model.in_real_time, replace(model, real_time=fraction)
+    if static:
         stop(state)
         state.dt = 0.0
     state.next_dt = np.inf
@@ -67,8 +67,8 @@ def in_static_mode(model, state):
 
     Raises ArithmeticError where a wall would move by more than a tenth of the smallest radius a step.
     """
-    before, model = model.real_time, replace(model, real_time=None)
-    if before is not None:
+    real, model = model.in_real_time, replace(model, real_time=None)
+    if real:
         stop(state)
         state.dt = state.next_dt = 1.0
     rebuild(model, state)
