@@ -1,16 +1,19 @@
 """`colluvium check`: description of the computation of a scene, its effects that act and those that do not."""
 
+from typing import Any
+
 import numpy as np
 
 from coupler_protocol.files import disc_csv
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from coupler_protocol.scene.rules.between_tables import doubts
 from coupler_protocol.scene.scene import declared_effects
 from coupler_protocol.scene.schedule import large_strain, new_boundaries, plan
 from coupler_protocol.scene.tables.grading import grading_of
+from coupler_protocol.scene.tables.stages import is_real
 
 
-def effects(scene):
+def effects(scene: Any) -> list[dict[str, Any]]:
     """Rows of all installed effects: {"effect", "summary", "acts", "where"}; `where`: names of the tables that switch it on."""
     rows = []
     for place, cls in declared_effects().items():
@@ -20,7 +23,7 @@ def effects(scene):
     return rows
 
 
-def _tables(scene, place):
+def _tables(scene: Any, place: str) -> list[str]:
     """Yields names of the scene's tables with the effect that is declared for `place`."""
     parent, _, key = place.rpartition(".")
     if not parent:
@@ -36,7 +39,7 @@ def _tables(scene, place):
     return [name for name, holder in holders if holder is not None and getattr(holder, key, None) is not None]
 
 
-def sizes(scene):
+def sizes(scene: Any) -> dict[str, Any]:
     """Numbers of zones, gridpoints, segments and discs, and sizes of windows, that follow from the scene alone."""
     if scene.grid is None:
         return {"windows": [], "stones": scene.stones.model_dump(mode="json") if scene.stones else None}
@@ -57,7 +60,7 @@ def sizes(scene):
     return {**counts, "windows": windows, "stones": stones}
 
 
-def _stones_as_text(stones):
+def _stones_as_text(stones: dict[str, Any]) -> str:
     if stones["file"]:
         return f"stones: as mapped in {stones['file']}, each a {stones['body']}; beyond a window: {stones['outside']}"
     words = f"stones: {100 * stones['content']:g} % of each window, each a {stones['body']}"
@@ -65,7 +68,7 @@ def _stones_as_text(stones):
     return words + (f", shaped as in {stones['shapes']}" if stones["shapes"] else "")
 
 
-def stages(scene):
+def stages(scene: Any) -> list[dict[str, Any]]:
     """Rows of all stages: name, kind, gravity, end and boundaries."""
     return [
         {"name": s.name, "kind": s.kind, "gravity": leg.gravity, "factor": [leg.start, leg.end], "over": leg.over}
@@ -75,7 +78,7 @@ def stages(scene):
     ]
 
 
-def file_of_discs(scene):
+def file_of_discs(scene: Any) -> dict[str, Any]:
     """Numbers of discs and stones in the scene's file, {} without a file; raises SceneError if it cannot be read."""
     if scene.discs is None or scene.discs.file is None:
         return {}
@@ -84,14 +87,14 @@ def file_of_discs(scene):
     return {"file": {"path": scene.discs.file, "discs": len(found.radius), "stones": stones}}
 
 
-def describe(scene):
+def describe(scene: Any) -> dict[str, Any]:
     """All of the above in one dictionary."""
     found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
     found |= {"effects": effects(scene), "stages": stages(scene)}
     return found | {"doubts": [{"what": what, "remedy": remedy} for _, what, remedy in doubts(scene)]}
 
 
-def print_description(found, console):
+def print_description(found: dict[str, Any], console: Any) -> None:
     """Prints a description; `found["locate"]`, `found["limits"]`: results of these modules, if they were computed."""
     from colluvium.forecast import step_limits
     from colluvium.forecast.locate import as_text
@@ -127,7 +130,7 @@ def print_description(found, console):
     for s in found["stages"]:
         until = ", ".join(f"{k} {v}" if isinstance(v, str) else f"{k} {v:g}" for k, v in s["until"].items())
         ramp = f"{s['factor'][0]:g} to {s['factor'][1]:g} g over {s['over']} steps" if s["over"] else f"{s['factor'][1]:g} g"
-        more = (", real time" if s["time"] == "real" else "") + (", large strain" if s["large_strain"] else "")
+        more = (", real time" if is_real(s["time"]) else "") + (", large strain" if s["large_strain"] else "")
         more += f", until {until}" if until else ""
         ramp = ramp if s["gravity"] else "no gravity"
         console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}{more}", markup=False)

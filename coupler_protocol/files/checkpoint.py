@@ -1,8 +1,9 @@
 """A State to a file and back, bit by bit.
 
-A State is a NamedTuple, dataclass or dictionary whose fields are arrays, numbers, None or again such States. A checkpoint
-is written beside its place under another name and renamed when it is complete, so at any moment the place
-holds a whole checkpoint or none. It has a seal (seal.py), without which nothing of it is read.
+A State is a NamedTuple, dataclass or dictionary whose fields are arrays, numbers, None or again such States. A dictionary
+without entries is left out, and comes back as one. A checkpoint is written beside its place under another name and renamed when
+it is complete, so at any moment the place holds a whole checkpoint or none. It has a seal (seal.py), without which nothing of it
+is read.
 """
 
 import dataclasses
@@ -87,6 +88,7 @@ def rebuild(cls: type, fields: Mapping[str, Any], name: str = "state") -> Any:
     """
     hints = get_type_hints(cls)
     own = list(_fields_of(cls))
+    fields = {field: {} for field in own if get_origin(hints[field]) is dict} | dict(fields)
     for missing in (field for field in own if field not in fields):
         require(False, f"{name}.{missing} is missing")
     for strange in (field for field in fields if field not in own):
@@ -117,6 +119,8 @@ def _rebuilt(hint: Any, value: Any, name: str) -> Any:
 
 def _store(group: h5py.Group, state: Any) -> None:
     for name, value in _fields(state).items():
+        if isinstance(value, Mapping) and not value:
+            continue
         if value is None:
             group[name] = h5py.Empty("f8")
         elif isinstance(value, np.ndarray):

@@ -6,11 +6,18 @@ import os
 import platform
 import sys
 import time
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from coupler_protocol import exits
 from coupler_protocol.files.room import not_written
+
+if TYPE_CHECKING:
+    from coupler_protocol.files.restart import Origin
+
+Rows = Sequence[dict[str, Any]]
 
 log = logging.getLogger(__name__)
 NAME, EARLIER = "run.json", "run.earlier.json"
@@ -18,7 +25,7 @@ ROOM = 1 << 16  # bytes that are kept for run.json while a run computes
 LIBRARIES = ("colluvium", "numpy", "numba", "scipy", "pyzmq", "msgpack", "h5py", "pydantic")
 
 
-def describe(scene):
+def describe(scene: Any) -> dict[str, Any]:
     """Content of run.json that is known at the start."""
     return {
         "title": scene.title,
@@ -31,12 +38,12 @@ def describe(scene):
     }
 
 
-def now():
+def now() -> str:
     """Time of day, with its zone."""
     return time.strftime("%Y-%m-%dT%H:%M:%S%z")
 
 
-def origin_content(out, origin, plugin):
+def origin_content(out: Path, origin: "Origin | None", plugin: Any) -> dict[str, Any]:
     """Content of run.json about the origin of a run into the folder `out`, and about the user's functions that it calls.
 
     A run that continues in the folder of its origin lists in `attempts` how the earlier attempts ended.
@@ -49,7 +56,7 @@ def origin_content(out, origin, plugin):
     return about
 
 
-def read(path):
+def read(path: str | Path) -> dict[str, Any]:
     """The content of a run.json; raises EnvironmentFailed where it is not one."""
     path = Path(path)
     try:
@@ -64,13 +71,13 @@ def read(path):
 _WITHOUT = "Remove it: resume and open_run need only the other files of the run"
 
 
-def _attempts(earlier):
+def _attempts(earlier: dict[str, Any]) -> list[dict[str, Any]]:
     """The attempts listed in run.json `earlier`, and `earlier` itself."""
     kept = ("start", "end", "seconds", "exit_code", "reason", "plugin", "warnings")
     return [*earlier.get("attempts", []), {key: earlier[key] for key in kept if key in earlier}]
 
 
-def set_aside(out):
+def set_aside(out: str | Path) -> None:
     """Renames run.json before a run continues in the folder `out`; its content is kept for `attempts`."""
     path = Path(out) / NAME
     if path.exists():
@@ -78,7 +85,7 @@ def set_aside(out):
         path.replace(Path(out) / EARLIER)
 
 
-def keep_room(out):
+def keep_room(out: str | Path) -> None:
     """Occupies room for run.json, so that a disk that becomes full still takes it."""
     path = Path(out) / NAME
     try:
@@ -88,19 +95,19 @@ def keep_room(out):
         raise not_written(path, "the account of the run", ROOM, error) from error
 
 
-def _new(path):
+def _new(path: Path) -> Path:
     """Under which name a file is written before it gets its own."""
     return path.with_suffix(path.suffix + ".new")
 
 
-def _version(name):
+def _version(name: str) -> str:
     try:
         return version(name)
     except PackageNotFoundError:
         return "?"
 
 
-def processor():
+def processor() -> str:
     """Name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
@@ -109,7 +116,7 @@ def processor():
         return platform.processor() or platform.machine()
 
 
-def peak_memory():
+def peak_memory() -> float:
     """Largest resident memory of this process so far [MB]; 0 if the system does not provide it."""
     try:
         import resource
@@ -119,7 +126,7 @@ def peak_memory():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
 
 
-def write_json(path, content):
+def write_json(path: str | Path, content: Any) -> None:
     """Writes JSON to a new file, into the room kept for it, and renames it, so that a reader never gets half of the file."""
     path = Path(path)
     new, text = _new(path), (json.dumps(content, indent=1) + "\n").encode()
@@ -133,14 +140,14 @@ def write_json(path, content):
         raise not_written(path, "the file", len(text), error) from error
 
 
-def write(out, content):
+def write(out: str | Path, content: dict[str, Any]) -> None:
     """Writes run.json into the folder `out`; a deviation from its schema is a fault of this program and is logged."""
     write_json(Path(out) / NAME, content)
     for problem in misfits(content):
         log.error("run.json: %s", problem)
 
 
-def misfits(content):
+def misfits(content: dict[str, Any]) -> list[str]:
     """Deviations of the content of a run.json from coupler_protocol.files.run_schema.RunJson, one text each."""
     from pydantic import ValidationError
 
@@ -153,7 +160,7 @@ def misfits(content):
     return []
 
 
-def name_the_cause(path, code):
+def name_the_cause(path: str | Path, code: int) -> None:
     """Replaces exit code PEER in run.json by `code`, that of the other side's failure."""
     path = Path(path)
     content = read(path) if path.exists() else {}
@@ -161,7 +168,7 @@ def name_the_cause(path, code):
         write(path.parent, content | {"exit_code": code})
 
 
-def stage_rows(results, continuum, discrete):
+def stage_rows(results: Rows, continuum: Rows, discrete: Sequence[Rows]) -> list[dict[str, Any]]:
     """Rows of `stages` in run.json: outcome and seconds of each stage. discrete: one list of stage times for each rank.
 
     The waiting time of the grid is the time of packing in `fill`, and the wait for forces in coupled stages.
@@ -177,7 +184,7 @@ def stage_rows(results, continuum, discrete):
     return rows
 
 
-def stage_rows_alone(results, times):
+def stage_rows_alone(results: Rows, times: Rows) -> list[dict[str, Any]]:
     """The same rows for discs without a grid; times: of the same stages, and of one more if it did not reach its end."""
     rows = []
     for result, spent in zip(results, times, strict=False):

@@ -31,7 +31,8 @@ class History(NamedTuple):
     """A history array of a law: its name in State, `components` numbers for each `place`, its meaning.
 
     place: "pair", "zone" or "gridpoint". All that handles arrays of this place (a new contact list, a removed zone, a checkpoint,
-    a frame) handles this array by its declaration. recorded: its name in frames; "": in none.
+    a frame) handles this array by its declaration. recorded: its name in frames; "": in none. of_stage: zero at the start of
+    every stage.
     """
 
     name: str
@@ -41,9 +42,10 @@ class History(NamedTuple):
     meaning: str = ""
     components: int = 1
     recorded: str = ""
+    of_stage: bool = False
 
 
-def increasing(value):
+def increasing(value: tuple[Any, Any]) -> tuple[Any, Any]:
     """Returns a pair of numbers; raises ValueError if the first is larger than the second. For AfterValidator."""
     if value[0] > value[1]:
         raise ValueError("the first number must not be larger than the second")

@@ -7,13 +7,14 @@ and the run that continues it, compare the contents of the files and not their p
 import hashlib
 import os
 from pathlib import Path
+from typing import Any
 
 KEYS = (("discs", "file"), ("stones", "file"), ("stones", "shapes"))  # tables and keys with a path; the hash has the key KEY_hash
 DIGITS = 64  # of a hash: 32 bytes, hexadecimal
 SHOWN = 12  # digits of a hash in messages
 
 
-def located(data, folder):
+def located(data: Any, folder: str | Path) -> tuple[Any, list[tuple[tuple[str, str], str, str]]]:
     """Plain data of a scene with absolute paths and hashes of files; and problems as (path of the key, reason, remedy)."""
     problems = []
     for table, key in KEYS if isinstance(data, dict) else ():
@@ -36,13 +37,13 @@ def located(data, folder):
     return data, problems
 
 
-def hash_of(path):
+def hash_of(path: str | Path) -> str:
     """BLAKE2b hash of the contents of a file, DIGITS hexadecimal digits."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, lambda: hashlib.blake2b(digest_size=DIGITS // 2)).hexdigest()
 
 
-def without_paths(resolved):
+def without_paths(resolved: Any) -> Any:
     """Plain data of a scene that compares equal where files have the same contents, wherever they are."""
     for table, key in KEYS:
         inside = resolved.get(table) if isinstance(resolved, dict) else None
@@ -52,7 +53,7 @@ def without_paths(resolved):
     return resolved
 
 
-def remedy_for(path):
+def remedy_for(path: str | Path) -> str:
     """The remedy where there is no file at the absolute path of a scene: how paths count, and what may have been meant."""
     path = Path(path)
     remedy = "paths count from the folder of the scene"

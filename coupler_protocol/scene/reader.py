@@ -4,8 +4,9 @@ import difflib
 import json
 import re
 import tomllib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -13,12 +14,14 @@ from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.scene.named_files import located
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.scene import scene_class
-from coupler_protocol.scene.toml_lines import line_of, locate
+from coupler_protocol.scene.toml_lines import KeyPath, line_of, locate
+
+Lines = Mapping[KeyPath, int]  # line of each key
 
 FROM_SET = 0  # in place of a line, for values from the command line
 
 
-def read_scene(path, overrides=()):
+def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Any:
     """Reads the scene at `path`, TOML or the resolved scene.json of a run; `overrides` are KEY=VALUE texts ("seed=2").
 
     Raises SceneError with all problems: file, line, key, reason, remedy. Raises OSError if the file exists but cannot be read.
@@ -41,7 +44,7 @@ def read_scene(path, overrides=()):
     return build_scene(data, str(path), lines, path.parent)
 
 
-def _parsed(path, text):
+def _parsed(path: Path, text: str) -> tuple[dict[str, Any], dict[tuple[Any, ...], int]]:
     """Plain data of a TOML or JSON text, and the lines of its keys; raises SceneError."""
     try:
         data = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
@@ -57,7 +60,7 @@ def _parsed(path, text):
     return data, {} if path.suffix == ".json" else locate(text)
 
 
-def build_scene(data, file="scene", lines=None, folder="."):
+def build_scene(data: Mapping[str, Any], file: str = "scene", lines: Lines | None = None, folder: str | Path = ".") -> Any:
     """Makes a scene from plain data (nested dictionaries and lists), with paths from `folder` on; raises SceneError."""
     lines = lines or {}
     data, wrong = located(data, folder)
@@ -73,26 +76,26 @@ def build_scene(data, file="scene", lines=None, folder="."):
     return scene
 
 
-def _place(file, lines, path) -> tuple[str, int | None]:
+def _place(file: str, lines: Lines, path: KeyPath) -> tuple[str, int | None]:
     """File and line of a key, or the other source of its value."""
     line = line_of(lines, path)
     return ("--set", None) if line == FROM_SET else (file, line)
 
 
-def _dotted(path):
+def _dotted(path: KeyPath) -> str:
     text = ""
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
     return text
 
 
-def _syntax_problem(path, error):
+def _syntax_problem(path: str | Path, error: tomllib.TOMLDecodeError) -> Problem:
     words = str(error)
     line = words.partition("(at line ")[2].partition(",")[0]
     return Problem(str(path), int(line) if line.isdigit() else None, "", f"not valid TOML: {words}", "see https://toml.io")
 
 
-def _problem(error, file, lines):
+def _problem(error: Any, file: str, lines: Lines) -> Problem:
     """Problem of one of pydantic's errors, with our reason and remedy."""
     path, kind = tuple(error["loc"]), error["type"]
     reason, remedy = error["msg"], ""
@@ -118,7 +121,7 @@ def _problem(error, file, lines):
     return Problem(*_place(file, lines, path), _dotted(path), reason, remedy)
 
 
-def _model_at(path):
+def _model_at(path: KeyPath) -> Any:
     """Table class that contains the last key of `path`, or None."""
     model = scene_class()
     for part in path:
@@ -129,19 +132,19 @@ def _model_at(path):
     return model
 
 
-def _table_in(annotation):
+def _table_in(annotation: Any) -> Any:
     """The table class inside list[...], Optional[...] or Annotated[...], or None."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     return next((t for t in map(_table_in, get_args(annotation)) if t), None)
 
 
-def _keys_at(path):
+def _keys_at(path: KeyPath) -> list[str]:
     model = _model_at(path)
     return list(model.model_fields) if model else []
 
 
-def _meaning(path):
+def _meaning(path: KeyPath) -> str:
     """Unit and meaning of a key, as declared."""
     path = tuple(path)
     while path and isinstance(path[-1], int):
@@ -154,7 +157,7 @@ def _meaning(path):
     return f"{path[-1]} [{unit}]: {field.description}"
 
 
-def _override(data, text, lines):
+def _override(data: dict[str, Any], text: str, lines: dict[KeyPath, int]) -> list[Problem]:
     """Sets one KEY=VALUE in `data`; items of a list have their number or their name as key. Returns problems."""
     key, equals, value = text.partition("=")
     path = tuple(int(p) if p.isdecimal() else p for p in key.strip().split("."))
@@ -164,7 +167,8 @@ def _override(data, text, lines):
         value = tomllib.loads(f"v = {value}")["v"]
     except tomllib.TOMLDecodeError:
         value = value.strip()
-    place, way = data, []
+    place: Any = data
+    way: list[Any] = []
     for part in path:
         way.append(_numbered(place, part))
         try:
@@ -180,7 +184,7 @@ def _override(data, text, lines):
     return []
 
 
-def _numbered(place, part):
+def _numbered(place: Any, part: str | int) -> Any:
     """Number of the item with the name `part` if `place` is a list with such an item; else `part`."""
     names = [item.get("name") if isinstance(item, dict) else None for item in place] if isinstance(place, list) else []
     return names.index(part) if part in names else part

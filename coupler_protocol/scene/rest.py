@@ -10,6 +10,9 @@ All others may end in motion: overload until the slope fails, a stage that locat
 in real time.
 """
 
+from collections.abc import Mapping
+from typing import Any
+
 from coupler_protocol.scene.schedule import acting_boundaries
 from coupler_protocol.scene.stage_kinds import of
 
@@ -17,7 +20,7 @@ LIMIT = 1e-3  # unbalanced force ratio of a stage that should rest, if `until` h
 NAME = "not at rest"  # of the warning in run.json
 
 
-def limit(scene, index, driven=False):
+def limit(scene: Any, index: int, driven: bool = False) -> float | None:
     """The unbalanced force ratio that the stage with this number should end with, or None for a stage that may end in motion.
 
     driven: whether a function of the user acts between steps.
@@ -31,7 +34,7 @@ def limit(scene, index, driven=False):
     return None if driven or foreseen or not of(stage).rests or _moved(scene, index) else LIMIT
 
 
-def _moved(scene, index):
+def _moved(scene: Any, index: int) -> bool:
     """Whether a side or a wall moves in the stage with this number."""
     sides = any(b.velocity is not None and (b.velocity.x or b.velocity.y) for b in acting_boundaries(scene, index))
     walls = {str(number): wall for number, wall in enumerate(scene.discs.wall, start=1)} if scene.discs else {}
@@ -41,7 +44,7 @@ def _moved(scene, index):
     return sides or any(wall.moves for wall in walls.values())
 
 
-def shortfall(scene, index, ended_by, ratio, plugin=None):
+def shortfall(scene: Any, index: int, ended_by: str, ratio: float, plugin: Any = None) -> str:
     """Text of the warning if a stage that ended by its steps or time should have ended below this `ratio`; else ""."""
     wanted = limit(scene, index, driven=plugin is not None and plugin.on_step is not None)
     if wanted is None or ratio <= wanted:
@@ -52,6 +55,6 @@ def shortfall(scene, index, ended_by, ratio, plugin=None):
     )
 
 
-def unrested(info):
+def unrested(info: Mapping[str, Any]) -> list[str]:
     """Names of the stages of a run.json that should have come to rest and did not."""
     return [warning["stage"] for warning in info.get("warnings") or () if warning["name"] == NAME]

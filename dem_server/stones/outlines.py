@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from coupler_protocol.scene.named_files import remedy_for
 
 OVERLAP = 1e-9  # share of the smaller stone that may lie in another one: round-off of shared edges

@@ -15,7 +15,7 @@ from coupler_protocol.scene.tables.grid import Point
 Substance = Literal["soil", "stone", "ring"]
 
 
-def _rightwards(line):
+def _rightwards(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
     if any(b[0] <= a[0] for a, b in pairwise(line)):
         raise ValueError("points must follow each other from left to right")
     return line
