@@ -22,6 +22,7 @@ from dem_server.step.motion import SPEED_CAP, move
 from dem_server.step.neighbours import rebuild, skin
 from dem_server.step.thread_crew import meet, over_all_threads, work_together
 from dem_server.step.thread_shares import shares
+from dem_server.step.wall_surface import room_for
 from dem_server.step.walls import move_walls, wall_pass
 
 
@@ -164,6 +165,7 @@ def cycle(
     damping, spring, friction, rolling, dashpot = law.damping, law.spring, law.friction, law.rolling, law.dashpot
     if walls is not None:
         servo = walls.servo  # opened here: in the loop every opening would count references
+        touching = room_for(walls.ends)
     table, scratch = table_of(law), np.empty(scratch_rows.SIZE)
     fast, fresh, step, moved = 0, True, 0, leeway
     first_of_all = True
@@ -195,7 +197,7 @@ def cycle(
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if fresh and first_of_all:
                 wall_pass(
-                    disc, load, dt, walls, servo, material, materials, clumps, spring, friction, rolling, dashpot
+                    disc, load, dt, walls, servo, material, materials, clumps, spring, friction, rolling, dashpot, touching
                 )  # fmt: skip
         if crew is not None:
             meet(crew)
