@@ -15,6 +15,7 @@ import numpy as np
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects import RING
 from dem_server.effects.pair_stiffness import pair_dashpots, pair_stiffness
+from dem_server.effects.parameter_table import rows_of
 from dem_server.model import FX, FY, MASS, MOMENT, RADIUS, SPIN, VX, VY, Walls, X, Y
 from dem_server.step.compiled_laws import (
     clipped,
@@ -28,6 +29,11 @@ from dem_server.step.compiled_laws import (
 )
 from dem_server.step.servo import steer
 from dem_server.step.wall_surface import elastic_rest, hand_on, mark_once, nearest, room_for, share_out
+
+KN, KS = rows_of("spring")
+(FRICTION,) = rows_of("friction")
+(ROLLING,) = rows_of("rolling")
+DASH_N, DASH_S, PULLS = rows_of("dashpot")
 
 
 def make_walls(ends, velocity, model, servo=None):
@@ -45,9 +51,8 @@ def wall_kinds(model):
 
 def arguments(model, state):
     """What `wall_pass` takes beside discs and loads."""
-    law, walls = model.law, state.walls
-    known = walls.servo, model.material, model.materials, state.clumps, law.spring, law.friction, law.rolling, law.dashpot
-    return walls, *known, room_for(walls.ends)
+    walls = state.walls
+    return walls, walls.servo, model.material, model.materials, state.clumps, model.parameters, room_for(walls.ends)
 
 
 @jit(borrows=True)
@@ -66,8 +71,17 @@ def move_walls(walls, servo, listed_at, leeway, dt):
 
 
 @jit
-def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring, friction, rolling, dashpot, touching):
-    """Eqs (1) and (2) for every disc at every wall, added to the loads; touching: scratch memory."""
+def wall_pass_of(disc, load, dt, walls, servo, material, materials, clumps, parameters, touching):
+    """Open the parameters for `wall_pass`."""
+    wall_pass(
+        disc, load, dt, walls, servo, material, materials, clumps, parameters.values, parameters.friction, parameters.rolling,
+        parameters.dashpot, touching,
+    )  # fmt: skip
+
+
+@jit
+def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, values, friction, rolling, dashpot, touching):
+    """Eqs (1) and (2) for every disc at every wall, added to the loads; values: of Parameters; touching: scratch memory."""
     ends, velocity, force, before_n, before_s = walls.ends, walls.velocity, walls.force, walls.normal, walls.shear
     rolled, (wall, heir, share, overlap) = walls.rolled, touching
     for w in range(len(ends)):
@@ -102,17 +116,17 @@ def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring,
             arm = r + 0.5 * (d - r)
             du, dv = velocity[w, 0] - disc[i, VX], velocity[w, 1] - disc[i, VY]
             rate = dv * nx - du * ny - disc[i, SPIN] * arm
-            Fn = q * normal_force(spring.normal[k], d - r)
+            Fn = q * normal_force(values[KN, k], d - r)
             if servo is not None:
-                servo.stiffness[w] += q * spring.normal[k]
-            Fs, limit = shear_force(q * spring.shear[k], rate * dt, before_s[i, w]), 0.0
+                servo.stiffness[w] += q * values[KN, k]
+            Fs, limit = shear_force(q * values[KS, k], rate * dt, before_s[i, w]), 0.0
             if friction is not None:
-                limit = slip_limit(friction.coefficient[k], Fn)
+                limit = slip_limit(values[FRICTION, k], Fn)
             Fs = clipped(Fs, limit)
             before_n[i, w], before_s[i, w] = Fn, Fs
             if rolling is not None:
-                mr = rolling_moment(q * rolling_stiffness(spring.shear[k], r), -disc[i, SPIN] * dt, rolled[i, w])
-                mr = clipped(mr, rolling_limit(rolling.coefficient[k], r, Fn))
+                mr = rolling_moment(q * rolling_stiffness(values[KS, k], r), -disc[i, SPIN] * dt, rolled[i, w])
+                mr = clipped(mr, rolling_limit(values[ROLLING, k], r, Fn))
                 rolled[i, w] = mr
                 load[i, MOMENT] -= mr
             if dashpot is not None:
@@ -122,11 +136,11 @@ def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring,
                         root = clumps.motion[clumps.body[i], MASS] ** 0.5
                 root *= q
                 if servo is not None:
-                    servo.dashpot[w] += dashpot.normal[k] * root
-                Fn += viscous_force(dashpot.normal[k], root, du * nx + dv * ny)
-                if not dashpot.tension[k]:
+                    servo.dashpot[w] += values[DASH_N, k] * root
+                Fn += viscous_force(values[DASH_N, k], root, du * nx + dv * ny)
+                if values[PULLS, k] == 0.0:
                     Fn = max(Fn, 0.0)
-                Fs = clipped(Fs + viscous_force(dashpot.shear[k], root, rate), limit)
+                Fs = clipped(Fs + viscous_force(values[DASH_S, k], root, rate), limit)
             px, py = Fn * nx - Fs * ny, Fn * ny + Fs * nx
             load[i, FX] -= px
             load[i, FY] -= py
