@@ -9,7 +9,7 @@ the overlaps with the walls and with P (zero where negative), the normal springs
     U = kn/2 (sum u_w^2 - sum u_P^2)                                             (2)
 
 over walls and shared points: what both walls of a pair contain counts once. Eq (2) and its force are continuous wherever the disc
-is. Along a straight joint, at a T, and around an edge (more than 180 degrees on the disc's side), the nearest point of the farther
+is. (In acute corners, where only overlaps of more than 0.29 r reach P, u_P counts as zero, which is continuous as well.) Along a straight joint, at a T, and around an edge (more than 180 degrees on the disc's side), the nearest point of the farther
 wall is P itself or lies behind the nearer wall: the nearer wall has the only contact. In a corner (less than 180 degrees on the
 disc's side) P lies between both nearest points, P - x = |P - x| (a n_v + b n_w), and each contact keeps the share
 
@@ -144,12 +144,12 @@ def in_corner(ends, x, y, px, py, v, w, tolerance):
 
 @jit(borrows=True)
 def blend(ends, x, y, r, t, u, wall, heir, share, overlap):
-    """Reduce the shares of two contacts in a corner whose point the disc reaches, Eq (3); returns u_P^2 [m2]."""
+    """Reduce the shares of two contacts in an obtuse corner whose point the disc reaches, Eq (3); returns u_P^2 [m2]."""
     px, py, length = shared_point(ends, wall[t], wall[u], x, y, SAME * r)
-    if length >= r:
-        return 0.0
     tx, ty = nearest(ends, wall[t], x, y)
     ux, uy = nearest(ends, wall[u], x, y)
+    if length >= r or tx * ux + ty * uy <= 0.0:
+        return 0.0
     along_t, along_u = ((px - tx) ** 2 + (py - ty) ** 2) ** 0.5, ((px - ux) ** 2 + (py - uy) ** 2) ** 0.5
     common = (r - length) * length / (along_t * (r - overlap[u]) + along_u * (r - overlap[t]))
     share[t] = max(share[t] - along_u * common / overlap[t], LEAST)
