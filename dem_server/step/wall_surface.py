@@ -8,17 +8,18 @@ the overlaps with the walls and with P (zero where negative), the normal springs
 
     U = kn/2 (sum u_w^2 - sum u_P^2)                                             (2)
 
-over walls and shared points: what both walls of a pair contain counts once. Eq (2) and its force are continuous wherever the disc
-is. (In acute corners, where only overlaps of more than 0.29 r reach P, u_P counts as zero, which is continuous as well.) Along a straight joint, at a T, and around an edge (more than 180 degrees on the disc's side), the nearest point of the farther
+over walls and shared points: what both walls of a pair contain counts once. Eq (2) and its force are continuous wherever the
+disc is. (In acute corners, where only overlaps of more than 0.29 r reach P, u_P counts as zero, which is continuous as well.)
+Along a straight joint, at a T, and around an edge (more than 180 degrees on the disc's side), the nearest point of the farther
 wall is P itself or lies behind the nearer wall: the nearer wall has the only contact. In a corner (less than 180 degrees on the
 disc's side) P lies between both nearest points, P - x = |P - x| (a n_v + b n_w), and each contact keeps the share
 
     q_v = 1 - a u_P / u_v,   q_w = 1 - b u_P / u_w                                (3)
 
-of its springs and dashpots: all of them where the disc does not reach P, so that it has two contacts; together those of one contact
-where the corner is so flat that the disc covers it by its overlap. Shear force and rolling moment of contacts with one surface are
-shared in proportion to the normal forces. Where the contact moves over a joint or an edge, its history moves with it in the same
-step.
+of its springs and dashpots: all of them where the disc does not reach P, so that it has two contacts; together those of one
+contact where the corner is so flat that the overlap of the disc contains it. Shear force and rolling moment of contacts with one
+surface are shared in proportion to the normal forces. Where the contact moves over a joint or an edge, its history moves with it
+in the same step.
 
 Nothing of this is kept from step to step: walls that move are one surface where and as long as they touch each other.
 """
@@ -38,8 +39,8 @@ LEAST = 1e-9  # smallest share of a contact
 class Touching(NamedTuple):
     """Scratch memory for the contacts of one disc, one a place, with walls in rising order.
 
-    wall (W,): number of the wall; heir (W,): place of the contact with which it shares friction, or -1; share (W,): q of Eq (3), 0
-    where there is no contact; overlap (W,): r - d_w [m], negative at walls that the disc has left in this step.
+    wall (W,): number of the wall; heir (W,): place of the contact with which it shares friction, or -1; share (W,): q of Eq (3),
+    0 where there is no contact; overlap (W,): r - d_w [m], negative at walls that the disc has left in this step.
     """
 
     wall: np.ndarray
@@ -119,7 +120,7 @@ def share_out(ends, x, y, r, count, wall, heir, share, overlap):
 
 @jit(borrows=True)
 def cover(ends, x, y, r, t, u, wall, heir, share, overlap):
-    """End the contact with one of two walls (places t > u) where the other one covers it: the nearer, or that of the lower number."""
+    """End the contact with one of two walls (places t > u) that the other one covers: the nearer, or that of the lower number."""
     near, far = (t, u) if overlap[t] > overlap[u] else (u, t)
     if not overlap[near] > 0.0:
         return
@@ -134,7 +135,7 @@ def cover(ends, x, y, r, t, u, wall, heir, share, overlap):
 
 @jit(borrows=True)
 def in_corner(ends, x, y, px, py, v, w, tolerance):
-    """Whether the shared point at (px, py) from (x, y) lies between the nearest points of walls v and w, and is neither of them."""
+    """Whether the shared point, at (px, py) from (x, y), lies between the nearest points of walls v and w, and is neither."""
     vx, vy = nearest(ends, v, x, y)
     wx, wy = nearest(ends, w, x, y)
     if min((px - vx) ** 2 + (py - vy) ** 2, (px - wx) ** 2 + (py - wy) ** 2) <= tolerance * tolerance:
@@ -160,7 +161,7 @@ def blend(ends, x, y, r, t, u, wall, heir, share, overlap):
 
 @jit(borrows=True)
 def hand_on(history, i, count, wall, heir, share, overlap):
-    """Share the history (n, W) of disc i at walls of one surface in proportion to the normal forces: where one ends, all of it."""
+    """Share the history (n, W) of disc i at walls of one surface in proportion to the normal forces; a contact that ends gives all."""
     for t in range(count):
         h = heir[t]
         if h < 0:
@@ -207,8 +208,8 @@ def elastic_rest(disc, ends, normal, shear, rolled, kn, ks, touching):
 def mark_once(ends, xy, radius, disc, wall, distance, counts):
     """Clear counts (m,) of walls near a disc that can only take turns with a nearer one: pairs (m,) sorted by disc, then wall.
 
-    They share a point, and all of the farther wall lies on or behind the line through the nearest point of the nearer one: a joint
-    or an edge. In corners both count, however flat they are: the disc may touch both before the next count.
+    They share a point, and all of the farther wall lies on or behind the line through the nearest point of the nearer one: a
+    joint or an edge. In corners both count, however flat they are: the disc may touch both before the next count.
     """
     for p in range(len(disc)):
         q = p - 1

@@ -163,7 +163,7 @@ def near(state, reach):
 
 
 def near_once(state, reach):
-    """`near` without the walls that can only take turns with a nearer one: past joints and around edges a disc touches one wall."""
+    """`near` without walls that only take turns with a nearer one: past joints and around edges a disc touches one wall."""
     disc, wall, normal, distance = near(state, reach)
     counts = np.ones(len(disc), dtype=bool)
     mark_once(state.walls.ends, state.x, state.radius, disc, wall, distance, counts)
