@@ -18,17 +18,24 @@ def walls_of(scene, model, state):
     later = [table for stage in scene.stage for table in stage.wall]
     steered = any(table.servo is not None for table in [*tables, *later])
     walls = make_walls(ends, np.zeros((len(ends), 2)), model, servo.make_servo(ends, state.x) if steered else None)
-    for w, table in enumerate(tables):
-        set_going(walls, w, table)
+    set_going(walls, dict(enumerate(tables)))
     return walls
 
 
-def set_going(walls, w, table):
-    """Give wall w the velocity or the servo of a table."""
+def set_going(walls, tables):
+    """Give walls the velocities or servos of their tables {number: table}."""
+    for w, table in tables.items():
+        set_motion(walls, w, table)
+    if walls.servo is not None:
+        for w in tables:
+            servo.begin(walls, w)
+
+
+def set_motion(walls, w, table):
+    """Velocity or servo of wall w."""
     walls.velocity[w] = table.velocity
     if walls.servo is not None:
         walls.servo.pressure[w] = 0.0
-        walls.servo.force[w] = -(walls.force[w] @ walls.servo.inward[w])
     if table.servo is not None:
         steer = walls.servo
         steer.pressure[w], steer.fastest[w], steer.average[w] = table.servo.pressure, table.servo.fastest, table.servo.average
@@ -37,8 +44,8 @@ def set_going(walls, w, table):
 def begin_stage(scene, stage, model, state):
     """What the stage says about walls; no servo may be faster than a disc may in static mode, or it would pass through discs."""
     names, walls = names_of_walls(scene.discs.wall), state.walls
-    for table in stage.wall:
-        set_going(walls, names.index(table.name), table)
+    if stage.wall:
+        set_going(walls, {names.index(table.name): table for table in stage.wall})
     if not stage.in_real_time and walls is not None and walls.servo is not None:
         speed, limit = np.where(walls.servo.pressure > 0.0, walls.servo.fastest, 0.0), SPEED_CAP * model.smallest_radius
         worst = int(speed.argmax())

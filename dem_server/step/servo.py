@@ -10,8 +10,10 @@ what is missing, if the discs stay where they are. With G = 1/4 the averaged for
 damped pair for every N (their equation is z^2 + z / N + G / N^2 = 0), and their answer to the motion of the discs only takes
 energy from them. Source of servo walls: Itasca, PFC2D 3.1 Theory, "Numerical servo-mechanism".
 
-Walls may be longer than the side they close: only the part on the discs' side of the walls that cross it counts. In a box whose
-walls cross beyond its corners, p L is then the pressure on the side of the box at any time.
+Pieces of a straight wall, drawn end to end with the same servo and the discs on the same side, are one wall: F, L and both sums
+are those of all pieces, which move together. Walls may be longer than the side they close: only the part on the discs' side of
+the walls that cross it counts. In a box whose walls cross beyond its corners, p L is then the pressure on the side of the box at
+any time.
 """
 
 import numpy as np
@@ -20,6 +22,8 @@ from coupler_protocol.compiled.jit import jit
 from dem_server.model import Servo
 
 GAIN = 0.25  # G of Eq (1)
+STRAIGHT = 1e-12  # one minus cosine: largest angle between pieces of a straight wall
+END_TO_END = 1e-9  # of a wall's length: largest gap between pieces of one wall
 
 
 def make_servo(ends, xy):
@@ -33,10 +37,16 @@ def make_servo(ends, xy):
 
 
 def pressures(walls):
-    """Pressure of the discs on each wall now (W,) [Pa]."""
+    """Pressure of the discs on each wall now (W,) [Pa]; of pieces of one servo wall, on all of it."""
     servo = walls.servo
     measure(walls.ends, servo.inward, servo.length)
-    return -(walls.force * servo.inward).sum(axis=1) / servo.length
+    force, length = np.array([whole(walls.ends, walls.force, servo, w)[:2] for w in range(len(walls.ends))]).T
+    return force / length
+
+
+def begin(walls, w):
+    """Average the force on wall w from now on."""
+    walls.servo.force[w] = whole(walls.ends, walls.force, walls.servo, w)[0]
 
 
 def error(walls):
@@ -47,7 +57,7 @@ def error(walls):
     return float(np.abs(pressures(walls)[on] / walls.servo.pressure[on] - 1.0).max())
 
 
-@jit
+@jit(borrows=True)
 def steer(walls, servo, dt):
     """Eq (1) for all walls that have a pressure to hold."""
     velocity, inward = walls.velocity, servo.inward
@@ -55,20 +65,60 @@ def steer(walls, servo, dt):
     for w in range(len(velocity)):
         if servo.pressure[w] <= 0.0:
             continue
-        nx, ny = inward[w, 0], inward[w, 1]
         N = servo.average[w]
-        servo.force[w] += (-(walls.force[w, 0] * nx + walls.force[w, 1] * ny) - servo.force[w]) / N
+        force, length, stiffness, dashpot = whole(walls.ends, walls.force, servo, w)
+        servo.force[w] += (force - servo.force[w]) / N
         speed = servo.fastest[w]
-        if servo.stiffness[w] > 0.0:
-            missing = servo.pressure[w] * servo.length[w] - servo.force[w]
-            wanted = GAIN / N * missing / (dt * servo.stiffness[w] + servo.dashpot[w])
+        if stiffness > 0.0:
+            missing = servo.pressure[w] * length - servo.force[w]
+            wanted = GAIN / N * missing / (dt * stiffness + dashpot)
             speed = min(max(wanted, -speed), speed)
-        velocity[w, 0], velocity[w, 1] = speed * nx, speed * ny
+        velocity[w, 0], velocity[w, 1] = speed * inward[w, 0], speed * inward[w, 1]
+
+
+@jit(borrows=True)
+def whole(ends, force, servo, w):
+    """Force of the discs against the normal [N], length, stiffness and dashpots of wall w and of the pieces that belong to it.
+
+    Summed from one end of the wall to the other, so that all pieces get the same bits.
+    """
+    piece = following = w
+    while following >= 0:
+        piece, following = following, next_piece(ends, servo, following, -1.0)
+    pressing = length = stiffness = dashpot = 0.0
+    while piece >= 0:
+        pressing += -(force[piece, 0] * servo.inward[piece, 0] + force[piece, 1] * servo.inward[piece, 1])
+        length += servo.length[piece]
+        stiffness += servo.stiffness[piece]
+        dashpot += servo.dashpot[piece]
+        piece = next_piece(ends, servo, piece, 1.0)
+    return pressing, length, stiffness, dashpot
+
+
+@jit(borrows=True)
+def next_piece(ends, servo, w, way):
+    """Number of the wall that continues wall w in its line with the same servo, along (ny, -nx) `way`; -1 without one."""
+    if servo.pressure[w] <= 0.0:
+        return -1
+    nx, ny = servo.inward[w, 0], servo.inward[w, 1]
+    tx, ty = way * ny, -way * nx
+    last = 2 if (ends[w, 2] - ends[w, 0]) * tx + (ends[w, 3] - ends[w, 1]) * ty > 0.0 else 0
+    for v in range(len(ends)):
+        if v == w or servo.inward[v, 0] * nx + servo.inward[v, 1] * ny < 1.0 - STRAIGHT:
+            continue
+        if servo.pressure[v] != servo.pressure[w] or servo.fastest[v] != servo.fastest[w] or servo.average[v] != servo.average[w]:
+            continue
+        ex, ey = ends[v, 2] - ends[v, 0], ends[v, 3] - ends[v, 1]
+        first = 0 if ex * tx + ey * ty > 0.0 else 2
+        gap = abs(ends[v, first] - ends[w, last]) + abs(ends[v, first + 1] - ends[w, last + 1])
+        if gap <= END_TO_END * (abs(ex) + abs(ey)):
+            return v
+    return -1
 
 
 @jit
 def measure(ends, inward, length):
-    """Length (W,) [m] of each wall on the discs' side of the walls that cross it."""
+    """Length (W,) [m] of each wall on the discs' side of the walls that cross it; where only ends meet, nothing is cut off."""
     for w in range(len(ends)):
         x, y = ends[w, 0], ends[w, 1]
         ex, ey = ends[w, 2] - x, ends[w, 3] - y
@@ -80,7 +130,7 @@ def measure(ends, inward, length):
             if v == w or cross * cross < 1e-12 * (ex * ex + ey * ey) * (fx * fx + fy * fy):
                 continue
             here, there = (ax * fy - ay * fx) / cross, (ax * ey - ay * ex) / cross
-            if 0.0 < here < 1.0 and -1e-9 <= there <= 1.0 + 1e-9:
+            if 1e-9 < here < 1.0 - 1e-9 and -1e-9 <= there <= 1.0 + 1e-9:
                 if ex * inward[v, 0] + ey * inward[v, 1] > 0.0:
                     first = max(first, here)
                 else:

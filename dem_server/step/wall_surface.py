@@ -161,7 +161,7 @@ def blend(ends, x, y, r, t, u, wall, heir, share, overlap):
 
 @jit(borrows=True)
 def hand_on(history, i, count, wall, heir, share, overlap):
-    """Share the history (n, W) of disc i at walls of one surface in proportion to the normal forces; a contact that ends gives all."""
+    """Share the history (n, W) of disc i at walls of one surface in proportion to the normal forces."""
     for t in range(count):
         h = heir[t]
         if h < 0:

@@ -254,7 +254,7 @@ def about_the_edge(state):
 
 
 def test_off_an_edge_angular_momentum_is_kept():
-    """Smooth: the force of an edge passes through it, so x times v about the edge and the spin stay, whatever the order of walls."""
+    """Smooth: the force of an edge passes through it, so x times v about the edge and the spin stay, in any order of walls."""
     for ends in (EDGE, EDGE[::-1]):
         model, state = with_walls([[0.3 * R, 1.2 * R]], ends, friction=None, damping=None)
         model = in_real_time(model, state, 1e-3)
