@@ -79,8 +79,8 @@ class Servo(NamedTuple):
     """Servos of all W walls of a State.
 
     pressure (W,) [Pa], 0: the wall has none now; fastest (W,) [m/s]; average (W,): N; inward (W, 2): unit normals to the discs.
-    From the contacts: force (W,), averaged [N]; stiffness [N/m], dashpot [N s/m] (W,), of the last pass; length (W,): L of the
-    last step [m].
+    drift (W,): speed needed so far [m/s]. From the contacts: force (W,), averaged [N]; stiffness [N/m], dashpot [N s/m] (W,), of
+    the last pass; length (W,): L of the last step [m].
     """
 
     pressure: np.ndarray
@@ -88,6 +88,7 @@ class Servo(NamedTuple):
     average: np.ndarray
     inward: np.ndarray
     force: np.ndarray
+    drift: np.ndarray
     stiffness: np.ndarray
     dashpot: np.ndarray
     length: np.ndarray

@@ -17,6 +17,7 @@ from colluvium.results.fabric import Fabric, contact_fabric
 from colluvium.results.rank_file import Fields, NotRecordedError, RankFile
 from colluvium.results.rank_parts import RankParts
 from colluvium.results.ring_motion import RingMotion, ring_motion
+from colluvium.results.stones import outlines
 from coupler_protocol.files.vtkhdf import FrameInfo
 
 _RANK_FILE = re.compile(r".+\.rank(\d+)(?:\.part(\d+))?\.vtkhdf")
@@ -75,13 +76,20 @@ class Run:
     def average_stress(self, frame: int, region: Any, rank: int = 1) -> np.ndarray:
         """Mean stress xx, yy, xy (3,) [Pa] of the discs in a circle (x, y, radius) or polygon (P, 2) [m], tension positive.
 
-        Walls count where they touch discs inside; colluvium.results.averages has the equation.
+        Walls count where they touch discs inside; colluvium.results.averages has the equation. NaN where there are no discs.
         """
         return averages.average_stress(self.discs(frame, rank), self.contacts(frame, rank), region)
 
-    def porosity(self, frame: int, region: Any, rank: int = 1) -> float:
-        """Void share [-] of a circle (x, y, radius) or polygon (P, 2) [m]."""
-        return averages.porosity(self.discs(frame, rank), region)
+    def discs_inside(self, frame: int, region: Any, rank: int = 1) -> int:
+        """Number of discs that reach into a circle (x, y, radius) or polygon (P, 2) [m]."""
+        return averages.discs_inside(self.discs(frame, rank), region)
+
+    def porosity(self, frame: int, region: Any, rank: int = 1, solid_stones: bool = False) -> float:
+        """Void share [-] of a circle (x, y, radius) or polygon (P, 2) [m]; 1 where there are no discs.
+
+        Of discs, gaps between the discs of a stone included, or with solid stones: each is the polygon that it weighs as.
+        """
+        return averages.porosity(self.discs(frame, rank), region, outlines(self, frame, rank) if solid_stones else None)
 
     def ring_motion(self, frame: int, rank: int = 1) -> RingMotion:
         """How far first free discs have moved away from a window's ring and along it since its first frame."""

@@ -46,6 +46,8 @@ def begin_stage(scene, stage, model, state):
     names, walls = names_of_walls(scene.discs.wall), state.walls
     if stage.wall:
         set_going(walls, {names.index(table.name): table for table in stage.wall})
+    if walls is not None and walls.servo is not None:
+        walls.servo.drift[:] = 0.0  # of the unit of another kind of time, maybe
     if not stage.in_real_time and walls is not None and walls.servo is not None:
         speed, limit = np.where(walls.servo.pressure > 0.0, walls.servo.fastest, 0.0), SPEED_CAP * model.smallest_radius
         worst = int(speed.argmax())

@@ -10,6 +10,15 @@ what is missing, if the discs stay where they are. With G = 1/4 the averaged for
 damped pair for every N (their equation is z^2 + z / N + G / N^2 = 0), and their answer to the motion of the discs only takes
 energy from them. Source of servo walls: Itasca, PFC2D 3.1 Theory, "Numerical servo-mechanism".
 
+Eq (1) moves a wall at a steady speed only while force is missing. Where the discs yield steadily, because another wall is driven
+with a velocity, the pressure would differ by the force that the speed of the servo wall takes. So a servo then adds to V
+
+    V0 <- V0 + V / (T N)                                                         (2)
+
+the speed that it has needed so far (V: of Eq (1)); without a driven wall V0 = 0. T = 1024 is long against the answer of a sample
+of some ten rows, so that V0 does not swing with it, and Eqs (1) and (2) still only take energy from the discs (a dashpot beside
+a mass).
+
 Pieces of a straight wall, drawn end to end with the same servo and the discs on the same side, are one wall: F, L and both sums
 are those of all pieces, which move together. Walls may be longer than the side they close: only the part on the discs' side of
 the walls that cross it counts. In a box whose walls cross beyond its corners, p L is then the pressure on the side of the box at
@@ -22,6 +31,7 @@ from coupler_protocol.compiled.jit import jit
 from dem_server.model import Servo
 
 GAIN = 0.25  # G of Eq (1)
+FOLLOWS = 1024  # T of Eq (2)
 STRAIGHT = 1e-12  # one minus cosine: largest angle between pieces of a straight wall
 END_TO_END = 1e-9  # of a wall's length: largest gap between pieces of one wall
 
@@ -32,8 +42,8 @@ def make_servo(ends, xy):
     inward = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
     away = xy.mean(axis=0) - 0.5 * (ends[:, 2:] + ends[:, :2])
     inward[(inward * away).sum(axis=1) < 0.0] *= -1.0
-    pressure, fastest, force, stiffness, dashpot, length = np.zeros((6, len(ends)))
-    return Servo(pressure, fastest, np.ones(len(ends)), inward, force, stiffness, dashpot, length)
+    pressure, fastest, force, drift, stiffness, dashpot, length = np.zeros((7, len(ends)))
+    return Servo(pressure, fastest, np.ones(len(ends)), inward, force, drift, stiffness, dashpot, length)
 
 
 def pressures(walls):
@@ -59,20 +69,27 @@ def error(walls):
 
 @jit(borrows=True)
 def steer(walls, servo, dt):
-    """Eq (1) for all walls that have a pressure to hold."""
+    """Eqs (1) and (2) for all walls that have a pressure to hold."""
     velocity, inward = walls.velocity, servo.inward
     measure(walls.ends, inward, servo.length)
+    driven = False
+    for w in range(len(velocity)):
+        driven |= servo.pressure[w] <= 0.0 and (velocity[w, 0] != 0.0 or velocity[w, 1] != 0.0)
     for w in range(len(velocity)):
         if servo.pressure[w] <= 0.0:
             continue
         N = servo.average[w]
         force, length, stiffness, dashpot = whole(walls.ends, walls.force, servo, w)
         servo.force[w] += (force - servo.force[w]) / N
-        speed = servo.fastest[w]
+        fastest = speed = servo.fastest[w]
+        drift = 0.0
         if stiffness > 0.0:
             missing = servo.pressure[w] * length - servo.force[w]
             wanted = GAIN / N * missing / (dt * stiffness + dashpot)
-            speed = min(max(wanted, -speed), speed)
+            if driven:
+                drift = min(max(servo.drift[w] + wanted / (FOLLOWS * N), -fastest), fastest)
+            speed = min(max(wanted + drift, -fastest), fastest)
+        servo.drift[w] = drift
         velocity[w, 0], velocity[w, 1] = speed * inward[w, 0], speed * inward[w, 1]
 
 

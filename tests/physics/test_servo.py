@@ -177,6 +177,23 @@ def test_a_piece_around_an_edge_does_not_shorten_a_servo_wall():
             np.testing.assert_allclose(found, np.hypot(*(ends[:, 2:] - ends[:, :2]).T), rtol=1e-9)
 
 
+@pytest.mark.parametrize(("real", "average", "speed"), [(None, 1.0, 1e-5), (0.1, 1.0, 0.2), (0.1, 2.0, 0.05)])
+def test_a_wall_keeps_its_pressure_while_another_one_moves(real, average, speed):
+    """The floor of a column of six discs sinks steadily and the servo wall follows: its pressure lags by nothing but rounding."""
+    column = np.column_stack([np.zeros(6), 2.0 * R * np.arange(6.0)])
+    dashpot, damping = Dashpot(normal=0.2), None if real else Damping(local=0.7)
+    changes = {"pressure": 5e4, "fastest": 1.0, "average": average, "dashpot": dashpot, "friction": None, "damping": damping}
+    model, state = between_walls(column, 11.0 * R, **changes)
+    model = in_static_mode(model, state) if real is None else in_real_time(model, state, real)
+    advance(model, state, 0.0, round(4000 * average**2))
+    np.testing.assert_allclose(servo.pressures(state.walls)[1], 5e4, rtol=1e-6)
+    assert state.walls.servo.drift[1] == 0.0
+    state.walls.velocity[0, 1] = -speed
+    advance(model, state, 0.0, round(16000 * average**2))
+    assert servo.pressures(state.walls)[1] == pytest.approx(5e4, rel=1e-5)
+    assert state.walls.velocity[1, 1] == pytest.approx(-speed, rel=1e-4)
+
+
 def test_walls_from_afar_are_felt_in_the_masses():
     """A wall comes to a disc that rests: when it touches, the static mass counts both walls, m = 2 kn / sf^2."""
     model, state = between_walls([[0.0, 0.0]], 3.0 * R, velocity=(0.0, -1e-3), friction=None, damping=Damping(local=0.7))
