@@ -1,49 +1,43 @@
-"""The front door's command line: run, resume, check, fos, report, export, status."""
+"""Command line of `colluvium`: run, resume, check, fos, report, export, status."""
 
 import argparse
 import json
 import signal
 import sys
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from coupler_protocol import exits
 from coupler_protocol.process import command_line
 
 
-def parser():
-    """All commands and their options."""
+def parser() -> argparse.ArgumentParser:
+    """Parser of all commands and their options."""
     p = argparse.ArgumentParser(prog="colluvium", description="Soil-rock slopes by two coupled processes.")
     p.add_argument("--version", action="version", version=f"%(prog)s {version('colluvium')}")
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
-    run = commands.add_parser("run", help="compute a scene: starts all processes and shows how far they are")
+    run = commands.add_parser("run", help="compute a scene: starts all processes and shows their progress")
     command_line.common_options(run)
     run.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME)")
-    run.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
-    command_line.plugin_option(run)
-    _exact_option(run)
-    run.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
+    _options_of_computing(run)
     run.set_defaults(work=run_command)
 
-    resume = commands.add_parser("resume", help="go on with a run after its last stage end that all processes have saved")
+    resume = commands.add_parser("resume", help="continue a run after its last stage end that all processes have saved")
     resume.add_argument("run_dir", metavar="RUN_DIR")
-    resume.add_argument("--quiet", action="store_true", help="no progress")
-    resume.add_argument(
-        "--threads", metavar="N", type=command_line.positive, default=1, help="threads of each process (default 1)"
-    )
-    resume.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
-    command_line.plugin_option(resume)
-    _exact_option(resume)
-    resume.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
+    command_line.process_options(resume)
+    _options_of_computing(resume)
     resume.set_defaults(work=resume_command)
 
-    check = commands.add_parser("check", help="say what is wrong with a scene, or what it will compute")
+    check = commands.add_parser("check", help="report the problems of a scene, or describe what it computes")
     check.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     check.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
-    check.add_argument("--no-locate", action="store_true", help="leave out what a stage of kind locate asks for (seconds)")
-    check.add_argument("--no-limits", action="store_true", help="leave out how long a coupled step may be (packs the windows)")
-    check.add_argument("--exact", action="store_true", help="how long a coupled step may be, exactly (Lanczos)")
+    check.add_argument("--no-locate", action="store_true", help="do not compute the stage of kind locate (seconds)")
+    check.add_argument("--no-limits", action="store_true", help="do not compute the limits of a coupled step (packs the windows)")
+    check.add_argument("--exact", action="store_true", help="also compute the exact limit of a coupled step (Lanczos)")
     check.add_argument("--quiet", action="store_true", help="no progress")
     check.add_argument("--json", nargs="?", const="-", metavar="FILE", help="the answer as JSON to FILE or standard output")
     check.set_defaults(work=check_command)
@@ -69,32 +63,36 @@ def parser():
     export.add_argument("--out", metavar="FILE", help="file to write (default: standard output)")
     export.set_defaults(work=export_command)
 
-    status = commands.add_parser("status", help="how a run ended, or how far it is")
+    status = commands.add_parser("status", help="print how a run ended, or its last frame")
     status.add_argument("run_dir", metavar="RUN_DIR")
     status.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output")
     status.set_defaults(work=status_command)
     return p
 
 
-def _exact_option(command):
-    command.add_argument("--exact", action="store_true", help="say how long steps may be, exactly, at the ends of coupled stages")
+def _options_of_computing(command: argparse.ArgumentParser) -> None:
+    """Options of the commands that start both sides."""
+    command.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
+    command_line.plugin_option(command)
+    command.add_argument("--exact", action="store_true", help="also compute the exact step limits at the ends of coupled stages")
+    command.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(argv)
-    code = []
-    ended = command_line.ended("colluvium", lambda: code.append(options.work(options)))
+    code: list[int | None] = []
+    ended = command_line.exit_code_of("colluvium", lambda: code.append(options.work(options)))
     return ended or (code[0] or 0)
 
 
-def _console():
+def _console() -> Any:
     from rich.console import Console
 
     return Console(width=None if sys.stdout.isatty() else 160, highlight=False)
 
 
-def _write_json(content, target):
+def _write_json(content: Any, target: str | Path) -> None:
     text = json.dumps(content, indent=1)
     if target == "-":
         print(text)
@@ -102,8 +100,8 @@ def _write_json(content, target):
         Path(target).write_text(text + "\n", encoding="utf-8")
 
 
-def run_command(options):
-    """Compute a scene, from its start or from the end of a stage of an earlier run."""
+def run_command(options: argparse.Namespace) -> int:
+    """Computes a scene, from its start or from the end of a stage of an earlier run; returns the exit code."""
     from colluvium.running import processes
     from coupler_protocol.files import restart
     from coupler_protocol.scene.reader import read_scene
@@ -120,8 +118,8 @@ def run_command(options):
     return _compute(options, scene, options.scene, out, [f"--set={pair}" for pair in options.set])
 
 
-def resume_command(options):
-    """Go on with a run that did not reach its end."""
+def resume_command(options: argparse.Namespace) -> int:
+    """Continues a run that did not reach its end; returns the exit code."""
     from colluvium import api
 
     command_line.set_threads(options.threads)
@@ -131,8 +129,8 @@ def resume_command(options):
     return _compute(options, scene, out / "scene.json", out, [])
 
 
-def _compute(options, scene, path, out, passed):
-    """Compute in one process or several; `passed` goes to the servers beside the options of all commands."""
+def _compute(options: argparse.Namespace, scene: Any, path: str | Path, out: Path, passed: Sequence[str]) -> int:
+    """Computes in one process or several; `passed`: options for the servers besides those of all commands."""
     from colluvium.running import processes
     from colluvium.running.progress_picture import picture
 
@@ -141,7 +139,7 @@ def _compute(options, scene, path, out, passed):
         if options.in_process:
             code = _in_process(scene, out, show, options)
         else:
-            signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill stops the run as Ctrl-C does
+            signal.signal(signal.SIGTERM, signal.default_int_handler)  # SIGTERM stops the run like Ctrl-C
             more = {"threads": options.threads, "from": options.origin, "plugin": options.plugin}
             passed = [*passed, *(f"--{name}={value}" for name, value in more.items() if value)]
             code = processes.run_files(path, out, processes.windows_of(scene), passed, show)
@@ -153,22 +151,22 @@ def _compute(options, scene, path, out, passed):
     return code
 
 
-def _add_band(scene, out):
-    """Where the grid alone has its band, and whether the slope failed under overload: into run.json."""
+def _add_band(scene: Any, out: Path) -> None:
+    """Adds the band of the grid alone, and the failure under overload, to run.json."""
     from colluvium.forecast import locate
     from colluvium.results import failure
     from colluvium.results.run import open_run
     from coupler_protocol.files.run_json import write
 
     with open_run(out) as run:
-        found = {"locate": locate.answer(run, scene), "band": failure.summary(run)}
+        found = {"locate": locate.band_and_windows(run, scene), "band": failure.summary(run)}
     found = {key: value for key, value in found.items() if value}
     if found:
         write(out, json.loads((out / "run.json").read_text(encoding="utf-8")) | found)
 
 
-def _add_exact_limits(scene, out):
-    """The exact limits of the step at the ends of coupled stages: into run.json."""
+def _add_exact_limits(scene: Any, out: Path) -> None:
+    """Adds the exact limits of the step at the ends of coupled stages to run.json."""
     from colluvium.forecast import step_limits
     from coupler_protocol.files.run_json import write
 
@@ -180,27 +178,27 @@ def _add_exact_limits(scene, out):
     write(out, info)
 
 
-def _in_process(scene, out, show, options):
+def _in_process(scene: Any, out: Path, show: Any, options: argparse.Namespace) -> int:
     from colluvium.running import threads
     from coupler_protocol.process.interrupt import StopRequest, stop_on_signals
 
     stop = StopRequest()
     stop_on_signals(stop)
 
-    def work():
+    def work() -> None:
         threads.run(scene, out, stop, show or "none", options.origin, command_line.plugin(options))
 
-    return command_line.ended("colluvium", work)
+    return command_line.exit_code_of("colluvium", work)
 
 
-def _nothing():
+def _nothing() -> AbstractContextManager[None]:
     from contextlib import nullcontext
 
     return nullcontext()
 
 
-def _conclude(out, target):
-    """Closing table of whatever run.json says."""
+def _conclude(out: Path, target: str | Path | None) -> None:
+    """Prints the closing tables of run.json, or writes run.json to `target`."""
     from colluvium import closing
 
     path = out / "run.json"
@@ -214,28 +212,28 @@ def _conclude(out, target):
         print(f"results in {out}")
 
 
-def check_command(options):
-    """Say what a scene will compute, where its band runs if it asks, how long a coupled step may be; problems: exit code 3."""
+def check_command(options: argparse.Namespace) -> None:
+    """Prints what a scene computes, its band if a stage locates it, and the limits of a coupled step; problems: exit code 3."""
     from colluvium.forecast import check, locate, step_limits
     from colluvium.running.progress_picture import picture
     from coupler_protocol.scene.reader import read_scene
 
     scene = read_scene(options.scene, options.set)
-    found = check.answer(scene)
+    found = check.describe(scene)
     if locate.stage_of(scene) is not None and not options.no_locate:
         show = picture(options.quiet)
         with show or _nothing():
             found["locate"] = locate.compute(scene, show)
-    if step_limits.concerned(scene) and (options.exact or not options.no_limits):
-        found["limits"] = step_limits.answer(scene, options.exact)
+    if step_limits.couples_discs(scene) and (options.exact or not options.no_limits):
+        found["limits"] = step_limits.limits_of_scene(scene, options.exact)
     if options.json:
         _write_json(found, options.json)
     else:
-        check.print_answer(found, _console())
+        check.print_description(found, _console())
 
 
-def report_command(options):
-    """Draw the pictures of a run."""
+def report_command(options: argparse.Namespace) -> None:
+    """Draws the pictures of a run."""
     from colluvium import report
 
     lacking: dict[str, list[str]] = {}
@@ -250,8 +248,8 @@ def report_command(options):
         print(f"not drawn, {why}: {', '.join(names)}", file=sys.stderr)
 
 
-def export_command(options):
-    """Write the discs of a frame."""
+def export_command(options: argparse.Namespace) -> None:
+    """Writes the discs of a frame as CSV."""
     from colluvium.results import export
     from colluvium.results.rank_file import NotRecordedError
 
@@ -262,8 +260,8 @@ def export_command(options):
     print(f"{count} discs", file=sys.stderr)
 
 
-def status_command(options):
-    """How a run ended."""
+def status_command(options: argparse.Namespace) -> int:
+    """Prints how a run ended, or its last frame."""
     path = Path(options.run_dir) / "run.json"
     if path.exists():
         _conclude(Path(options.run_dir), options.json)

@@ -1,13 +1,18 @@
 """The tables at the end of a run, from run.json."""
 
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+Info = dict[str, Any]  # content of run.json, or of a part of it
+
 OUTCOME = ("stage", "steps", "ended by", "gravity", "ratio\ngrid", "ratio\ndiscs", "P/l vs\nstress", "bonds\nbroken")
 SECONDS = ("stage", "grid\ncomputes", "grid\nwaits", "discs\ncompute", "discs\nwait", "both\nrecord")
-NOTICED = 0.05  # share of the zones' stress, or of the weight it should carry, that is worth mentioning
+NOTICED = 0.05  # share of the zones' stress, or of the weight it should carry, above which a sentence is printed
 TEXT_COLUMNS = ("stage", "ended by")
 
 
-def rows(info):
-    """One row a stage as texts under OUTCOME, from the contents of run.json."""
+def rows(info: Info) -> list[list[str]]:
+    """Rows of texts for the columns OUTCOME, one for each stage, from the content of run.json."""
     table = []
     for stage in info.get("stages", []):
         coupled = bool(stage["ratio_discrete"])
@@ -26,12 +31,12 @@ def rows(info):
     return table
 
 
-def _gravity(stage):
+def _gravity(stage: Info) -> str:
     return "none" if stage.get("gravity") == 0.0 else f"{stage['gravity_factor']:.2f} g"
 
 
-def times(info):
-    """One row a stage as texts under SECONDS; empty for a side that the scene does not have."""
+def times(info: Info) -> list[list[str]]:
+    """Rows of texts for the columns SECONDS, one for each stage; empty for a side that the scene does not have."""
     table, stages = [], info.get("stages", [])
     grid, discs = any("ratio_continuum" in stage for stage in stages), bool(info.get("windows"))
     for stage in stages:
@@ -43,8 +48,8 @@ def times(info):
     return table
 
 
-def sentences(info):
-    """What the tables do not say: windows, failure, memory, and how it ended."""
+def sentences(info: Info) -> Iterator[str]:
+    """Yields sentences about windows, failure, memory and the end of the run, which the tables do not contain."""
     for window in info.get("windows", []):
         parts = [f"window {window['name']}: {window.get('discs', '?')} discs"]
         if "control_discs" in window:
@@ -86,13 +91,13 @@ def sentences(info):
     yield from step_limits(info)
     yield from _exchanges(info)
     if info.get("locate"):
-        from colluvium.forecast.locate import in_words as located
+        from colluvium.forecast.locate import as_text as located
 
         yield "; ".join(located(info["locate"]))
     if info.get("band"):
-        from colluvium.results.failure import in_words
+        from colluvium.results.failure import as_text
 
-        yield in_words(info["band"])
+        yield as_text(info["band"])
     memory = [info.get("peak_memory_MB"), *(window.get("peak_memory_MB") for window in info.get("windows", []))]
     if all(memory):
         yield "peak memory: grid " + ", discs ".join(f"{value:.0f} MB" for value in memory)
@@ -100,8 +105,8 @@ def sentences(info):
     yield f"{info.get('reason', '')}; exit code {info.get('exit_code')}{seconds}"
 
 
-def _exchanges(info):
-    """Steps and exchanges of each stage where the scene allows pauses, and where the pauses ended."""
+def _exchanges(info: Info) -> Iterator[str]:
+    """Yields steps and exchanges of each stage with pauses, and the stage in which pauses ended."""
     for stage in info.get("stages", []):
         if "exchanges" in stage:
             yield f"stage {stage['name']}: {stage['steps']} steps in {stage['exchanges']} exchanges"
@@ -110,8 +115,8 @@ def _exchanges(info):
             return
 
 
-def _beyond_reach(window):
-    """The part of the zones' stress that a packing of these discs cannot carry."""
+def _beyond_reach(window: Info) -> Iterator[str]:
+    """Yields sentences about the part of the zones' stress that a packing of these discs cannot carry."""
     if window.get("projected", 0.0) >= NOTICED:
         yield f"at {100 * window['projected']:.0f} % of its points the stress exceeded the discs' strength and was reduced to it"
     left = [window.get(f"imbalance_{axis}", 0.0) for axis in "xy"]
@@ -120,8 +125,8 @@ def _beyond_reach(window):
         yield f"that stress does not balance the window's weight: {x} of the weight remains along x, {y} along y"
 
 
-def stretched_rims(info):
-    """Stages in which zones on a rim were stretched far."""
+def stretched_rims(info: Info) -> Iterator[str]:
+    """Yields warnings about stages in which zones on a rim were strongly stretched."""
     for stage in info.get("stages", []):
         found = stage.get("rim_stretched")
         if found:
@@ -132,23 +137,23 @@ def stretched_rims(info):
             yield f"warning: in stage {stage['name']} {place}: use finer zones there"
 
 
-def step_limits(info):
-    """Safe step limits at the end of each coupled stage and, where they were asked for, the exact ones."""
-    from coupler_protocol.criteria.stable_step import in_words
+def step_limits(info: Info) -> Iterator[str]:
+    """Yields safe step limits at the end of each coupled stage and, if they were computed, the exact ones."""
+    from coupler_protocol.criteria.stable_step import as_text
 
     for stage in info.get("stages", []):
         found = dict(stage.get("limits") or {})
         exact = found.pop("exact", None)
         discs = [row for window in info.get("windows", []) for row in window.get("limits", []) if row["stage"] == stage["name"]]
         found |= {"discs": min(discs, key=lambda row: row["share"])} if discs else {}
-        parts = [f"safe: {', '.join(f'{name} {in_words(row)}' for name, row in found.items())}"] if found else []
-        parts += [f"exact: {in_words(exact)}"] if exact else []
+        parts = [f"safe: {', '.join(f'{name} {as_text(row)}' for name, row in found.items())}"] if found else []
+        parts += [f"exact: {as_text(exact)}"] if exact else []
         if parts:
             yield f"stage {stage['name']}, step limits as multiples of the step in use; {'; '.join(parts)}"
 
 
-def print_table(info, console):
-    """Print both tables and the sentences."""
+def print_table(info: Info, console: Any) -> None:
+    """Prints both tables and the sentences to the `console`."""
     console.print(info.get("title") or "", markup=False)
     columns, texts = filled(OUTCOME, rows(info))
     console.print(_table(columns, texts))
@@ -162,13 +167,13 @@ def print_table(info, console):
         console.print(sentence, markup=False)
 
 
-def filled(columns, texts):
-    """The columns of a table in which something is said: their names, and the rows without the others."""
+def filled(columns: Sequence[str], texts: Sequence[Sequence[str]]) -> tuple[list[str], list[list[str]]]:
+    """Names and rows of those columns of a table that are not empty."""
     kept = [k for k in range(len(columns)) if any(row[k] for row in texts)]
     return [columns[k] for k in kept], [[row[k] for k in kept] for row in texts]
 
 
-def _table(columns, texts):
+def _table(columns: Sequence[str], texts: Sequence[Sequence[str]]) -> Any:
     from rich import box
     from rich.table import Table
 

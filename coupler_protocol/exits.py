@@ -1,6 +1,11 @@
 """Why a program ends: exit codes by whose fault it is, and the exceptions that carry them."""
 
+from collections.abc import Callable
+from typing import TypeVar
+
 from coupler_protocol.problems import SceneError
+
+Result = TypeVar("Result")
 
 DONE, COMMAND_LINE, SCENE, ENVIRONMENT, PEER, PHYSICS, OURSELVES, INTERRUPTED = 0, 2, 3, 4, 5, 6, 7, 130
 
@@ -8,7 +13,7 @@ MEANING = {
     DONE: "done",
     COMMAND_LINE: "command line",
     SCENE: "scene",
-    ENVIRONMENT: "environment (port, disk, permission)",
+    ENVIRONMENT: "environment (port, disk, permission, installation)",
     PEER: "the other side",
     PHYSICS: "physics (the computation blew up)",
     OURSELVES: "a fault of this program",
@@ -16,43 +21,43 @@ MEANING = {
 }
 
 
-def code_of(error):
-    """Exit code of an exception: by whose fault, and ours where nothing says so."""
+def code_of(error: BaseException) -> int:
+    """Exit code of an exception, by whose fault it is; OURSELVES for all exceptions without a code."""
     return error.code if isinstance(error, RunEnded) else SCENE if isinstance(error, SceneError) else OURSELVES
 
 
 class RunEnded(Exception):  # noqa: N818 (an end of a run, not always an error)
-    """A run ends before its last stage; `code` says whose fault it is."""
+    """End of a run before its last stage; `code` gives whose fault it is."""
 
     code = OURSELVES
 
 
 class EnvironmentFailed(RunEnded):
-    """A port, a file or a folder cannot be used."""
+    """A port, a file, a folder or what is installed cannot be used."""
 
     code = ENVIRONMENT
 
 
 class PeerLost(RunEnded):
-    """The other side was not heard for too long, failed, or speaks another language."""
+    """The other side was silent for too long, failed, or has another version of the protocol."""
 
     code = PEER
 
 
 class PhysicsFailed(RunEnded):
-    """Numbers grew without bounds, a zone turned inside out, or the like."""
+    """The computation is unstable, a zone turned inside out, or the like."""
 
     code = PHYSICS
 
 
 class Interrupted(RunEnded):
-    """Somebody asked the run to stop."""
+    """A user or the launcher asked the run to stop."""
 
     code = INTERRUPTED
 
 
-def physics(work):
-    """The result of `work()`; an ArithmeticError that a model raises ends the run as PhysicsFailed."""
+def end_as_physics(work: Callable[[], Result]) -> Result:
+    """Returns `work()`; raises PhysicsFailed for an ArithmeticError of a model."""
     try:
         return work()
     except ArithmeticError as error:

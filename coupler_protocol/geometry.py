@@ -54,7 +54,7 @@ class Moments(NamedTuple):
 
 def moments(corners: Array) -> Moments:
     """Moments of a simple counter-clockwise polygon (P, 2), Eqs (1) and (2)."""
-    p = corners - corners.mean(axis=0)  # near the origin nothing cancels
+    p = corners - corners.mean(axis=0)  # avoids cancellation far from the origin
     q = np.roll(p, -1, axis=0)
     c = p[:, 0] * q[:, 1] - q[:, 0] * p[:, 1]
     area = 0.5 * float(c.sum())
@@ -65,7 +65,7 @@ def moments(corners: Array) -> Moments:
 
 
 def share_inside(start: Array, branch: Array, radius: float) -> Array:
-    """Share of each line from `start` along `branch` (m, 2) that lies in the circle about the origin (m,)."""
+    """Share (m,) of each line from `start` along `branch` (m, 2) [m] inside the circle of this radius [m] around the origin."""
     a = (branch**2).sum(axis=1)
     b = (start * branch).sum(axis=1)
     c = (start**2).sum(axis=1) - radius**2
@@ -75,9 +75,9 @@ def share_inside(start: Array, branch: Array, radius: float) -> Array:
 
 
 def disc_in_polygon(xy: Array, radius: Array, ring: Array) -> Array:
-    """Area (n,) that discs share with a polygon, ring (P + 1, 2) closed and counter-clockwise.
+    """Area (n,) [m2] that discs share with a polygon, ring (P + 1, 2) closed and counter-clockwise.
 
-    Edge by edge the area between edge and centre: a triangle where the edge runs inside the disc, sectors elsewhere.
+    Sum over the edges of the area between edge and centre: a triangle for the part inside the disc, sectors elsewhere.
     """
     area = np.zeros(len(xy))
     for a, b in pairwise(ring):

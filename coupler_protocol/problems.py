@@ -1,11 +1,12 @@
-"""What is wrong with a scene: every problem at once, each with its place, its reason and a remedy."""
+"""Problems of a scene: all at once, each with its place, reason and remedy."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with a scene."""
+    """One problem of a scene."""
 
     file: str
     line: int | None
@@ -13,21 +14,24 @@ class Problem:
     reason: str
     remedy: str = ""
 
-    def __str__(self):
+    def __str__(self) -> str:
         place = f"{self.file}:{self.line}" if self.line else self.file
         text = f"{place}: {self.key}: {self.reason}" if self.key else f"{place}: {self.reason}"
         return f"{text}\n    {self.remedy}" if self.remedy else text
 
 
-def unfit(key, reason, remedy):
-    """The error for a scene that turns out, only when it is built, to ask for what cannot be."""
+def unfit(key: str, reason: str, remedy: str) -> "SceneError":
+    """SceneError for a problem that is found only when the scene is built."""
     return SceneError([Problem("scene", None, key, reason, remedy)])
 
 
-class SceneError(ValueError):
-    """A scene that cannot be computed; `problems` lists everything found, in the order of the file."""
+Finding = tuple[tuple[str | int, ...], str, str]  # of a rule: path of the key, problem, remedy
 
-    def __init__(self, problems):
+
+class SceneError(ValueError):
+    """A scene that cannot be computed; `problems` lists all problems in the order of the file."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = sorted(problems, key=lambda p: (p.line or 0, p.key))
         count = len(self.problems)
         head = f"{count} problem{'s' if count > 1 else ''} in the scene"

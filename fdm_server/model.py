@@ -1,4 +1,4 @@
-"""Model: all that stays the same while steps are taken. State: all that changes, and exactly a checkpoint."""
+"""Model: everything that is constant while steps are taken. State: everything that changes; a checkpoint is exactly State."""
 
 from dataclasses import dataclass, field
 from functools import cache
@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from coupler_protocol.compiled import threads
 from fdm_server.effects import Law, law_from
-from fdm_server.effects.combined_damping import PREVIOUS_FORCE
-from fdm_server.effects.plastic_state import PLASTIC
-from fdm_server.effects.softening import PLASTIC_SHEAR
+from fdm_server.effects.histories import OfLaws
 from fdm_server.mesh.grid import Grid
 from fdm_server.mesh.grid_sides import fixed_components
-from fdm_server.step.blocks import LANES, Gather, Geometry, build_gather, build_geometry, new_history, to_blocks
+from fdm_server.step.blocks import LANES, Gather, Geometry, build_gather, build_geometry, to_blocks
 from fdm_server.step.forces import CORNER_ROWS
+from fdm_server.step.histories import GRIDPOINT, NEITHER, ZONE, reset_histories
 from fdm_server.step.masses import static_masses, weight_masses
 from fdm_server.step.safety import check_zones
 from fdm_server.step.stress import STRESS_ROWS
@@ -24,17 +23,17 @@ from fdm_server.step.thread_parts import Partition, build_partition
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """The continuum: N gridpoints, of whose Z zones A are active, in B blocks."""
+    """The continuum: N gridpoints, Z zones of which A are active, in B blocks."""
 
     grid: Grid
     zone: NDArray[np.int64]  # (A,) active zones of the grid, in the order of the blocks
     geometry: Geometry
-    start: NDArray[np.uint32]  # (N+1,) forces on gridpoint n stand at place[start[n]:start[n + 1]]
+    start: NDArray[np.uint32]  # (N+1,) forces on gridpoint n are at place[start[n]:start[n + 1]]
     place: NDArray[np.uint32]  # (M,)
-    partition: Partition  # how threads share a step
+    partition: Partition  # distribution of a step among threads
     mass: NDArray[np.float64]  # (N,) [kg] scaled for a step of 1
-    weight_mass: NDArray[np.float64]  # (N,) [kg] real, what gravity acts on
-    fixed: NDArray[np.bool_]  # (N,2) components held at zero velocity; both where no zone is left
+    weight_mass: NDArray[np.float64]  # (N,) [kg] real, for gravity
+    fixed: NDArray[np.bool_]  # (N,2) components held at zero velocity; both for gridpoints without zones
     density: NDArray[np.float64]  # (materials,) [kg/m3]
     material_law: Law  # parameters by material
     pattern: NDArray[np.int64]  # (B,) row of the parameters of a block; blocks of the same materials share it
@@ -48,7 +47,7 @@ class Model:
 
     @property
     def gather(self):
-        """How kernels sum corner forces at gridpoints."""
+        """Gather for the sums of corner forces at gridpoints, for kernels."""
         return Gather(self.partition.order, self.partition.ready, self.start, self.place)
 
     @property
@@ -72,54 +71,48 @@ class Model:
         return moduli(self.material_law)[self.grid.material[self.zone]]
 
 
-ZONE, GRIDPOINT, NEITHER = "zone", "gridpoint", "neither"
+@dataclass(slots=True, kw_only=True)
+class State(OfLaws):
+    """Everything that a step changes, values that may be set between steps (applied, added_mass), and histories of laws (OfLaws).
 
-
-@dataclass(slots=True)
-class State:
-    """What a step changes and what others may set between steps (applied, added_mass).
-
-    Every field says where it lives, by zone (B, 16 R), by gridpoint (N,) or (N,2), or at neither: what removes zones, saves or
-    copies a State goes by that. What laws remember is None where they do not act.
+    The annotation of every field gives its place: zone (B, 16 R), gridpoint (N,) or (N,2), or neither. Functions that remove
+    zones, save or copy a State use these places. Histories of laws that do not act are None.
     """
 
     velocity: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,2) [m/s]
     displacement: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,2) [m]
     force: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,2) [N] of the zones on gridpoints
     applied: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,2) [N] of all others on gridpoints
-    added_mass: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,) [kg] of contact springs hung on gridpoints
+    added_mass: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,) [kg] of contact springs attached to gridpoints
     stress: Annotated[NDArray[np.float64], ZONE]  # (B, 10 rows) [Pa] sm, zz; sd and xy of four triangles
     corner_force: Annotated[NDArray[np.float64], ZONE]  # (B, 8 rows) [N] of zones on their corners
-    plastic: Annotated[NDArray[np.int64] | None, PLASTIC.place] = None  # (B, 1 row)
     mass: Annotated[NDArray[np.float64] | None, GRIDPOINT] = (
-        None  # (N,) [kg] static ones of the present shape; None: small strain
+        None  # (N,) [kg] static masses of the present shape; None: small strain
     )
     mass_age: Annotated[int, NEITHER] = 0  # steps since `mass` was computed
     driven: Annotated[NDArray[np.float64] | None, GRIDPOINT] = None  # (N,2) [m/step] prescribed velocities, 0 where none; or None
     loads: Annotated[dict[str, NDArray[np.float64]], GRIDPOINT] = field(default_factory=dict)  # (N,2) [N] by place, in `applied`
-    plastic_shear: Annotated[NDArray[np.float64] | None, PLASTIC_SHEAR.place] = None  # (B, 1 row)
-    previous_force: Annotated[NDArray[np.float64] | None, PREVIOUS_FORCE.place] = None  # (N,2)
     dt: Annotated[float | None, NEITHER] = None  # [s] step in real time; None: static mode
     memory: Annotated[dict[str, NDArray[np.float64]], ZONE] = field(default_factory=dict)  # (B, 1 row) {history: of added laws}
 
     @property
     def in_real_time(self):
-        """Whether steps take seconds, with real masses; else static mode: a step of 1 with scaled masses, on the way to rest."""
+        """Whether steps are in seconds, with real masses; else static mode: a step of 1 with scaled masses."""
         return self.dt is not None
 
     def history(self, name):
-        """The array that a law remembers under this name."""
+        """Array of the history with this name."""
         return self.memory[name] if name in self.memory else getattr(self, name)
 
 
 @cache
 def places():
-    """Where the fields of State live: {name: "zone", "gridpoint" or "neither"}."""
+    """Places of the fields of State: {name: "zone", "gridpoint" or "neither"}."""
     return {name: place for name, hint in get_type_hints(State, include_extras=True).items() for place in hint.__metadata__}
 
 
 def carried(state, zones):
-    """A State for fewer zones: `zones` takes an array (B, 16 R) of them all to one of those that stay; the rest is copied."""
+    """A State for fewer zones: `zones` maps an array (B, 16 R) of all zones to that of the remaining ones; others are copied."""
     return State(
         **{name: _carried(getattr(state, name), zones if place == ZONE else np.copy) for name, place in places().items()}
     )
@@ -190,17 +183,5 @@ def new_state(model):
         stress=np.zeros((blocks, STRESS_ROWS * LANES)),
         corner_force=np.zeros((blocks, CORNER_ROWS * LANES)),
     )
-    forget(model, state, (ZONE, GRIDPOINT))
+    reset_histories(model, state, (ZONE, GRIDPOINT))
     return state
-
-
-def forget(model, state, where=(ZONE,)):
-    """Set what the model's laws remember at these places to zero, and what laws that do not act remembered to None."""
-    points, blocks = len(model.grid.xy), len(model.geometry.corner)
-    acting = model.law.histories
-    own = places()
-    for history in (PLASTIC, PLASTIC_SHEAR, PREVIOUS_FORCE):
-        if history.place in where:
-            setattr(state, history.name, new_history(history, points, blocks) if history.name in acting else None)
-    if ZONE in where:
-        state.memory = {name: new_history(h, points, blocks) for name, h in acting.items() if name not in own}

@@ -1,17 +1,20 @@
-"""`colluvium check`: what a scene will compute and what it will not, without computing it but for a stage of kind locate."""
+"""`colluvium check`: description of the computation of a scene, its effects that act and those that do not."""
+
+from typing import Any
 
 import numpy as np
 
 from coupler_protocol.files import disc_csv
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from coupler_protocol.scene.rules.between_tables import doubts
 from coupler_protocol.scene.scene import declared_effects
-from coupler_protocol.scene.schedule import beginning, large_strain, plan
+from coupler_protocol.scene.schedule import large_strain, new_boundaries, plan
 from coupler_protocol.scene.tables.grading import grading_of
+from coupler_protocol.scene.tables.stages import is_real
 
 
-def effects(scene):
-    """Every installed effect: {"effect", "summary", "acts", "where"}; `where` names the tables that switch it on."""
+def effects(scene: Any) -> list[dict[str, Any]]:
+    """Rows of all installed effects: {"effect", "summary", "acts", "where"}; `where`: names of the tables that switch it on."""
     rows = []
     for place, cls in declared_effects().items():
         where = list(_tables(scene, place))
@@ -20,8 +23,8 @@ def effects(scene):
     return rows
 
 
-def _tables(scene, place):
-    """Names of the scene's tables that hold the effect declared for `place`."""
+def _tables(scene: Any, place: str) -> list[str]:
+    """Yields names of the scene's tables with the effect that is declared for `place`."""
     parent, _, key = place.rpartition(".")
     if not parent:
         holders = [("scene", scene)]
@@ -36,8 +39,8 @@ def _tables(scene, place):
     return [name for name, holder in holders if holder is not None and getattr(holder, key, None) is not None]
 
 
-def sizes(scene):
-    """Counts that follow from the scene alone."""
+def sizes(scene: Any) -> dict[str, Any]:
+    """Numbers of zones, gridpoints, segments and discs, and sizes of windows, that follow from the scene alone."""
     if scene.grid is None:
         return {"windows": [], "stones": scene.stones.model_dump(mode="json") if scene.stones else None}
     from fdm_server.mesh.grid import build_grid
@@ -57,7 +60,7 @@ def sizes(scene):
     return {**counts, "windows": windows, "stones": stones}
 
 
-def _stones_in_words(stones):
+def _stones_as_text(stones: dict[str, Any]) -> str:
     if stones["file"]:
         return f"stones: as mapped in {stones['file']}, each a {stones['body']}; beyond a window: {stones['outside']}"
     words = f"stones: {100 * stones['content']:g} % of each window, each a {stones['body']}"
@@ -65,18 +68,18 @@ def _stones_in_words(stones):
     return words + (f", shaped as in {stones['shapes']}" if stones["shapes"] else "")
 
 
-def stages(scene):
-    """The procedure as it will run."""
+def stages(scene: Any) -> list[dict[str, Any]]:
+    """Rows of all stages: name, kind, gravity, end and boundaries."""
     return [
         {"name": s.name, "kind": s.kind, "gravity": leg.gravity, "factor": [leg.start, leg.end], "over": leg.over}
         | {"until": s.until.model_dump(exclude_none=True) if s.until else {}, "discard": s.discard}
-        | {"time": s.time, "large_strain": large_strain(scene, s), "sides": [b.summary for b in beginning(scene, i)]}
+        | {"time": s.time, "large_strain": large_strain(scene, s), "sides": [b.summary for b in new_boundaries(scene, i)]}
         for i, (s, leg) in enumerate(zip(scene.stage, plan(scene), strict=True))
     ]
 
 
-def file_of_discs(scene):
-    """How many discs the scene's file holds, {} without one; raises SceneError where it cannot be read."""
+def file_of_discs(scene: Any) -> dict[str, Any]:
+    """Numbers of discs and stones in the scene's file, {} without a file; raises SceneError if it cannot be read."""
     if scene.discs is None or scene.discs.file is None:
         return {}
     found = disc_csv.read(scene.discs.file)
@@ -84,17 +87,17 @@ def file_of_discs(scene):
     return {"file": {"path": scene.discs.file, "discs": len(found.radius), "stones": stones}}
 
 
-def answer(scene):
+def describe(scene: Any) -> dict[str, Any]:
     """All of the above in one dictionary."""
     found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
     found |= {"effects": effects(scene), "stages": stages(scene)}
     return found | {"doubts": [{"what": what, "remedy": remedy} for _, what, remedy in doubts(scene)]}
 
 
-def print_answer(found, console):
-    """Print the answer for a person; `found["locate"]`, `found["limits"]`: of those modules, where asked for."""
+def print_description(found: dict[str, Any], console: Any) -> None:
+    """Prints a description; `found["locate"]`, `found["limits"]`: results of these modules, if they were computed."""
     from colluvium.forecast import step_limits
-    from colluvium.forecast.locate import in_words
+    from colluvium.forecast.locate import as_text
 
     console.print(f"{found['title'] or 'scene'}: no problems found")
     if "zones" in found:
@@ -114,7 +117,7 @@ def print_answer(found, console):
         of_stones = f" in {file['path']}, {file['stones']} stones" if file["stones"] else f" in {file['path']}"
         console.print(f"{file['discs']} discs{of_stones}", markup=False)
     if found["stones"]:
-        console.print(_stones_in_words(found["stones"]), markup=False)
+        console.print(_stones_as_text(found["stones"]), markup=False)
     console.print("effects that act:")
     for row in found["effects"]:
         if row["acts"]:
@@ -127,13 +130,13 @@ def print_answer(found, console):
     for s in found["stages"]:
         until = ", ".join(f"{k} {v}" if isinstance(v, str) else f"{k} {v:g}" for k, v in s["until"].items())
         ramp = f"{s['factor'][0]:g} to {s['factor'][1]:g} g over {s['over']} steps" if s["over"] else f"{s['factor'][1]:g} g"
-        more = (", real time" if s["time"] == "real" else "") + (", large strain" if s["large_strain"] else "")
+        more = (", real time" if is_real(s["time"]) else "") + (", large strain" if s["large_strain"] else "")
         more += f", until {until}" if until else ""
         ramp = ramp if s["gravity"] else "no gravity"
         console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}{more}", markup=False)
         if s["sides"]:
             console.print(f"    sides from here on: {', '.join(s['sides'])}", markup=False)
-    for sentence in in_words(found["locate"]) if found.get("locate") else ():
+    for sentence in as_text(found["locate"]) if found.get("locate") else ():
         console.print(sentence, markup=False)
     for sentence in step_limits.sentences(found["limits"]) if "limits" in found else ():
         console.print(sentence, markup=False)

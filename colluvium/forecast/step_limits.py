@@ -1,26 +1,32 @@
-"""How long a coupled step may be, of a scene before it is computed and of the ends of a run's stages.
+"""Limits of a coupled step, for a scene before it is computed and at the ends of a run's stages.
 
-Before: the grid is that of the scene with its windows open, at rest; the windows are packed as a run packs them, bonded, their
-stones stiff and whole, at the pressure of the packing. A run brings them to the slope's stress first, which closes and opens
-some contacts; at the end of each coupled stage it says its own safe limits. The exact limit needs both sides in one process:
-after the run it comes from the States they saved.
+Before a run, the grid is that of the scene with its windows open, at rest. The windows are packed as in a run, bonded, with stiff
+rigid or bonded stones, at the pressure of the packing. A run brings them to the slope's stress first, which closes and opens some
+contacts; at the end of each coupled stage it reports its safe limits. The exact limit needs both sides in one process: after a
+run it is computed from the saved States.
 """
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from coupler_protocol.criteria.stable_step import in_words
+from coupler_protocol.criteria.stable_step import Limit, as_text
+from coupler_protocol.scene.stage_kinds import coupled
+
+if TYPE_CHECKING:
+    from colluvium.forecast.linearised_step import Window
 
 
-def concerned(scene):
+def couples_discs(scene: Any) -> bool:
     """Whether the scene couples a grid with discs."""
-    return scene.grid is not None and any(stage.kind == "couple" for stage in scene.stage)
+    return scene.grid is not None and bool(coupled(scene.stage))
 
 
-def answer(scene, exact=False, note=None):
-    """Limits (criteria.stable_step.limit) by "grid", "interface", "discs"; exact: the limit of all together, too."""
+def limits_of_scene(scene: Any, exact: bool = False, note: Callable[..., None] | None = None) -> dict[str, Limit]:
+    """Limits (criteria.stable_step.limit) by "grid", "interface", "discs"; exact: also the limit of all together."""
     from colluvium.forecast import linearised_step
     from dem_server.observe.stable_limit import safe_limit
     from fdm_server.observe.stable_limit import safe_limits
@@ -35,7 +41,7 @@ def answer(scene, exact=False, note=None):
     return found
 
 
-def open_model(scene, note=None):
+def open_model(scene: Any, note: Callable[..., None] | None = None) -> tuple[Any, Any, list["Window"]]:
     """Model and State of the grid with its windows open, and its windows (colluvium.forecast.linearised_step.Window) filled."""
     from colluvium.forecast.linearised_step import Window
     from dem_server.insitu.takeover import take_over
@@ -62,10 +68,10 @@ def open_model(scene, note=None):
     return model, state, windows
 
 
-def exact_of_run(scene, folder):
-    """Exact limits at the ends of the coupled stages of the run in `folder`, by the stage's name, where States were saved.
+def exact_of_run(scene: Any, folder: str | Path) -> dict[str, Limit]:
+    """Exact limits {name of the stage: limit} at the ends of coupled stages of the run in `folder` with saved States.
 
-    They are those of one leap-frog, which sub-steps of the discs (dem_server/step/clock.py) are not.
+    They are for one leap-frog, so stages with sub-steps of the discs (dem_server/step/clock.py) are left out.
     """
     from colluvium.forecast import linearised_step
     from coupler_protocol.files import restart
@@ -80,8 +86,8 @@ def exact_of_run(scene, folder):
     return found
 
 
-def saved_model(scene, index, paths):
-    """What `open_model` returns, as the checkpoints `paths` (grid, then windows) of the stage with number `index` have it."""
+def saved_model(scene: Any, index: int, paths: Sequence[Path]) -> tuple[Any, Any, list["Window"]]:
+    """Result of `open_model` from the checkpoints `paths` (grid, then windows) of the stage with number `index`."""
     from colluvium.forecast.linearised_step import Window
     from coupler_protocol.files import checkpoint
     from coupler_protocol.interface.ring import build_ring
@@ -105,9 +111,9 @@ def saved_model(scene, index, paths):
     return model, saved.grid, windows
 
 
-def sentences(found):
-    """The limits in words."""
-    named = ", ".join(f"{name} {in_words(found[name])}" for name in ("grid", "interface", "discs"))
+def sentences(found: dict[str, Limit]) -> Iterator[str]:
+    """Yields sentences with the limits."""
+    named = ", ".join(f"{name} {as_text(found[name])}" for name in ("grid", "interface", "discs"))
     yield f"step limits as multiples of the step in use; safe: {named}"
     if "exact" in found:
-        yield f"exact step limit as a multiple of the step in use: {in_words(found['exact'])}"
+        yield f"exact step limit as a multiple of the step in use: {as_text(found['exact'])}"

@@ -4,12 +4,11 @@
     porosity = 1 - (1/A) (sum area of disc and region - sum overlaps of two discs)    (2)
 
 F: force on the second body of a contact, l: branch between the centroids of both bodies, w: share of l inside; walls count for
-discs whose centre is inside. At rest the mean over everything between smooth walls is exactly their force over their length, with
-friction and rigid stones as without, because no force is left over at any centroid. Overlaps in (2), within a stone too, count
-where the middle between both centres is inside; where three discs overlap in one place (2) counts it once too little. A stone
-is its discs in (2), with gaps between them, or its polygon, as its mass is. Where there is no disc there is no mean stress: NaN.
-Sources: Weber (1966), Bull. Liaison Ponts et Chaussees 20; Christoffersen, Mehrabadi & Nemat-Nasser (1981), J. Appl. Mech. 48,
-339-344.
+discs whose centre is inside. At rest the mean over everything between smooth walls is exactly their force over their length, also
+with friction and rigid stones, because the forces at every centroid balance. Overlaps in (2), also within a stone, count if the
+middle between both centres is inside; an area where three discs overlap is counted once too little. In (2), a stone is either its
+discs, with gaps between them, or its polygon, which is its mass. A region without discs has no mean stress: NaN. Sources: Weber
+(1966), Bull. Liaison Ponts et Chaussees 20; Christoffersen, Mehrabadi & Nemat-Nasser (1981), J. Appl. Mech. 48, 339-344.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -48,14 +47,14 @@ def average_stress(discs: "Fields", contacts: "Fields", region: Any) -> np.ndarr
 
 
 def discs_inside(discs: "Fields", region: Any) -> int:
-    """Number of discs that reach into a region: those that its means are made of."""
+    """Number of discs that share area with a region."""
     return int(np.count_nonzero(_areas_inside(discs, *_region(region)) > ROUNDING * discs.radius**2))
 
 
 def porosity(discs: "Fields", region: Any, stones: list[np.ndarray] | None = None) -> float:
-    """Void share of a region, Eq (2), exact for circles and polygons of any shape but for overlaps on its edge.
+    """Porosity of a region [-], Eq (2), exact for circles and polygons of any shape except for overlaps on its edge.
 
-    stones: polygons (V, 2) of the stones [m]; a stone is then its polygon in place of its discs, without gaps inside.
+    stones: polygons (V, 2) of the stones [m]; if given, each stone with discs is its polygon in place of its discs.
     """
     circle, shape = _region(region)
     solid, xy, radius, polygons = _areas_inside(discs, circle, shape), discs.xy, discs.radius, 0.0
@@ -82,7 +81,7 @@ def _areas_inside(discs: "Fields", circle: np.ndarray | None, shape: Any) -> np.
 
 
 def _stone_inside(shape: Any, xy: np.ndarray, radius: np.ndarray) -> float:
-    """Area [m2] of the part of a stone inside a region, less what discs of the soil share with it."""
+    """Area [m2] of a stone's part inside a region, minus the area that it shares with discs of the soil."""
     total = 0.0
     for part in getattr(shape, "geoms", [shape]):
         if part.area > 0.0:
@@ -103,12 +102,12 @@ def contact_forces(discs: "Fields", contacts: "Fields") -> np.ndarray:
 
 
 def disc_in_circle(xy: np.ndarray, radius: np.ndarray, circle: float) -> np.ndarray:
-    """Area (n,) that discs share with the circle of radius `circle` about the origin."""
+    """Area (n,) [m2] that discs share with the circle of radius `circle` [m] around the origin."""
     return lens(np.hypot(*xy.T), radius, np.full(len(xy), circle))
 
 
 def lens(d: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Area (n,) that circles of radii r and s share at the distance d of their centres."""
+    """Area (n,) [m2] that circles of radii r and s share at the distance d [m] of their centres."""
     area = np.where(d < r + s, np.pi * np.minimum(r, s) ** 2, 0.0)
     cut = (d < r + s) & (d > np.abs(r - s))
     d, r, s = d[cut], r[cut], s[cut]
@@ -119,7 +118,7 @@ def lens(d: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
 
 
 def _region(region: Any) -> tuple[np.ndarray | None, shapely.Polygon | None]:
-    """The circle (3,) or None, and the polygon, counter-clockwise, or None."""
+    """Circle (3,) or None, and polygon, counter-clockwise, or None; raises ValueError for other regions."""
     values = np.asarray(region, dtype=float)
     if values.shape == (3,) and values[2] > 0.0:
         return values, None

@@ -1,39 +1,53 @@
-"""The whole coupled run in one process: the same two sides in threads, joined by queues instead of TCP.
+"""The whole coupled run in one process: the same two sides in threads, connected by queues instead of TCP.
 
-Results are bit-identical to those of separate processes; a debugger sees both sides at once.
+Results are bit-identical to those of separate processes; a debugger has access to both sides.
 """
 
 import threading
 from pathlib import Path
+from typing import Any
 
 from coupler_protocol.exits import OURSELVES, PeerLost, RunEnded
+from coupler_protocol.files.restart import Origin
 from coupler_protocol.files.run_json import name_the_cause
 from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.process.plugin import Plugin
 from coupler_protocol.process.progress import Progress
+from coupler_protocol.process.server import RunContext
 from coupler_protocol.wire.link_inproc import transports
 
 
-def run(scene, out, stop=None, report="none", origin=None, plugin=None):
-    """Compute `scene` into the folder `out` (which exists), from the stage end `origin` on. `report`: form of the progress.
+def run(
+    scene: Any,
+    out: str | Path,
+    stop: StopRequest | None = None,
+    report: Any = "none",
+    origin: Origin | None = None,
+    plugin: Plugin | None = None,
+) -> None:
+    """Computes `scene` into the existing folder `out`, from the stage end `origin` on. `report`: form of the progress.
 
     plugin: a coupler_protocol.process.plugin.Plugin that both sides call, or None.
-
-    Raises what ended the run, a RunEnded of coupler_protocol.exits as a rule.
+    Raises the exception that ended the run, usually a RunEnded of coupler_protocol.exits.
     """
+    stop = stop or StopRequest()
+
+    def context(rank: int) -> RunContext:
+        return RunContext(Path(out), Progress(rank, report), stop, origin, plugin)
+
     if scene.grid is None:
         from dem_server.procedure import discs_alone
 
-        return discs_alone.compute(scene, out, Progress(1, report), stop or StopRequest(), origin, plugin)
+        return discs_alone.compute(scene, context(1))
     from dem_server.__main__ import compute as compute_discs
     from fdm_server.__main__ import compute as compute_grid
 
-    stop = stop or StopRequest()
     hub, ends = transports(len(scene.window))
-    failures = {}
+    failures: dict[int, BaseException] = {}
 
-    def discs(rank, transport):
+    def discs(rank: int, transport: Any) -> None:
         try:
-            compute_discs(scene, rank, transport, out, Progress(rank, report), stop, origin, plugin)
+            compute_discs(scene, rank, transport, context(rank))
         except BaseException as error:
             failures[rank] = error
         finally:
@@ -43,7 +57,7 @@ def run(scene, out, stop=None, report="none", origin=None, plugin=None):
     for thread in threads:
         thread.start()
     try:
-        compute_grid(scene, hub, out, Progress(0, report), stop, origin, plugin)
+        compute_grid(scene, hub, context(0))
     except BaseException as error:
         failures[0] = error
     finally:
@@ -56,7 +70,7 @@ def run(scene, out, stop=None, report="none", origin=None, plugin=None):
         raise cause
 
 
-def _first_cause(failures):
-    """The failure that is not merely the echo of another side's."""
+def _first_cause(failures: dict[int, BaseException]) -> BaseException:
+    """The failure that is not a consequence of another side's failure."""
     causes = [error for error in failures.values() if not isinstance(error, PeerLost)] or list(failures.values())
     return next((error for error in causes if not isinstance(error, RunEnded)), causes[0])

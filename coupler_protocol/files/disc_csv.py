@@ -1,20 +1,21 @@
-"""CSV files of discs: one disc a line under a head line of column names.
+"""CSV files of discs: one disc a line below a header of column names.
 
-x, y, radius [m] must be there. vx, vy [m/s], spin [rad/s] are motion for stages in real time. material is soil or stone; discs of
-one number in the column `stone` are one stone, -1 or nothing stands for soil. Numbers are written so that they are read with the
-same bits.
+x, y, radius [m] are required. vx, vy [m/s], spin [rad/s] are motion for stages in real time. material is soil or stone; discs of
+one number in the column `stone` are one stone, -1 or an empty entry means soil. Numbers are written so that they are read with
+the same bits.
 """
 
 import csv
+from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
-from typing import NamedTuple
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 
 from coupler_protocol.problems import Problem, SceneError, unfit
 
-PLACE = ("x", "y", "radius")  # columns that must be there
+PLACE = ("x", "y", "radius")  # required columns
 MOTION = ("vx", "vy", "spin")
 MATERIALS = ("soil", "stone")
 COLUMNS = (*PLACE, *MOTION, "material", "stone")
@@ -30,20 +31,20 @@ class DiscFile(NamedTuple):
     stone: np.ndarray | None
 
 
-def read(path, key="discs.file"):
-    """The DiscFile at `path`; raises SceneError that names lines and columns."""
+def read(path: str | Path, key: str = "discs.file") -> DiscFile:
+    """Reads the DiscFile at `path`; raises SceneError with the lines and columns that are wrong."""
     path = Path(path)
     if not path.is_file():
         raise unfit(key, f"there is no file {path}", "paths are relative to the working directory")
     try:
-        with open(path, encoding="utf-8-sig", newline="") as file:  # as spreadsheets write it, too
+        with open(path, encoding="utf-8-sig", newline="") as file:  # also with the mark that spreadsheets write
             rows = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if row]
     except (UnicodeDecodeError, csv.Error) as error:
         raise unfit(key, f"{path} is not a CSV table: {error}", f"columns: {', '.join(COLUMNS)}") from None
     head = [name.strip() for name in rows[0][1]] if rows else []
     _check_head(path, key, head)
     wrong = []
-    table: dict[str, list[float]] = {name: [] for name in head}
+    table: dict[str, list[str | float]] = {name: [] for name in head}
     for number, row in rows[1:]:
         try:
             if len(row) != len(head):
@@ -60,7 +61,7 @@ def read(path, key="discs.file"):
     return _discs(path, key, table)
 
 
-def _check_head(path, key, head):
+def _check_head(path: str | Path, key: str, head: Sequence[str]) -> None:
     if len(head) == 1 and ";" in head[0]:
         raise unfit(key, f"{path}: columns are parted by semicolons", "part them by commas, with points in numbers")
     missing = [name for name in PLACE if name not in head]
@@ -71,8 +72,8 @@ def _check_head(path, key, head):
             raise unfit(key, f"{path}: column {names[0]!r} is {what}", f"columns: {', '.join(COLUMNS)}")
 
 
-def _value(name, text):
-    """The value of one entry; raises ValueError in words."""
+def _value(name: str, text: str) -> str | float:
+    """Value of one entry; raises ValueError with the reason."""
     if name == "material":
         if text not in MATERIALS:
             raise ValueError(f"material {text!r} is not known: soil or stone")
@@ -92,7 +93,7 @@ def _value(name, text):
     return value
 
 
-def _discs(path, key, table):
+def _discs(path: str | Path, key: str, table: dict[str, Any]) -> DiscFile:
     radius = np.array(table["radius"])
     motion = np.column_stack([np.array(table.get(name, np.zeros(len(radius)))) for name in MOTION])
     stone = np.array(table["stone"], dtype=np.int64) if "stone" in table else None
@@ -109,8 +110,10 @@ def _discs(path, key, table):
     return DiscFile(np.column_stack([table["x"], table["y"]]), radius, motion, stone)
 
 
-def write(file, xy, radius, stone=None, motion=None):
-    """Write discs to an open text file, as `read` reads them; stone (n,): numbers or -1, motion (n, 3)."""
+def write(
+    file: IO[str], xy: np.ndarray, radius: np.ndarray, stone: np.ndarray | None = None, motion: np.ndarray | None = None
+) -> None:
+    """Writes discs to an open text file, as `read` reads them; stone (n,): numbers or -1, motion (n, 3)."""
     out = csv.writer(file, lineterminator="\n")
     out.writerow([*PLACE, *(MOTION if motion is not None else ()), "material", "stone"])
     number = np.full(len(radius), -1) if stone is None else np.asarray(stone)

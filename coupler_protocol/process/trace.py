@@ -1,4 +1,4 @@
-"""Where the wall time of a process goes: seconds of every stage, and a trace of its first steps, one row an interval.
+"""Wall time of a process: seconds of every stage, and a trace of its first steps with one row for each interval.
 
 A process computes, waits for the other side, or records. `NAME.trace.csv` in the run directory has the columns
 
@@ -7,20 +7,22 @@ A process computes, waits for the other side, or records. `NAME.trace.csv` in th
     activity  computing, waiting or recording
     begin, end  [s] of time.perf_counter
 
-Intervals follow one another without gaps within a step. Linux and macOS count perf_counter from the machine's start for all
-processes, so files of processes of one machine have one time; of two machines they do not.
+Intervals follow one another without gaps within a step. On Linux and macOS perf_counter counts from the machine's start for all
+processes, so files of one machine have the same time axis; files of two machines do not.
 """
 
 import csv
 import time
 from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
 
 COLUMNS = ("stage", "step", "activity", "begin", "end")
 
 
 @dataclass
 class StageTimes:
-    """Seconds of one stage on one side; `steps` are those of the stage."""
+    """Seconds of one stage on one side; `steps`: of the stage."""
 
     name: str
     steps: int = 0
@@ -28,7 +30,7 @@ class StageTimes:
     waiting: float = 0.0
     recording: float = 0.0
 
-    def as_dict(self):
+    def as_dict(self) -> dict[str, Any]:
         """Plain data for run.json."""
         return asdict(self)
 
@@ -36,17 +38,17 @@ class StageTimes:
 class Stopwatch:
     """Adds the time since the last call to one of a stage's columns."""
 
-    def __init__(self):
-        self.stages = []
+    def __init__(self) -> None:
+        self.stages: list[StageTimes] = []
         self._last = time.perf_counter()
 
-    def begin(self, name):
-        """Start a stage."""
+    def begin(self, name: str) -> None:
+        """Starts a stage."""
         self.stages.append(StageTimes(name))
         self._last = time.perf_counter()
 
-    def to(self, column):
-        """Book the time since the last booking under `column` of the present stage."""
+    def add_to(self, column: str) -> None:
+        """Books the time since the last booking under `column` of the present stage."""
         now = time.perf_counter()
         stage = self.stages[-1]
         setattr(stage, column, getattr(stage, column) + now - self._last)
@@ -54,36 +56,37 @@ class Stopwatch:
 
 
 class Trace(Stopwatch):
-    """A Stopwatch that keeps the intervals it books in the first `steps` steps of every stage."""
+    """A Stopwatch that stores its intervals in the first `steps` steps of every stage."""
 
-    def __init__(self, steps):
+    def __init__(self, steps: int) -> None:
         super().__init__()
-        self.steps, self.rows = steps, []
+        self.steps = steps
+        self.rows: list[tuple[Any, ...]] = []
         self._done = 0  # steps of the stage that were done when the present one began
 
-    def begin(self, name):
-        """Start a stage."""
+    def begin(self, name: str) -> None:
+        """Starts a stage."""
         super().begin(name)
         self._done = 0
 
-    def to(self, column):
-        """Book the time since the last booking, and keep when that was. With its recording a step is over."""
+    def add_to(self, column: str) -> None:
+        """Books the time since the last booking, and stores the interval. A step ends with its booking under recording."""
         begin = self._last
-        super().to(column)
+        super().add_to(column)
         stage = self.stages[-1]
         if self._done < self.steps:
             self.rows.append((stage.name, stage.steps, column, begin, self._last))
         if column == "recording":
             self._done = stage.steps
 
-    def write(self, path):
-        """Write the file."""
+    def write(self, path: str | Path) -> None:
+        """Writes the file."""
         with open(path, "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(COLUMNS)
             writer.writerows((*row[:3], *(f"{moment:.9f}" for moment in row[3:])) for row in self.rows)
 
 
-def stopwatch(steps):
-    """A Stopwatch; with `steps` (None: no trace) one that keeps intervals."""
+def stopwatch(steps: int | None) -> Stopwatch:
+    """A Stopwatch, or with `steps` (None: no trace) a Trace."""
     return Stopwatch() if steps is None else Trace(steps)

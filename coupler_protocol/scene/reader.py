@@ -1,27 +1,29 @@
-"""From a TOML file to a scene, or to the list of all that is wrong with it."""
+"""Reader of TOML files: a scene, or the list of all its problems."""
 
 import difflib
 import json
 import re
 import tomllib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.scene import scene_class
-from coupler_protocol.scene.toml_lines import line_of, locate
+from coupler_protocol.scene.toml_lines import KeyPath, line_of, locate
 
-FROM_SET = 0  # stands for a line where the command line gave the value
+Lines = Mapping[KeyPath, int]  # line of each key
+
+FROM_SET = 0  # in place of a line, for values from the command line
 
 
-def read_scene(path, overrides=()):
-    """Read the scene at `path`, TOML or the resolved scene.json of a run; `overrides` are KEY=VALUE texts ("seed=2").
+def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Any:
+    """Reads the scene at `path`, TOML or the resolved scene.json of a run; `overrides` are KEY=VALUE texts ("seed=2").
 
-    Raises SceneError with every problem found: file, line, key, reason, remedy. Raises OSError where the file is there and
-    cannot be read.
+    Raises SceneError with all problems: file, line, key, reason, remedy. Raises OSError if the file exists but cannot be read.
     """
     path = Path(path)
     try:
@@ -47,8 +49,8 @@ def read_scene(path, overrides=()):
     return build_scene(data, str(path), lines)
 
 
-def build_scene(data, file="scene", lines=None):
-    """Make a scene from plain data (nested dictionaries and lists); raises SceneError."""
+def build_scene(data: Mapping[str, Any], file: str = "scene", lines: Lines | None = None) -> Any:
+    """Makes a scene from plain data (nested dictionaries and lists); raises SceneError."""
     lines = lines or {}
     try:
         scene = scene_class().model_validate(data)
@@ -60,27 +62,27 @@ def build_scene(data, file="scene", lines=None):
     return scene
 
 
-def _place(file, lines, path) -> tuple[str, int | None]:
-    """File and line of a key, or where else its value came from."""
+def _place(file: str, lines: Lines, path: KeyPath) -> tuple[str, int | None]:
+    """File and line of a key, or the other source of its value."""
     line = line_of(lines, path)
     return ("--set", None) if line == FROM_SET else (file, line)
 
 
-def _dotted(path):
+def _dotted(path: KeyPath) -> str:
     text = ""
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
     return text
 
 
-def _syntax_problem(path, error):
+def _syntax_problem(path: str | Path, error: tomllib.TOMLDecodeError) -> Problem:
     words = str(error)
     line = words.partition("(at line ")[2].partition(",")[0]
     return Problem(str(path), int(line) if line.isdigit() else None, "", f"not valid TOML: {words}", "see https://toml.io")
 
 
-def _problem(error, file, lines):
-    """One of pydantic's errors in our words."""
+def _problem(error: Any, file: str, lines: Lines) -> Problem:
+    """Problem of one of pydantic's errors, with our reason and remedy."""
     path, kind = tuple(error["loc"]), error["type"]
     reason, remedy = error["msg"], ""
     if kind == "extra_forbidden":
@@ -105,8 +107,8 @@ def _problem(error, file, lines):
     return Problem(*_place(file, lines, path), _dotted(path), reason, remedy)
 
 
-def _model_at(path):
-    """The table class that holds the last key of `path`, or None."""
+def _model_at(path: KeyPath) -> Any:
+    """Table class that contains the last key of `path`, or None."""
     model = scene_class()
     for part in path:
         if isinstance(part, int):
@@ -116,19 +118,19 @@ def _model_at(path):
     return model
 
 
-def _table_in(annotation):
+def _table_in(annotation: Any) -> Any:
     """The table class inside list[...], Optional[...] or Annotated[...], or None."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     return next((t for t in map(_table_in, get_args(annotation)) if t), None)
 
 
-def _keys_at(path):
+def _keys_at(path: KeyPath) -> list[str]:
     model = _model_at(path)
     return list(model.model_fields) if model else []
 
 
-def _meaning(path):
+def _meaning(path: KeyPath) -> str:
     """Unit and meaning of a key, as declared."""
     path = tuple(path)
     while path and isinstance(path[-1], int):
@@ -141,8 +143,8 @@ def _meaning(path):
     return f"{path[-1]} [{unit}]: {field.description}"
 
 
-def _override(data, text, lines):
-    """Put one KEY=VALUE into `data`; items of a list go by their number or their name; returns problems."""
+def _override(data: dict[str, Any], text: str, lines: dict[KeyPath, int]) -> list[Problem]:
+    """Sets one KEY=VALUE in `data`; items of a list have their number or their name as key. Returns problems."""
     key, equals, value = text.partition("=")
     path = tuple(int(p) if p.isdecimal() else p for p in key.strip().split("."))
     if not equals or not key.strip():
@@ -151,7 +153,8 @@ def _override(data, text, lines):
         value = tomllib.loads(f"v = {value}")["v"]
     except tomllib.TOMLDecodeError:
         value = value.strip()
-    place, way = data, []
+    place: Any = data
+    way: list[Any] = []
     for part in path:
         way.append(_numbered(place, part))
         try:
@@ -165,7 +168,7 @@ def _override(data, text, lines):
     return []
 
 
-def _numbered(place, part):
-    """The number of the item that is called `part`, where `place` is a list that has one; else `part`."""
+def _numbered(place: Any, part: str | int) -> Any:
+    """Number of the item with the name `part` if `place` is a list with such an item; else `part`."""
     names = [item.get("name") if isinstance(item, dict) else None for item in place] if isinstance(place, list) else []
     return names.index(part) if part in names else part

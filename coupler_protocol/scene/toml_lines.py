@@ -1,27 +1,31 @@
-"""Where each key of a TOML text stands, for messages: the standard reader gives values without line numbers."""
+"""Line numbers of the keys of a TOML text, for messages: the standard reader gives values without line numbers."""
 
 import re
+from collections.abc import Mapping
+from typing import Any
+
+KeyPath = tuple[Any, ...]  # names of tables and keys, numbers of list items
 
 _HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]]+?)\s*\]")
 _KEY = re.compile(r"^\s*((?:[A-Za-z0-9_\-]+|\"[^\"]*\")(?:\s*\.\s*(?:[A-Za-z0-9_\-]+|\"[^\"]*\"))*)\s*=")
 _TEXT = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|#.*$")
-# All texts and comments; those of several lines matter, the others keep their quotation marks from being mistaken for them.
+# All texts and comments: texts of several lines are needed, the others so that their quotation marks are not misread.
 _LONG_TEXT = re.compile(r"\"\"\"(?:[^\\]|\\.)*?\"{3,5}|'''.*?'{3,5}|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'|#[^\n]*", re.DOTALL)
 
 
-def _only_line_ends(found):
-    """Texts of several lines lose their content; all others stay as they are."""
+def _only_line_ends(found: re.Match[str]) -> str:
+    """Replacement of a text: a text of several lines without its content; others unchanged."""
     return '""' + "\n" * found[0].count("\n") if "\n" in found[0] else found[0]
 
 
-def _parts(dotted):
+def _parts(dotted: str) -> KeyPath:
     return tuple(part.strip().strip('"') for part in dotted.split("."))
 
 
-def locate(text):
+def locate(text: str) -> dict[KeyPath, int]:
     """Line number (from 1) of every table and key, by its path: ("material", 0, "density") -> 12.
 
-    Keys inside inline tables and arrays have no entry of their own; ask `line_of`, which falls back to what encloses them.
+    Keys inside inline tables and arrays have no entry; `line_of` returns the line of the enclosing key.
     """
     lines: dict[tuple, int] = {}
     counts: dict[tuple, int] = {}
@@ -42,8 +46,8 @@ def locate(text):
     return lines
 
 
-def _with_indices(parts, counts, new_item):
-    """The path of a table header with the list positions TOML leaves implicit put in."""
+def _with_indices(parts: KeyPath, counts: dict[KeyPath, int], new_item: bool) -> KeyPath:
+    """Path of a table header with the list positions that are implicit in TOML."""
     path: tuple = ()
     for place, part in enumerate(parts):
         path += (part,)
@@ -54,8 +58,8 @@ def _with_indices(parts, counts, new_item):
     return path
 
 
-def line_of(lines, path):
-    """Line of `path`, or of the closest thing that encloses it; None where nothing does."""
+def line_of(lines: Mapping[KeyPath, int], path: KeyPath) -> int | None:
+    """Line of `path`, or of the innermost enclosing table or key; None without one."""
     path = tuple(path)
     while path:
         if path in lines:

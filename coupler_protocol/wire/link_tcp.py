@@ -1,11 +1,11 @@
 """Transport over TCP with ZeroMQ: the continuum binds a ROUTER, each discrete process connects a DEALER.
 
-A transport carries frames and knows ranks and nothing of what the frames say:
+A transport transmits frames between ranks, whatever their content:
 
-    send(frame, rank)             give a frame to the peer (dropped while there is none: the conversation sends again)
+    send(frame, rank)             sends a frame to the peer (dropped without a peer: the conversation sends it again)
     receive(seconds)              (sender, frame) or None; the frame is valid until the next call
-    admit(sender, rank)           frames of this sender are from `rank` from now on
-    connected(rank)               whether a peer hangs on the other end, as far as the last frames tell
+    admit(sender, rank)           assigns later frames of this sender to `rank`
+    connected(rank)               whether a peer is connected, according to the last frames
     close()
 
 `link_inproc` has the same for two threads of one process.
@@ -16,29 +16,31 @@ import ipaddress
 import os
 import re
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import zmq
 from zmq.utils.monitor import recv_monitor_message
 
 from coupler_protocol.exits import EnvironmentFailed
-from coupler_protocol.wire.frames import MAX_FRAME
+from coupler_protocol.wire.frames import MAX_FRAME, Buffer
 
 HEARTBEAT, HEARTBEAT_TIMEOUT, LINGER = 1000, 5000, 1000  # ms
-# One message is under way at a time, but ZeroMQ hands the room of delivered ones back in batches and late: with room for 8, a
-# send that must not block finds the queue full now and then, the message is dropped, and the step costs a time-out.
+# One message is under way at a time, but ZeroMQ frees the room of delivered messages late and in batches: with room for 8, a
+# send that must not block sometimes finds the queue full, the message is dropped, and the step costs a time-out.
 HIGH_WATER = 1000
-# A thread that has gone to sleep is woken late, several times a step. So a side that waits stays awake for this long [s], giving
-# the processor to whoever asks for it (ZeroMQ's own thread first of all): a round trip of 170 us became one of 75.
+# A sleeping thread is woken late, several times a step. So a waiting side stays awake for this time [s] and yields the processor
+# to other threads (mainly that of ZeroMQ): this reduced a round trip from 170 to 75 us.
 AWAKE = 5e-4
 MAX_PORT = 65535
 _EVENTS = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED  # no more than needed: a full monitor stops ZeroMQ's thread
 
 
 class _Socket:
-    """What both ends have in common: options, and the buffer frames arrive in."""
+    """Common part of both ends: options, and the buffer for received frames."""
 
-    def __init__(self, kind, endpoint):
+    def __init__(self, kind: int, endpoint: str) -> None:
         self.context = zmq.Context()
         self.socket = self.context.socket(kind)
         s = self.socket
@@ -48,26 +50,26 @@ class _Socket:
         s.ipv6 = "[" in endpoint
         if not os.environ.get("COLLUVIUM_NO_HEARTBEAT"):  # for breakpoints in a debugger
             s.heartbeat_ivl, s.heartbeat_timeout = HEARTBEAT, HEARTBEAT_TIMEOUT
-        # Room for the largest frame, so that none is ever cut off; the system gives memory only to the part that is used.
+        # Room for the largest frame, so that none is truncated; the system allocates memory only for the part that is used.
         self._buffer = np.empty(MAX_FRAME, np.uint8).data
-        self._timeout = None
+        self._timeout: float | None = None
 
-    def _wait(self, seconds):
+    def _wait(self, seconds: float) -> None:
         if seconds != self._timeout:
             self.socket.rcvtimeo = max(1, int(seconds * 1000))
             self._timeout = seconds
 
-    def _stay_awake(self):
-        """Return as soon as a frame is there, or after a moment without one."""
+    def _stay_awake(self) -> None:
+        """Returns as soon as a frame is available, or after a short time without one."""
         until = time.perf_counter() + AWAKE
         while not int(self.socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN and time.perf_counter() < until:
             os.sched_yield()
 
-    def _take(self):
-        """The next frame, in a buffer that is used again."""
+    def _take(self) -> memoryview:
+        """The next frame, in a buffer that is reused."""
         return self._buffer[: self.socket.recv_into(self._buffer)]
 
-    def _open(self, call, endpoint, doing):
+    def _open(self, call: Callable[[str], Any], endpoint: str, doing: str) -> None:
         port = endpoint.rpartition(":")[2]
         try:
             if port.isdecimal() and int(port) > MAX_PORT:  # ZeroMQ would take another one without a word
@@ -77,27 +79,29 @@ class _Socket:
             self.close()
             raise EnvironmentFailed(f"cannot {doing} {endpoint}: {error}") from None
 
-    def close(self):
-        """Close the socket; frames still waiting get a second to leave."""
+    def close(self) -> None:
+        """Closes the socket; waiting frames have one second to be sent."""
         self.socket.close()
         self.context.term()
 
 
 class HubTransport(_Socket):
-    """The continuum's end: listens, and knows each rank by the routing id of the process that claimed it."""
+    """End of the continuum: listens, and has for each rank the routing id of the process that claimed it."""
 
-    def __init__(self, endpoint):
+    def __init__(self, endpoint: str) -> None:
         super().__init__(zmq.ROUTER, endpoint)
         self.socket.router_handover = True
-        self.socket.router_mandatory = True  # a frame for somebody who is gone is an error, not silence
+        self.socket.router_mandatory = True  # a frame for a peer that has gone is an error, not silence
         self._open(self.socket.bind, endpoint, "listen on")
         self.endpoint = self.socket.getsockopt_string(zmq.LAST_ENDPOINT).rstrip("\0")
-        self._route, self._rank, self._gone = {}, {}, set()
+        self._route: dict[int, bytes] = {}
+        self._rank: dict[bytes, int] = {}
+        self._gone: set[Any] = set()
 
-    def send(self, frame, rank):
-        """Send to the process that holds `rank`, or to a sender not admitted yet."""
+    def send(self, frame: Buffer, rank: Any) -> None:
+        """Sends to the process of `rank`, or to a sender that is not admitted yet."""
         route = self._route.get(rank, rank)
-        if isinstance(route, int):  # nobody holds this rank
+        if isinstance(route, int):  # no process has this rank
             return
         try:
             self.socket.send_multipart([route, frame], zmq.NOBLOCK)
@@ -110,8 +114,8 @@ class HubTransport(_Socket):
             if rank in self._route:
                 self._gone.add(rank)
 
-    def receive(self, seconds):
-        """(rank, or the sender's routing id while it has none; frame), or None after `seconds` of silence."""
+    def receive(self, seconds: float) -> tuple[Any, Buffer] | None:
+        """Waits for a frame; returns (rank, or routing id of a sender without rank; frame), or None after `seconds`."""
         self._wait(seconds)
         self._stay_awake()
         try:
@@ -123,21 +127,21 @@ class HubTransport(_Socket):
             self.socket.recv()
         return self._rank.get(sender, sender), frame
 
-    def admit(self, sender, rank):
-        """Bind the sender's routing id to `rank`; whoever held it before is a stranger again."""
+    def admit(self, sender: Any, rank: int) -> None:
+        """Assigns `rank` to the sender's routing id; the earlier process of the rank loses it."""
         self._rank = {s: r for s, r in self._rank.items() if r != rank}
         self._route[rank], self._rank[sender] = sender, rank
         self._gone.discard(rank)
 
-    def connected(self, rank):
-        """Whether the last frame for `rank` found somebody to go to."""
+    def connected(self, rank: int) -> bool:
+        """Whether the last frame for `rank` had a receiver."""
         return rank in self._route and rank not in self._gone
 
 
 class RankTransport(_Socket):
-    """A discrete process's end, with an unguessable routing id."""
+    """End of a discrete process, with a random routing id."""
 
-    def __init__(self, endpoint):
+    def __init__(self, endpoint: str) -> None:
         super().__init__(zmq.DEALER, endpoint)
         self.socket.routing_id = b"\1" + os.urandom(15)
         self.socket.reconnect_ivl, self.socket.reconnect_ivl_max = 100, 1000
@@ -146,13 +150,13 @@ class RankTransport(_Socket):
         self._open(self.socket.connect, endpoint, "connect to")
         self.endpoint = endpoint
 
-    def send(self, frame, rank=0):
-        """Send to the continuum."""
+    def send(self, frame: Buffer, rank: Any = 0) -> None:
+        """Sends to the continuum."""
         with contextlib.suppress(zmq.Again):
             self.socket.send(frame, zmq.NOBLOCK)
 
-    def receive(self, seconds):
-        """(0, frame), or None after `seconds` of silence."""
+    def receive(self, seconds: float) -> tuple[Any, Buffer] | None:
+        """Waits for a frame; returns (0, frame), or None after `seconds` without one."""
         self._wait(seconds)
         self._stay_awake()
         try:
@@ -160,28 +164,28 @@ class RankTransport(_Socket):
         except zmq.Again:
             return None
 
-    def admit(self, sender, rank):
-        """There is only one peer."""
+    def admit(self, sender: Any, rank: int) -> None:
+        """Does nothing: there is only one peer."""
 
-    def connected(self, rank=0):
+    def connected(self, rank: int = 0) -> bool:
         """Whether the continuum is connected."""
         while self.monitor.poll(0):
             self._up = recv_monitor_message(self.monitor)["event"] == zmq.EVENT_HANDSHAKE_SUCCEEDED
         return self._up
 
-    def close(self):
-        """Close the socket; frames still waiting get a second to leave."""
+    def close(self) -> None:
+        """Closes the socket; waiting frames have one second to be sent."""
         self.socket.disable_monitor()
         self.monitor.close(0)
         super().close()
 
 
-def any_port(endpoint):
-    """ZeroMQ's way of asking for any free port, for tcp://HOST:0."""
+def any_port(endpoint: str) -> str:
+    """Endpoint by which ZeroMQ chooses a free port, for tcp://HOST:0; other endpoints unchanged."""
     return endpoint[:-1] + "*" if endpoint.endswith(":0") else endpoint
 
 
-def is_loopback(endpoint):
+def is_loopback(endpoint: str) -> bool:
     """Whether tcp://HOST:PORT names this machine only."""
     protocol, _, address = endpoint.partition("://")
     host = address.rpartition(":")[0].strip("[]")
@@ -191,8 +195,11 @@ def is_loopback(endpoint):
         return False
 
 
-def endpoint_from(text, seconds):
-    """An endpoint as given, or read from the file of that name once it exists (a server writes its own to OUT/endpoint)."""
+def endpoint_from(text: str, seconds: float) -> str:
+    """Endpoint as given, or from the file of that name as soon as it exists (a server writes its endpoint to OUT/endpoint).
+
+    Raises EnvironmentFailed if there is no endpoint after `seconds`.
+    """
     if text.startswith("tcp://"):
         return text
     if re.fullmatch(r"[^/]+:\d+", text):

@@ -1,4 +1,4 @@
-"""What a frame of the discs holds. Nothing here runs between frames."""
+"""Content of a frame of the discs. Nothing here runs between frames."""
 
 import numpy as np
 
@@ -8,13 +8,13 @@ from dem_server.pairs import body_centres, contacts
 
 
 def stones(outlines):
-    """Constants for the `Recorder`: corners of all stones, one behind the other, and where each begins."""
+    """Constants for the `Recorder`: corners of all stones, one stone after the other, and the first row of each."""
     start = np.concatenate([[0], np.cumsum([len(outline) for outline in outlines])])
     return {"stone_corners": np.concatenate(outlines), "stone_start": start}
 
 
 def frame(model, state):
-    """Keyword arguments for `Recorder.frame`: positions, contacts and their fields; absent effects leave no field."""
+    """Keyword arguments for `Recorder.frame`: positions, contacts and their fields; absent effects have no field."""
     pairs = contacts(state)
     ring = np.arange(model.count) < model.ring
     points = {

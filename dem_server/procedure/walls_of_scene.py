@@ -1,4 +1,4 @@
-"""Walls of a scene without a grid: made from `discs.wall`, changed by `stage.wall`, written as histories by their names."""
+"""Walls of a scene without a grid: made from `discs.wall`, changed by `stage.wall`, with histories under their names."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from dem_server.step.walls import make_walls
 
 
 def walls_of(scene, model, state):
-    """Walls of the State, or None without any; they have servos if any wall gets one in any stage."""
+    """Walls of the State, or None without walls; they have servos if any wall has one in any stage."""
     tables = scene.discs.wall
     if not tables:
         return None
@@ -18,21 +18,21 @@ def walls_of(scene, model, state):
     later = [table for stage in scene.stage for table in stage.wall]
     steered = any(table.servo is not None for table in [*tables, *later])
     walls = make_walls(ends, np.zeros((len(ends), 2)), model, servo.make_servo(ends, state.x) if steered else None)
-    set_going(walls, dict(enumerate(tables)))
+    set_motions(walls, dict(enumerate(tables)))
     return walls
 
 
-def set_going(walls, tables):
-    """Give walls the velocities or servos of their tables {number: table}."""
+def set_motions(walls, tables):
+    """Sets velocities or servos of walls from their tables {number: table}."""
     for w, table in tables.items():
-        set_motion(walls, w, table)
+        set_wall_motion(walls, w, table)
     if walls.servo is not None:
         for w in tables:
             servo.begin(walls, w)
 
 
-def set_motion(walls, w, table):
-    """Velocity or servo of wall w."""
+def set_wall_motion(walls, w, table):
+    """Sets the velocity or the servo of wall w from a table."""
     walls.velocity[w] = table.velocity
     if walls.servo is not None:
         walls.servo.pressure[w] = 0.0
@@ -42,12 +42,12 @@ def set_motion(walls, w, table):
 
 
 def begin_stage(scene, stage, model, state):
-    """What the stage says about walls; no servo may be faster than a disc may in static mode, or it would pass through discs."""
+    """Changes walls by the tables of a stage; raises SceneError for a wall so fast that it could pass through discs."""
     names, walls = names_of_walls(scene.discs.wall), state.walls
     if stage.wall:
-        set_going(walls, {names.index(table.name): table for table in stage.wall})
+        set_motions(walls, {names.index(table.name): table for table in stage.wall})
     if walls is not None and walls.servo is not None:
-        walls.servo.drift[:] = 0.0  # of the unit of another kind of time, maybe
+        walls.servo.drift[:] = 0.0  # its unit depends on the kind of time
     if not stage.in_real_time and walls is not None and walls.servo is not None:
         speed, limit = np.where(walls.servo.pressure > 0.0, walls.servo.fastest, 0.0), SPEED_CAP * model.smallest_radius
         worst = int(speed.argmax())
@@ -57,7 +57,7 @@ def begin_stage(scene, stage, model, state):
 
 
 def histories(scene, walls):
-    """Force on each wall and its middle by the names of histories."""
+    """Force on each wall and its middle, by the names of histories."""
     found = {}
     for w, name in enumerate(names_of_walls(scene.discs.wall)):
         middle = 0.5 * (walls.ends[w, :2] + walls.ends[w, 2:])
@@ -70,5 +70,5 @@ def histories(scene, walls):
 
 
 def servo_error(walls):
-    """Largest relative error of the pressures that servos hold now; 0 without any."""
+    """Largest relative error of the pressures of all servos; 0 without servos."""
     return 0.0 if walls is None or walls.servo is None else servo.error(walls)

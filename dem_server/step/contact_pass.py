@@ -1,15 +1,16 @@
 """Contact forces: one pass over the list of pairs.
 
 The list is summed part by part (neighbours.py): the ring's pairs, runs of even number, of odd number, and pairs of distant
-discs. Runs of one colour touch different discs, so threads may share them, and every disc gets its forces in the same order
-whatever the number of threads.
+discs. Runs of the same parity touch different discs, so threads may share them, and every disc gets its forces in the same order
+for any number of threads.
 """
 
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
-from dem_server.effects.histories import history_of
-from dem_server.model import X, Y
+from dem_server.effects.histories import PairHistory, history_of
+from dem_server.effects.parameter_table import Parameters
+from dem_server.model import Listed, X, Y
 from dem_server.step import neighbours, scratch_rows, walls
 from dem_server.step.contact_blocks import add_parts
 from dem_server.step.thread_crew import meet, part_of, work_together
@@ -18,7 +19,7 @@ from dem_server.step.walls import wall_pass_of
 
 
 def contact_forces(model, state):
-    """Forces and moments on all discs, ring included, from the motion of this step; bonds may break.
+    """Computes forces and moments on all discs, also of the ring, from the motion of this step; bonds may break.
 
     Rebuilds the neighbour list first if a disc has moved too far since the last time. Shear forces grow with
     every call by the slip of the present velocities: call it once a step.
@@ -28,14 +29,16 @@ def contact_forces(model, state):
 
 
 def make_current(model, state):
-    """Rebuild the neighbour list if a disc has moved too far since the last time."""
+    """Rebuilds the neighbour list if a disc has moved too far since the last time."""
     while not farthest(state.disc, state.listed_at) <= 0.5 * neighbours.skin(model):
         neighbours.rebuild(model, state)
 
 
 def add_forces(model, state):
-    """Forces and moments on all discs from the list as it is."""
-    split, known = shares(model), (state.disc, state.load, state.listed, history_of(state), model.parameters, state.dt)
+    """Computes forces and moments on all discs from the present list."""
+    # plain tuples at the border: for a named one numba looks up its class at every call
+    tuples = tuple(state.listed), tuple(history_of(state)), tuple(model.parameters)
+    split, known = shares(model), (state.disc, state.load, *tuples, state.dt)
     if len(split) > 1:
         work_together(lambda _, __, counts, crew: force_pass(*known, counts, crew), split, state.counters)
     else:
@@ -46,7 +49,7 @@ def add_forces(model, state):
 
 @jit
 def farthest(disc, listed_at):
-    """How far any disc is from where it was when the list was made [m]; infinite if one is nowhere."""
+    """Largest distance [m] of a disc from its position when the list was made; infinite for a position that is NaN."""
     largest = 0.0
     for i in range(len(disc)):
         dx, dy = disc[i, X] - listed_at[i, 0], disc[i, Y] - listed_at[i, 1]
@@ -57,14 +60,18 @@ def farthest(disc, listed_at):
 
 @jit(borrows=True)
 def number_of_parts(listed):
-    """How many parts the list has."""
+    """Number of parts of the list."""
     return len(listed.parts)
 
 
 @jit
 def force_pass(disc, load, listed, history, parameters, dt, counters, crew):
-    """Loads of all discs from all listed pairs, by one thread (`crew` None) or by all of the crew that call it together."""
-    add_list(disc, load, listed, history, parameters, dt, counters, crew, np.empty(scratch_rows.SIZE))
+    """Computes loads of all discs from all listed pairs, by one thread (`crew` None) or by all threads of the crew together.
+
+    listed, history, parameters: a Listed, a PairHistory and the Parameters as plain tuples.
+    """
+    named = Listed(*listed), PairHistory(*history), Parameters(*parameters)
+    add_list(disc, load, *named, dt, counters, crew, np.empty(scratch_rows.SIZE))
 
 
 @jit(borrows=True)

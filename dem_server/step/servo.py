@@ -1,28 +1,26 @@
-"""Walls that hold a pressure: a servo moves them along their normal, a little in every step.
+"""Servos: walls that keep a pressure by small motions along their normal in every step.
 
-With F the force with which the discs press on the wall, averaged over N steps, L the length of the wall that counts, p the
-wanted pressure, and the stiffness and dashpots of the discs that touch the wall now,
+With F the force of the discs on the wall, averaged over N steps, L the effective length of the wall, p the target pressure, and
+the stiffness and dashpots of the discs that touch the wall now,
 
     F <- F + (force - F) / N,   V = G / N (p L - F) / (dt sum kn + sum cn),   |V| <= fastest         (1)
 
-is the velocity towards the discs; a wall that touches nothing moves at `fastest`. In one step a wall takes back a share G / N of
-what is missing, if the discs stay where they are. With G = 1/4 the averaged force and the wall that follows it are a critically
-damped pair for every N (their equation is z^2 + z / N + G / N^2 = 0), and their answer to the motion of the discs only takes
-energy from them. Source of servo walls: Itasca, PFC2D 3.1 Theory, "Numerical servo-mechanism".
+is the velocity towards the discs; a wall without contacts moves at `fastest`. If the discs do not move, a wall corrects the share
+G / N of the missing force in one step. With G = 1/4 the averaged force and the wall that follows it are a critically damped pair
+for every N (their equation is z^2 + z / N + G / N^2 = 0), and their response to the motion of the discs only dissipates energy.
+Source of servo walls: Itasca, PFC2D 3.1 Theory, "Numerical servo-mechanism".
 
-Eq (1) moves a wall at a steady speed only while force is missing. Where the discs yield steadily, because another wall is driven
-with a velocity, the pressure would differ by the force that the speed of the servo wall takes. So a servo then adds to V
+By Eq (1) alone, a wall moves at a steady speed only if force is missing. If another wall is driven with a velocity and the discs
+yield steadily, the pressure would differ by the force that belongs to this speed. The servo then adds to V the drift
 
-    V0 <- V0 + V / (T N)                                                         (2)
+    V0 <- V0 + V / (T N),   V of Eq (1)                                          (2)
 
-the speed that it has needed so far (V: of Eq (1)); without a driven wall V0 = 0. T = 1024 is long against the answer of a sample
-of some ten rows, so that V0 does not swing with it, and Eqs (1) and (2) still only take energy from the discs (a dashpot beside
-a mass).
+which becomes the steady speed; without a driven wall V0 = 0. T = 1024 is long against the response of samples of some ten rows,
+so V0 does not oscillate with them. Eqs (1) and (2) still only dissipate energy: they respond as a dashpot beside a mass.
 
 Pieces of a straight wall, drawn end to end with the same servo and the discs on the same side, are one wall: F, L and both sums
-are those of all pieces, which move together. Walls may be longer than the side they close: only the part on the discs' side of
-the walls that cross it counts. In a box whose walls cross beyond its corners, p L is then the pressure on the side of the box at
-any time.
+are those of all pieces, which move together. Walls may be longer than the side that they close: only the part on the discs' side
+of the walls that cross it counts. So if the walls of a box cross beyond its corners, p acts on the present side of the box.
 """
 
 import numpy as np
@@ -37,7 +35,7 @@ END_TO_END = 1e-9  # of a wall's length: largest gap between pieces of one wall
 
 
 def make_servo(ends, xy):
-    """Servo of walls `ends` (W, 4), all without a pressure; the discs at `xy` (n, 2) say which side is theirs."""
+    """Servo of walls `ends` (W, 4) [m], all without a pressure; `xy` (n, 2) [m]: discs, which define the inner side of walls."""
     along = ends[:, 2:] - ends[:, :2]
     inward = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
     away = xy.mean(axis=0) - 0.5 * (ends[:, 2:] + ends[:, :2])
@@ -47,7 +45,7 @@ def make_servo(ends, xy):
 
 
 def pressures(walls):
-    """Pressure of the discs on each wall now (W,) [Pa]; of pieces of one servo wall, on all of it."""
+    """Present pressure (W,) [Pa] of the discs on each wall; pieces of one servo wall have that of the whole wall."""
     servo = walls.servo
     measure(walls.ends, servo.inward, servo.length)
     force, length = np.array([whole(walls.ends, walls.force, servo, w)[:2] for w in range(len(walls.ends))]).T
@@ -55,12 +53,12 @@ def pressures(walls):
 
 
 def begin(walls, w):
-    """Average the force on wall w from now on."""
+    """Starts the averaged force on wall w."""
     walls.servo.force[w] = whole(walls.ends, walls.force, walls.servo, w)[0]
 
 
 def error(walls):
-    """Largest relative difference between wanted and present pressure of the walls that have a servo now, else 0."""
+    """Largest relative difference between target and present pressure of the walls with a servo; 0 without servos."""
     on = walls.servo.pressure > 0.0
     if not on.any():
         return 0.0
@@ -69,7 +67,7 @@ def error(walls):
 
 @jit(borrows=True)
 def steer(walls, servo, dt):
-    """Eqs (1) and (2) for all walls that have a pressure to hold."""
+    """Sets velocities by Eqs (1) and (2) for all walls with a target pressure."""
     velocity, inward = walls.velocity, servo.inward
     measure(walls.ends, inward, servo.length)
     driven = False

@@ -51,7 +51,7 @@ class Touching(NamedTuple):
 
 @jit
 def room_for(ends):
-    """Scratch memory for the contacts of one disc with the walls `ends` (W, 4)."""
+    """Allocates scratch memory for the contacts of one disc with the walls `ends` (W, 4)."""
     count = len(ends)
     return Touching(np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count), np.empty(count))
 
@@ -93,7 +93,7 @@ def shared_point(ends, v, w, x, y, tolerance):
 
 @jit(borrows=True)
 def share_out(ends, x, y, r, count, wall, heir, share, overlap):
-    """Shares and heirs of `count` contacts of a disc, in place, Eqs (2) and (3): fields of Touching, of which `wall` is known.
+    """Sets overlaps, shares and heirs of `count` contacts of a disc by Eqs (2) and (3): fields of Touching; `wall` is given.
 
     Returns sum u_w^2 - sum u_P^2 of Eq (2) minus sum (q u_w)^2 [m2]: exactly 0 without a corner that the disc reaches.
     """
@@ -120,7 +120,7 @@ def share_out(ends, x, y, r, count, wall, heir, share, overlap):
 
 @jit(borrows=True)
 def cover(ends, x, y, r, t, u, wall, heir, share, overlap):
-    """End the contact with one of two walls (places t > u) that the other one covers: the nearer, or that of the lower number."""
+    """Ends the contact with one of two walls (places t > u) that the other one covers: the nearer, or of lower number."""
     near, far = (t, u) if overlap[t] > overlap[u] else (u, t)
     if not overlap[near] > 0.0:
         return
@@ -145,7 +145,7 @@ def in_corner(ends, x, y, px, py, v, w, tolerance):
 
 @jit(borrows=True)
 def blend(ends, x, y, r, t, u, wall, heir, share, overlap):
-    """Reduce the shares of two contacts in an obtuse corner whose point the disc reaches, Eq (3); returns u_P^2 [m2]."""
+    """Reduces the shares of two contacts in an obtuse corner whose point the disc reaches, Eq (3); returns u_P^2 [m2]."""
     px, py, length = shared_point(ends, wall[t], wall[u], x, y, SAME * r)
     tx, ty = nearest(ends, wall[t], x, y)
     ux, uy = nearest(ends, wall[u], x, y)
@@ -161,7 +161,7 @@ def blend(ends, x, y, r, t, u, wall, heir, share, overlap):
 
 @jit(borrows=True)
 def hand_on(history, i, count, wall, heir, share, overlap):
-    """Share the history (n, W) of disc i at walls of one surface in proportion to the normal forces."""
+    """Divides the history (n, W) of disc i at walls of one surface in proportion to the normal forces."""
     for t in range(count):
         h = heir[t]
         if h < 0:
@@ -206,8 +206,9 @@ def elastic_rest(disc, ends, normal, shear, rolled, kn, ks, touching):
 
 @jit
 def mark_once(ends, xy, radius, disc, wall, distance, counts):
-    """Clear counts (m,) of walls near a disc that can only take turns with a nearer one: pairs (m,) sorted by disc, then wall.
+    """Clears counts (m,) of walls that only take turns with a nearer one.
 
+    disc, wall, distance (m,): near pairs, sorted by disc, then wall; xy (n, 2), radius (n,): all discs.
     They share a point, and all of the farther wall lies on or behind the line through the nearest point of the nearer one: a
     joint or an edge. In corners both count, however flat they are: the disc may touch both before the next count.
     """

@@ -7,7 +7,7 @@ With c the point of the segment nearest to the disc's centre x, d = |c - x|, n f
 
 V: velocity of the wall. Springs, friction, rolling resistance (Rb = r) and dashpots (m = mass of the disc) act as between
 discs; a wall has the material "ring", takes after the disc where the scene has no `ring` table, and is never bonded. Walls that
-meet are one surface (wall_surface.py): a disc touches it once, but in corners, and histories move from wall to wall.
+meet are one surface (wall_surface.py): a disc has one contact with it except in corners, and histories move from wall to wall.
 """
 
 import numpy as np

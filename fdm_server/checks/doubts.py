@@ -1,10 +1,11 @@
-"""What a scene that can be computed may still not mean, with the remedy; found through `colluvium.doubts`, shown by `check`."""
+"""Doubts about scenes that can be computed, with remedies; found through `colluvium.doubts`, shown by `colluvium check`."""
 
 from itertools import combinations
 
 import numpy as np
 import shapely
 
+from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.grading import grading_of
 from fdm_server.ground.excavation import all_held
 from fdm_server.mesh.grid import build_grid, centroids
@@ -16,7 +17,7 @@ ASPECT = 5.0  # longest over shortest side of a zone, above: slow and inexact
 
 
 def doubts(scene):
-    """All doubts about the continuum's side: (path, what, remedy); none without a grid."""
+    """Yields all doubts about the continuum's side: (path, what, remedy); none without a grid."""
     if scene.grid is None:
         return []
     grid = build_grid(scene)
@@ -74,7 +75,7 @@ def _supports(scene, grid):
 
 
 def _rims(scene, grid):
-    """Discs larger than zones: one lies on several segments, beside control discs of at most a quarter of a segment."""
+    """Yields doubts about discs larger than zones: such a disc touches several segments, whose control discs are much smaller."""
     for i, window in enumerate(scene.window):
         if scene.discs is None:
             continue
@@ -93,6 +94,7 @@ def _restless(scene):
     for i, stage in enumerate(scene.stage):
         damping = scene.damping if stage.damping is None else stage.damping
         undamped = damping is None or damping.local == 0.0
-        if undamped and stage.time == "static" and stage.kind != "fill" and stage.until and stage.until.ratio is not None:
+        waits = of(stage).computes and stage.until and stage.until.ratio is not None
+        if undamped and waits and not stage.in_real_time:
             what = f"stage {stage.name!r} waits for rest without damping"
             yield ("stage", i, "until", "ratio"), what, "add [damping] local = 0.8, or end the stage by steps"

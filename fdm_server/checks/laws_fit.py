@@ -1,13 +1,14 @@
-"""What a scene's materials, damping and time must fulfil together; found by the scene reader through `colluvium.rules`."""
+"""Rules between materials, damping and time of a scene; found by the scene reader through `colluvium.rules`."""
 
 from coupler_protocol.scene.scene import distribution_of
 from coupler_protocol.scene.schedule import large_strain
+from coupler_protocol.scene.stage_kinds import of
 from fdm_server.effects import added_laws
 from fdm_server.effects.softening import curves
 
 
 def laws_fit_together(scene):
-    """Added laws can be computed, softening has something to soften, and dilation never exceeds friction on the way."""
+    """Added laws can be computed, softening has a strength that it changes, and dilation never exceeds friction."""
     for name, effect in added_laws.declared().items():
         lacks = added_laws.missing(effect)
         for i, m in enumerate(scene.material):
@@ -35,23 +36,22 @@ def time_fits_the_stages(scene):
     """Seconds and Rayleigh damping belong to real time."""
     for i, stage in enumerate(scene.stage):
         at = ("stage", i)
-        real = stage.time == "real"
         damping = scene.damping if stage.damping is None else stage.damping
-        if stage.kind == "fill":
-            if real or stage.damping is not None:
-                yield at, "a stage of kind fill computes no steps", "remove time and damping here"
+        if not of(stage).computes and (stage.in_real_time or stage.damping is not None):
+            yield at, f"a stage of kind {stage.kind} computes no steps", "remove time and damping here"
+        if not of(stage).computes or stage.in_real_time:
             continue
-        if not real and stage.until is not None and stage.until.time is not None:
+        if stage.until is not None and stage.until.time is not None:
             yield (*at, "until", "time"), "a static stage has no seconds", 'use steps or ratio, or time = "real"'
-        if not real and stage.step_factor is not None:
+        if stage.step_factor is not None:
             yield (*at, "step_factor"), "the step of a static stage is 1", 'remove the key, or use time = "real"'
-        if not real and damping is not None and damping.rayleigh is not None:
+        if damping is not None and damping.rayleigh is not None:
             why = "Rayleigh damping needs a frequency, which a static stage does not have"
             yield (*at, "damping"), why, "give the stage damping = { local = 0.8 }"
 
 
 def ledger_is_for_small_strain(scene):
-    """The energy ledger books strains of the shape drawn."""
+    """The energy ledger is for small strain only."""
     for stage in scene.stage if scene.record.energy else ():
         if large_strain(scene, stage):
             why = f"the energy ledger is not built yet for large strain, in which stage {stage.name!r} computes"

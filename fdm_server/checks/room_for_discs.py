@@ -1,8 +1,8 @@
-"""Whether discs have room in a window of any shape: a wide place, and no arm too narrow for them.
+"""Room for discs in a window of any shape: it is wide enough somewhere, and no part is too narrow.
 
-With R the mean radius of the discs, a circle of radius 8 R fits somewhere: the window is eight discs wide there. Everywhere
-else circles of radius 4 R, four discs wide, reach all of it but corners: they can roll through the whole window, and no place is
-farther than 8 R from where they come. (The corner of a 45 degree wedge is 6.5 R away, that of a rectangle 1.7 R.)
+With R the mean radius of the discs, a circle of radius 8 R must fit somewhere: the window is eight discs wide there. A circle of
+radius 4 R, four discs wide, must be able to roll through the whole window, and no point may be farther than 8 R from it. (The
+corner of a 45 degree wedge has the distance 6.5 R, that of a rectangle 1.7 R.)
 """
 
 import numpy as np
@@ -10,12 +10,12 @@ import shapely
 
 WIDE = 8.0  # radius of the circle that fits somewhere, in R
 NARROW = 4.0  # radius of the circle that reaches everywhere, in R
-CORNER = 8.0  # how far corners may be from it, in R
+CORNER = 8.0  # largest distance of corners from this circle, in R
 EXACT = 1.0 - 1e-9  # windows may be exactly as wide
 
 
 def lack_of_room(outline, radius):
-    """What is wrong with a window of outline (K,2) [m] for discs of mean `radius` [m], and what would be right; or None."""
+    """Problem of a window of outline (K,2) [m] for discs of mean `radius` [m], and its remedy; or None."""
     window = shapely.Polygon(outline)
     x0, y0, x1, y1 = window.bounds
     if window.buffer(-WIDE * EXACT * radius).is_empty:

@@ -1,38 +1,26 @@
-"""The process that looks for a factor of safety: `python -m fdm_server.fos SCENE --out DIR` (started by `colluvium fos`)."""
+"""Process of the search for a factor of safety: `python -m fdm_server.fos SCENE --out DIR` (started by `colluvium fos`)."""
 
 import sys
 
 from coupler_protocol import exits
-from coupler_protocol.process import command_line
-from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
-from coupler_protocol.process.progress import Progress
+from coupler_protocol.process import command_line, server
 
-OWN_FILES = ("fos.json", "fos.log")
+NAME = "fdm_server.fos"
 
 
 def main(argv=None):
     """Entry point; returns the exit code."""
-    options = command_line.server_parser("fdm_server.fos", "Looks for the factor of safety of a scene's grid.").parse_args(argv)
-    command_line.set_threads(options.threads)
-    stop = StopRequest()
-    stop_on_signals(stop)
-    if options.tether:
-        stop_with_parent(stop)
-    return command_line.ended("fdm_server.fos", lambda: search(options, stop))
+    return server.main(NAME, command_line.server_parser(NAME, "Looks for the factor of safety of a scene's grid."), search, argv)
 
 
-def search(options, stop):
-    """Read the scene, search, leave fos.json."""
-    from coupler_protocol.scene.reader import read_scene
+def search(scene, options, stop):
+    """Searches for the factor of a scene and writes fos.json."""
     from fdm_server.fos.study import Study, ignored
 
-    scene = read_scene(options.scene, options.set)
-    out = command_line.prepare_folder(options.out, OWN_FILES, options.force)
-    command_line.log_to(out / "fos.log")
-    progress = Progress(0, "none" if options.quiet else options.progress)
+    out, progress, *_ = server.begin(options, stop, 0, "fos", ("fos.json",))
     for line in ignored(scene):
         progress("start", f"ignored: {line}", now=True)
-    found = exits.physics(Study(scene, out, progress, stop).run)
+    found = exits.end_as_physics(Study(scene, out, progress, stop).run)
     mesh = found["meshes"][-1]
     progress("done", f"{found['quantity']} {mesh['value']:.4g} ({mesh['low']:.4g} to {mesh['high']:.4g})", now=True)
 

@@ -81,7 +81,8 @@ class Case:
         """Seconds of one force pass, from `times` of them over discs that stand still, so that no force changes."""
         stop(self.state)
         model, state = self.model, self.state
-        arguments = (state.disc, state.load, state.listed, history_of(state), model.parameters, state.dt, state.counters, None)
+        tuples = tuple(state.listed), tuple(history_of(state)), tuple(model.parameters)
+        arguments = (state.disc, state.load, *tuples, state.dt, state.counters, None)
         passes(1, arguments)
         return repeated(lambda: passes(times, arguments), 1, 1, warm_up=0)[0] / times
 
@@ -241,8 +242,8 @@ def window(radius):
     packed = packing.pack(nodes, ring.xy, ring.radius, scene.discs, np.random.default_rng([scene.seed, 1]))
     model, state = build_model(ring.xy, ring.radius, packed, scene.discs, scene.ring)
     contact_forces(model, state)
-    bodies.mark(model, state, found.outlines, scene.discs.stone.density)
-    return Case(bodies.make(model, state, found.outlines, scene.stones.body), state, settling=40)
+    bodies.assign_discs(model, state, found.outlines, scene.discs.stone.density)
+    return Case(bodies.form_stones(model, state, found.outlines, scene.stones.body), state, settling=40)
 
 
 def law_rows(work, repeats, companion):

@@ -1,13 +1,15 @@
-"""Rules between tables, one a function. Each yields (path, problem, remedy).
+"""Rules between tables, one function each. Each function yields (path, problem, remedy).
 
-Rules that only a server knows come through the entry-point group `colluvium.rules`.
+Rules of the servers are added through the entry-point group `colluvium.rules`.
 """
 
+from collections.abc import Iterator
 from importlib.metadata import entry_points
 from typing import Any
 
 import numpy as np
 
+from coupler_protocol.problems import Finding
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
 from coupler_protocol.scene.rules.stages import STAGE_RULES
 from coupler_protocol.scene.rules.windows import WINDOW_RULES
@@ -15,8 +17,8 @@ from coupler_protocol.scene.rules.windows import WINDOW_RULES
 LEAST = 4.0  # largest discs that must fit side by side into the shorter side of a window
 
 
-def broken_rules(scene):
-    """All broken rules of a scene whose tables are valid one by one."""
+def broken_rules(scene: Any) -> list[Finding]:
+    """All broken rules of a scene whose single tables are valid: (path, problem, remedy)."""
     rules = COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES)
     broken = [found for rule in rules for found in rule(scene)]
     if broken:
@@ -24,12 +26,12 @@ def broken_rules(scene):
     return [found for point in entry_points(group="colluvium.rules") for found in point.load()(scene)]
 
 
-def doubts(scene):
+def doubts(scene: Any) -> list[Finding]:
     """Doubts about a valid scene, (path, what, remedy), from the entry-point group `colluvium.doubts`."""
     return [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
 
 
-def grid_needs_material(scene):
+def grid_needs_material(scene: Any) -> Iterator[Finding]:
     """A grid has a material everywhere, and every material is elastic at least."""
     if not scene.material:
         yield ("material",), "the grid has no material", "add a [[material]] table"
@@ -46,8 +48,8 @@ def grid_needs_material(scene):
         yield ("material", 0), "every material has a region or a top", "let the first one fill the grid: remove its region or top"
 
 
-def effects_of_discs_are_ours(scene):
-    """Laws of discs that another distribution declares: kernels of discs compute none of them."""
+def effects_of_discs_are_ours(scene: Any) -> Iterator[Finding]:
+    """Laws of discs are those of this distribution: the kernels of discs compute no others."""
     from coupler_protocol.scene.scene import declared_effects, distribution_of
 
     discs = scene.discs
@@ -63,7 +65,7 @@ def effects_of_discs_are_ours(scene):
                 yield (*path, key), why, "remove the table; other distributions can add laws of material.NAME only"
 
 
-def names_are_unique(scene):
+def names_are_unique(scene: Any) -> Iterator[Finding]:
     """No two materials, windows or stages have the same name."""
     for table in ("material", "window", "stage"):
         seen = set()
@@ -73,8 +75,8 @@ def names_are_unique(scene):
             seen.add(item.name)
 
 
-def stones_need_their_material(scene):
-    """Stones are made of discs with springs of their own; a cluster is held together by bonds."""
+def stones_need_their_material(scene: Any) -> Iterator[Finding]:
+    """Stones need a material with springs, and a cluster also bonds."""
     grain = scene.discs.stone if scene.discs else None
     if scene.stones is not None and grain is None:
         yield ("stones",), "stones without a material", "add a [discs.stone] table or remove [stones]"
@@ -93,8 +95,8 @@ def stones_need_their_material(scene):
         yield ("stones", "size", "min"), f"stones of {scene.stones.size.min:g} m are smaller than a disc", smallest
 
 
-def stones_are_drawn_or_mapped(scene):
-    """Random stones have a content and sizes; mapped ones have neither, nor other keys that could not act."""
+def stones_are_drawn_or_mapped(scene: Any) -> Iterator[Finding]:
+    """Random stones have a content and sizes; mapped stones have neither, nor other keys that would have no effect."""
     stones = scene.stones
     if stones is None:
         return
@@ -114,7 +116,7 @@ def stones_are_drawn_or_mapped(scene):
         yield ("stones", key), why, "remove the key"
 
 
-def pairs_name_what_there_is(scene):
+def pairs_name_what_there_is(scene: Any) -> Iterator[Finding]:
     """Each pair of materials has one table, both materials exist, and they can touch."""
     seen = set()
     for i, pair in enumerate(scene.discs.pair if scene.discs else []):
@@ -130,8 +132,8 @@ def pairs_name_what_there_is(scene):
             yield at, f"this table sets nothing for {names}", "add a table, for example friction = { coefficient = .. }"
 
 
-def largest_discs_fit(scene):
-    """A window is at least four of the largest discs across, where a grading says how large they are."""
+def largest_discs_fit(scene: Any) -> Iterator[Finding]:
+    """With a grading, a window is at least four of the largest discs across."""
     if scene.discs is None or scene.discs.grading is None:
         return
     for i, window in enumerate(scene.window):
@@ -141,8 +143,8 @@ def largest_discs_fit(scene):
             yield ("window", i), why, f"largest diameter at most {across / LEAST:.3g} m, or a larger window"
 
 
-def across_of(scene, window):
-    """Shorter side of the rectangle round a window [m]; infinite where it is not said."""
+def across_of(scene: Any, window: Any) -> float:
+    """Shorter side of the bounding rectangle of a window [m]; infinite if it is not given."""
     if window.polygon is not None:
         return float(np.ptp(np.array(window.polygon), axis=0).min())
     if scene.grid is None or not scene.grid.zone_size or window.columns is None or window.rows is None:

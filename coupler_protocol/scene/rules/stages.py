@@ -1,19 +1,23 @@
-"""Rules between the stages of a scene, one a function, as in between_tables.py."""
+"""Rules between the stages of a scene, one function each, as in between_tables.py."""
 
-from coupler_protocol.scene.schedule import acting, beginning, large_strain
-from coupler_protocol.scene.stage_kinds import KINDS, named, of
+from collections.abc import Iterator
+from typing import Any
+
+from coupler_protocol.problems import Finding
+from coupler_protocol.scene.schedule import acting_boundaries, large_strain, new_boundaries
+from coupler_protocol.scene.stage_kinds import KINDS, coupled, named, number_of, of
 
 
-def stages_follow_each_other(scene):
-    """Fill before couple, couple once, and what a kind of stage can use."""
-    done = set()
+def stages_follow_each_other(scene: Any) -> Iterator[Finding]:
+    """Stages have a valid order (fill before couple, each once) and only keys that their kind uses."""
+    done, joined = set(), False
     for i, stage in enumerate(scene.stage):
         at, kind = ("stage", i), of(stage)
         if kind.window and not scene.window:
             yield at, f"stage {stage.name!r} needs a window", "add a [[window]] table or remove the stage"
         if kind.needs and kind.needs not in done:
             yield at, f"a stage of kind {kind.name} needs discs", f'add a stage with kind = "{kind.needs}" before it'
-        if kind.before_couple and "couple" in done:
+        if kind.before_couple and joined:
             yield at, f"a stage of kind {stage.kind!r} cannot follow couple", "move it before the couple stage"
         if kind.window and stage.kind in done:
             yield at, f"a second stage of kind {stage.kind!r}", "use kinds fill and couple once each"
@@ -28,17 +32,18 @@ def stages_follow_each_other(scene):
         if stage.discard and not kind.discard:
             yield (*at, "discard"), "only stages of the grid alone can be discarded", "remove the key"
         done.add(stage.kind)
-    if scene.window and "couple" not in done:
+        joined |= kind.couples
+    if scene.window and not joined:
         yield ("window",), "no stage couples the window", 'add stages with kind = "fill" and kind = "couple"'
 
 
-def never_ends(stage):
+def never_ends(stage: Any) -> bool:
     """Whether nothing ends a stage."""
     return stage.until is None or not any(value is not None for value in stage.until.__dict__.values())
 
 
-def large_strain_begins_in_the_shape_drawn(scene):
-    """In large strain the grid leaves the shape that the scene draws, in which equilibrium and windows begin."""
+def large_strain_begins_in_the_shape_drawn(scene: Any) -> Iterator[Finding]:
+    """Stages that need the shape drawn in the scene precede stages in large strain, which change it."""
     moved = None
     for i, stage in enumerate(scene.stage):
         if stage.large_strain and of(stage).drawn:
@@ -50,8 +55,8 @@ def large_strain_begins_in_the_shape_drawn(scene):
             moved = stage.name
 
 
-def loads_have_their_stages(scene):
-    """Excavations and surcharges stand in stages of their kind, which last long enough and change nothing else."""
+def loads_have_their_stages(scene: Any) -> Iterator[Finding]:
+    """Excavations and surcharges are in stages of their kind, which last long enough and change nothing else."""
     for i, stage in enumerate(scene.stage):
         for kind in (kind.table for kind in KINDS if kind.table):
             load = getattr(stage, kind)
@@ -69,29 +74,26 @@ def loads_have_their_stages(scene):
                 yield ("stage", i), f"gravity cannot change in a stage of kind {kind!r}", "change it in a separate stage"
 
 
-def real_time_exchanges_every_step(scene):
-    """Forces held constant over several steps add energy, which only static damping removes: static stages only."""
+def real_time_exchanges_every_step(scene: Any) -> Iterator[Finding]:
+    """Only static stages exchange less than every step: held forces add energy, which only static damping removes."""
     every = scene.coupling.exchange_every
     if every > 1 and not scene.window:
         yield ("coupling", "exchange_every"), "the scene has no window, so nothing is exchanged", "remove the key"
-    kinds = [stage.kind for stage in scene.stage]
-    for stage in scene.stage[kinds.index("couple") :] if every > 1 and "couple" in kinds else ():
+    for stage in coupled(scene.stage) if every > 1 else ():
         if stage.in_real_time:
             why = f"in stage {stage.name!r}, in real time, forces held over {every} steps would add energy to the motion"
             yield ("coupling", "exchange_every"), why, 'use 1, or time = "static" in all coupled stages'
             return
 
 
-def substeps_belong_to_real_time(scene):
-    """In static mode both sides' steps are 1, with masses of their own."""
-    kinds = [stage.kind for stage in scene.stage]
-    coupled = scene.stage[kinds.index("couple") :] if "couple" in kinds else ()
-    if scene.coupling.substeps > 1 and not any(stage.in_real_time for stage in coupled):
+def substeps_belong_to_real_time(scene: Any) -> Iterator[Finding]:
+    """Sub-steps need a coupled stage in real time: in static mode the steps of both sides are 1."""
+    if scene.coupling.substeps > 1 and not any(stage.in_real_time for stage in coupled(scene.stage)):
         yield ("coupling", "substeps"), "no coupled stage is in real time", 'remove the key, or give a stage time = "real"'
 
 
-def surcharges_lie_on_the_ground(scene):
-    """A surcharge has a width, and ground under it."""
+def surcharges_lie_on_the_ground(scene: Any) -> Iterator[Finding]:
+    """A surcharge has a width and is on the ground."""
     for i, stage in enumerate(scene.stage):
         if stage.surcharge is not None and scene.grid.kind == "ring":
             yield ("stage", i, "surcharge"), "a ring has no ground surface", "use a [[boundary]] with pressure on inner or outer"
@@ -102,14 +104,14 @@ def surcharges_lie_on_the_ground(scene):
                 yield ("stage", i, "surcharge", "x"), why, f"use [first, last] between 0 and {scene.grid.length:g} m"
 
 
-def boundaries_change_with_steps_enough(scene):
+def boundaries_change_with_steps_enough(scene: Any) -> Iterator[Finding]:
     """Boundaries change in stages that compute the grid without excavation or surcharge; no stage ends during a ramp."""
     allowed = named(boundaries=True)
     for i, stage in enumerate(scene.stage):
         if stage.boundary and stage.kind not in allowed:
             remedy = f"move it to a stage of kind {', '.join(allowed)}"
             yield ("stage", i, "boundary"), f"boundaries cannot change in a stage of kind {stage.kind!r}", remedy
-        for boundary in beginning(scene, i):
+        for boundary in new_boundaries(scene, i):
             path: tuple = next((("boundary", k) for k, b in enumerate(scene.boundary) if b is boundary), ())
             path = path or ("stage", i, "boundary", next(k for k, b in enumerate(stage.boundary) if b is boundary))
             if stage.until is not None and stage.until.steps is not None and stage.until.steps < boundary.over:
@@ -117,27 +119,27 @@ def boundaries_change_with_steps_enough(scene):
                 yield (*path, "over"), why, f"use at most {stage.until.steps}, or give the stage more steps"
 
 
-def quiet_sides_belong_to_real_time(scene):
+def quiet_sides_belong_to_real_time(scene: Any) -> Iterator[Finding]:
     """Quiet sides begin, and act, in stages in real time."""
     for i, stage in enumerate(scene.stage):
-        if not stage.in_real_time and of(stage).computes and any(b.quiet for b in acting(scene, i)):
+        if not stage.in_real_time and of(stage).computes and any(b.quiet for b in acting_boundaries(scene, i)):
             why = f"a quiet side acts in static stage {stage.name!r}: it would move without end"
             yield ("stage", i), why, 'give the stage time = "real", or start the quiet side in a later stage: [[stage.boundary]]'
 
 
-def weight_needs_gravity(scene):
-    """Initial stress from weight needs the gravity of the first stage."""
+def weight_needs_gravity(scene: Any) -> Iterator[Finding]:
+    """Initial stress from weight needs gravity in the first stage."""
     if scene.initial_stress is not None and scene.initial_stress.k0 is not None and not scene.stage[0].gravity:
         why = f"the first stage, {scene.stage[0].name!r}, has no gravity, which the weight of the ground needs"
         yield ("initial_stress", "k0"), why, "add gravity = 9.81 to it, or give a gradient in place of k0"
 
 
-def is_level(scene):
-    """Whether the ground is level: it has no toe, no crest and no band between them."""
+def is_level(scene: Any) -> bool:
+    """Whether the ground is level, without toe, crest and a band between them."""
     return scene.grid is None or scene.grid.profile is None or len({y for _, y in scene.grid.profile}) == 1
 
 
-def bands_end_stages_that_may_have_one(scene):
+def bands_end_stages_that_may_have_one(scene: Any) -> Iterator[Finding]:
     """A band is checked at frames, between toe and crest of a slope; its states at a window need a coupled window."""
     for i, stage in enumerate(scene.stage):
         band, at = stage.until and stage.until.band, ("stage", i, "until", "band")
@@ -148,7 +150,7 @@ def bands_end_stages_that_may_have_one(scene):
             yield at, why, f"use it in stages of kind {', '.join(named(band=True))}"
         if is_level(scene):
             yield at, "level ground has neither toe nor crest", "use ratio, steps or displacement"
-        if band != "complete" and not any(earlier.kind == "couple" for earlier in scene.stage[:i]):
+        if band != "complete" and number_of(scene.stage[:i], couples=True) is None:
             yield at, f"{band!r} needs a coupled window", 'couple one in an earlier stage, or use band = "complete"'
         if stage.until.steps is None:
             yield at, "the band may never form", "add steps as a second limit"

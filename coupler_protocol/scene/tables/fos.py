@@ -1,4 +1,4 @@
-"""The table `[fos]` of a scene: how a factor of safety is looked for."""
+"""The table `[fos]` of a scene: search for a factor of safety."""
 
 from typing import Annotated, Literal
 
@@ -34,7 +34,7 @@ class FactorOfSafety(Table):
     )
 
     @model_validator(mode="after")
-    def _in_order(self):
+    def _in_order(self) -> "FactorOfSafety":
         if self.bracket[0] >= self.bracket[1]:
             raise ValueError("bracket is [low, high] with low < high")
         if self.zone_sizes and len(set(self.zone_sizes)) < len(self.zone_sizes):

@@ -1,6 +1,6 @@
-"""What materials hold beside their effects: soils of the continuum, materials of discs, and contacts between them.
+"""Keys of materials besides their effects: soils of the continuum, materials of discs, and contacts between them.
 
-Tables of effects (elastic, friction, bond, ...) come to these classes from the entry points (coupler_protocol.scene.scene).
+Tables of effects (elastic, friction, bond, ...) are added to these classes from the entry points (coupler_protocol.scene.scene).
 """
 
 from itertools import pairwise
@@ -14,7 +14,7 @@ from coupler_protocol.scene.tables.grid import Point
 Substance = Literal["soil", "stone", "ring"]
 
 
-def _rightwards(line):
+def _rightwards(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
     if any(b[0] <= a[0] for a, b in pairwise(line)):
         raise ValueError("points must follow each other from left to right")
     return line

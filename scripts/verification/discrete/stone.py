@@ -11,7 +11,7 @@ that share of its area; all fall freely, at g (t - dt / 2): velocities belong to
 
 import numpy as np
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from dem_server.effects.bond import Bond
 from dem_server.effects.friction import Friction
 from dem_server.effects.spring import Spring
@@ -52,8 +52,8 @@ def angles(places, loose=(), **changes):
         xy.append(FIVE @ M + [x, y])
     xy = np.vstack([*xy, *np.reshape(loose, (-1, 2))])
     model, state = loose_discs(xy, np.full(len(xy), R), stone=Stone(), **changes)
-    bodies.mark(model, state, outlines, Stone.density)
-    return bodies.make(model, state, outlines, "clump"), state
+    bodies.assign_discs(model, state, outlines, Stone.density)
+    return bodies.form_stones(model, state, outlines, "clump"), state
 
 
 def quarter_turn(steps):
