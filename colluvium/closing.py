@@ -185,7 +185,7 @@ def _table(columns: Sequence[str], texts: Sequence[Sequence[str]]) -> Any:
     return table
 
 
-def _porosity(window, key):
+def _porosity(window: dict[str, Any], key: str) -> str:
     """A porosity of discs, and with stones also without the gaps inside them."""
     discs = f"{window[key]:.3f}"
     return f"{discs} ({window[key] - window['stone_gaps']:.3f} with solid stones)" if "stone_gaps" in window else discs

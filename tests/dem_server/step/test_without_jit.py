@@ -65,8 +65,8 @@ rng = np.random.default_rng(3)
 static, fast = model, []
 for fraction in (None, 0.3):
     if fraction:
-        ends = [[0.06, -0.02925, 1, -0.0295], [-1, -0.029, 0.06, -0.02925], [1, -0.0295, 0.2, -1], [-0.1, -0.07, 0.06, 0]]
-        state.walls = make_walls(ends, [[0.0, 0.1]] * 4, model)
+        ends = [[0.06, -0.0293, 1.0, -0.0290], [-1.0, -0.0288, 0.06, -0.0293], [-0.0295, -0.1, -0.0295, 1.0]]  # a bend, a corner
+        state.walls = make_walls(ends, [[0.0, 0.1]] * 3, model)
     model = cycle.in_static_mode(static, state) if fraction is None else cycle.in_real_time(static, state, fraction)
     state.v[:] = rng.normal(0.0, 1e-5 if fraction is None else 0.3, (12, 2))
     state.spin[:] = rng.normal(0.0, 1e-4 if fraction is None else 5.0, 12)
