@@ -107,13 +107,22 @@ def as_lines(found: dict[str, Any]) -> list[str]:
         for name, what in (("undecided", "no verdict at"), ("contradictions", "rests above the lowest failure:")):
             if m[name]:
                 lines.append(f"          {what} {', '.join(f'{f:.4f}' for f in m[name])}")
-    extra = found.get("extrapolation")
-    if extra:
-        order = "assumed" if extra["observed_order"] is None or extra["order"] != extra["observed_order"] else "observed"
-        lines.append(
-            f"extrapolated to zone size 0: {extra['value']:.4f} (order {extra['order']:.2f} {order}; brackets add "
-            f"± {extra['from_brackets']:.4f}; GCI of the finest mesh {100 * extra['gci']:.2f} %)"
-        )
+    if found.get("extrapolation"):
+        lines.append(_extrapolated(found["extrapolation"]))
     finest = found["meshes"][-1]
     lines.append(f"{found['quantity']} {finest['value']:.3f} (rests at {finest['low']:.4f}, fails at {finest['high']:.4f})")
     return lines
+
+
+def _extrapolated(extra: dict[str, Any]) -> str:
+    """Value at zone size 0, its interval, or the reason why there is neither; extra: `extrapolation` of fos.json."""
+    order = "assumed" if extra["observed_order"] is None or extra["order"] != extra["observed_order"] else "observed"
+    if extra["value"] is not None:
+        return (
+            f"extrapolated to zone size 0: {extra['value']:.4f} (order {extra['order']:.2f} {order}; brackets add "
+            f"± {extra['from_brackets']:.4f}; GCI of the finest mesh {100 * extra['gci']:.2f} %)"
+        )
+    why = f"the observed order, {extra['order']:.2f}, is too low for a value: add finer meshes"
+    if extra["low"] is None:
+        return f"no extrapolation to zone size 0: {why}"
+    return f"at zone size 0: between {extra['low']:.4f} and {extra['high']:.4f} ({why})"

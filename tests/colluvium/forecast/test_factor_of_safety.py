@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from colluvium import open_run
+from colluvium.forecast.factor_of_safety import _extrapolated
+from fdm_server.fos.extrapolation import extrapolate
 from tests.commands import run_colluvium
 
 COARSE = ("--set", "grid.zone_size=1.25", "--set", "fos.resolution=0.01")
@@ -55,6 +57,15 @@ def test_rules_and_criterion_are_told(searched):
         assert rule in done.stdout
     assert "rests at ratio 1e-05" in done.stdout
     assert "fails" in done.stderr  # progress
+
+
+def test_extrapolations_in_words():
+    """A value, an interval where the order is low, and nothing where there is hardly any."""
+    sizes, none = [1.0, 2.0, 4.0], [0.0] * 3
+    words = [_extrapolated(extrapolate(sizes, [1.0 + 0.1 * h**p for h in sizes], none).as_dict()) for p in (1.0, 0.62, 0.3)]
+    assert words[0].startswith("extrapolated to zone size 0: 1.0000 (order 1.00 observed;")
+    assert words[1].startswith("at zone size 0: between 1.0000 and 1.0587 (the observed order, 0.62, is too low for a value:")
+    assert words[2].startswith("no extrapolation to zone size 0: the observed order, 0.30, is too low")
 
 
 def test_mistakes_are_named_before_anything_is_computed(configs, tmp_path):
