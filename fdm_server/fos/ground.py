@@ -78,7 +78,7 @@ def settle(scene, stop=lambda: None, say=lambda steps, ratio: None):
     steps = _settle(model, state, gravity, scene.fos.ratio, stop, say)
     settlement = weighted_length(model, state.displacement)
     if scene.initial_stress is not None:
-        state = initial_state(scene, model)
+        state = initial_state(scene, model, gravity)
         apply_loads(scene, model, state)
         _settle(model, state, gravity, scene.fos.ratio, stop, say)
     state.velocity[:] = 0.0
