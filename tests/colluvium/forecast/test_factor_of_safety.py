@@ -52,11 +52,27 @@ def test_a_frame_for_each_trial(searched):
 
 def test_rules_and_criterion_are_told(searched):
     _, found, done = searched
-    assert set(found["rules"]) == {"strength", "dilation", "tension"}
+    assert set(found["rules"]) == {"flow", "strength", "dilation", "tension"}
+    assert found["rules"]["flow"] == "psi = phi (associated)"
+    assert "gravity: 10 m/s2" in done.stdout
     for rule in found["rules"].values():
         assert rule in done.stdout
     assert "rests at ratio 1e-05" in done.stdout
     assert "fails" in done.stderr  # progress
+
+
+def test_both_flow_rules_beside_each_other(configs, tmp_path):
+    """psi = 0 is the weaker one; each search has a folder, and fos.json has both."""
+    arguments = ("--flow", "both", "--no-pictures", "--quiet", "--set", "fos.zone_sizes=[2.5]", "--set", "fos.resolution=0.02")
+    done = run_colluvium("fos", configs / "dawson_slope.toml", "--out", tmp_path / "out", *arguments)
+    assert done.returncode == 0, done.stderr
+    found = json.loads((tmp_path / "out" / "fos.json").read_text())["flows"]
+    zero, associated = (found[flow]["meshes"][-1]["value"] for flow in ("zero", "associated"))
+    assert 0.0 < associated - zero < 0.1
+    assert json.loads((tmp_path / "out" / "psi_0" / "fos.json").read_text()) == found["zero"]
+    assert (tmp_path / "out" / "psi_phi" / "mesh1").is_dir()
+    assert f"psi = 0 (non-associated): factor of safety {zero:.4f} on zones of 2.5 m" in done.stdout
+    assert f"psi = phi (associated): factor of safety {associated:.4f} on zones of 2.5 m" in done.stdout
 
 
 def test_extrapolations_in_words():
