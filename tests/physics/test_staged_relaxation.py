@@ -13,8 +13,8 @@ from verification.continuum.holes import AXES, ring_grid, seen
 REST = {"ratio": 1e-6, "steps": 60_000}
 
 
-def opened(over, psi=30.0, cohesion=salencon_hole.COHESION, until=REST, **more):
-    """Wall displacement [m] over the closed form, and the row of the stage, of the hole opened by the product."""
+def opened(over, psi=30.0, cohesion=salencon_hole.COHESION, until=REST, histories=(), **more):
+    """Wall displacement over the closed form, row of the stage, and histories, of the hole opened by the product."""
     boundary = [*AXES, {"on": "outer", "pressure": salencon_hole.P0}, {"on": "inner", "pressure": salencon_hole.P0}]
     law = {"friction": 30.0, "cohesion": cohesion, "dilation": psi}
     relief = {"on": "inner", "pressure": 0.0, "over": over}
@@ -27,35 +27,43 @@ def opened(over, psi=30.0, cohesion=salencon_hole.COHESION, until=REST, **more):
         initial_stress={"xx": -salencon_hole.P0, "yy": -salencon_hole.P0, "zz": -20e6},
         **more,
     )
-    found = as_a_run.compute(scene)
+    found = as_a_run.compute(scene, histories)
     wall = salencon_hole.wall(seen(found.model, found.state))
-    return wall / salencon_hole.wall_displacement(psi, cohesion), found.stages[-1]
+    return wall / salencon_hole.wall_displacement(psi, cohesion), found.stages[-1], found.histories
 
 
 @pytest.mark.parametrize("over", [2, 1000, 4000])
 @pytest.mark.parametrize(("psi", "mesh"), [(30.0, -0.0095), (0.0, -0.0066)])
 def test_the_wall_does_not_depend_on_the_steps_of_the_relief(over, psi, mesh):
-    wall, row = opened(over, psi)
+    wall, row, _ = opened(over, psi)
     assert wall - 1.0 == pytest.approx(mesh, abs=1e-3)
     assert row["ended_by"].startswith("ratio")
 
 
 def test_combined_damping_relieves_to_the_same_wall():
-    wall, _ = opened(1000, damping={"combined": 0.8})
+    wall, _, _ = opened(1000, damping={"combined": 0.8})
     assert wall - 1.0 == pytest.approx(-0.0095, abs=1e-3)
 
 
 def test_weak_rock():
     """c = 1 MPa: nine times the displacement, R0 = 3.03a, where (1 - s)^2 in 64,000 steps still overshoots by more than 1 %."""
-    wall, _ = opened(500, cohesion=1e6)
+    wall, _, _ = opened(500, cohesion=1e6)
     assert wall == pytest.approx(1.0, abs=0.01)
+
+
+def test_the_ledger_books_the_momentum_that_is_taken():
+    """Velocities that are set to zero are a loss to damping: the balance stays closed to round-off."""
+    names = [f"energy_{name}" for name in ("error", "damping", "plastic")]
+    _, _, found = opened(100, record={"every": 10**9, "history": 50, "energy": True}, histories=names)
+    assert np.abs(found["energy_error"]).max() < 1e-12 * found["energy_plastic"][-1]
+    assert found["energy_damping"][-1] > 0.1 * found["energy_plastic"][-1]
 
 
 def test_a_fixed_number_of_steps_is_kept():
     """ratio = 0, and a stage that ends by its steps: the linear ramp, with all that it overshoots."""
-    wall, row = opened(1000, ratio=0)
+    wall, _, _ = opened(1000, ratio=0)
     assert wall > 1.08
-    by_steps, row = opened(1000, until={"steps": 6000})
+    by_steps, row, _ = opened(1000, until={"steps": 6000})
     assert (row["steps"], by_steps) == (6000, pytest.approx(wall, rel=1e-3))
 
 
