@@ -72,9 +72,8 @@ def command(options: argparse.Namespace) -> int:
         text = json.dumps(whole, indent=1)
         print(text) if options.json == "-" else Path(options.json).write_text(text + "\n", encoding="utf-8")
     else:
-        for one in found.values():
-            print("\n".join(as_lines(one)))
-        print("\n".join(beside_each_other(found)))
+        lines = [line for one in found.values() for line in as_lines(one)]
+        print("\n".join([*lines, *beside_each_other(found)]))
         print(f"results in {out}")
     return exits.DONE
 
