@@ -3,6 +3,7 @@
 import numpy as np
 import shapely
 
+from coupler_protocol.geometry import outline_fault
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.problems import unfit
 from dem_server.model import build_model
@@ -49,10 +50,10 @@ def bare(scene, discs, reference_gap=False):
 
 def rim_of(polygon, length):
     """Nodes about `length` [m] apart along a polygon (P, 2), counter-clockwise; raises SceneError if it crosses itself."""
-    shape = shapely.Polygon(polygon)
-    if not shape.is_valid or shape.area <= 0.0:
-        raise unfit("window.polygon", "the polygon crosses itself or has no area", "list its corners in order")
-    shape = shapely.geometry.polygon.orient(shape)
+    fault = outline_fault(polygon)
+    if fault:
+        raise unfit("window.polygon", f"the polygon {fault}", "list its corners in order")
+    shape = shapely.geometry.polygon.orient(shapely.Polygon(polygon))
     sides = np.hypot(*np.diff(np.array(shape.exterior.coords), axis=0).T)
     if sides.min() < 0.5 * length:  # a curve of many short sides: control discs cannot follow them one by one
         shape = shape.simplify(STRAIGHT * length)

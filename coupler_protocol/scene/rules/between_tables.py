@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
+from coupler_protocol.scene.rules.polygons import polygons_are_outlines
 from coupler_protocol.scene.rules.stages import STAGE_RULES
 from coupler_protocol.scene.rules.windows import WINDOW_RULES
 
@@ -154,6 +155,7 @@ def across_of(scene, window):
 
 COMMON_RULES = (
     names_are_unique,
+    polygons_are_outlines,
     effects_of_discs_are_ours,
     stones_need_their_material,
     stones_are_drawn_or_mapped,

@@ -13,9 +13,6 @@ def windows_of_whole_zones(scene):
         if w.polygon is not None:
             if given:
                 yield ("window", i), f"the window has a polygon and {' and '.join(given)}", "remove one of them"
-            elif not _is_simple(w.polygon):
-                what = "the polygon crosses itself, touches itself or has no area"
-                yield ("window", i, "polygon"), what, "list its corners in order"
             continue
         for key in ("columns", "rows"):
             if given and key not in given:
@@ -23,13 +20,6 @@ def windows_of_whole_zones(scene):
         if not given:
             remedy = "columns and rows = [first, last] zone, from 0, or polygon = [[x, y], ..]"
             yield ("window", i), "the window does not say which zones it takes", remedy
-
-
-def _is_simple(polygon):
-    import shapely  # imported only where a polygon is given: it loads slowly
-
-    shape = shapely.Polygon(polygon)
-    return shape.is_valid and shape.area > 0.0
 
 
 def windows_lie_inside(scene):
