@@ -30,7 +30,8 @@ without the table, the law has no code, memory or output. `--set KEY=VALUE` over
 A stage starts from the stresses, displacements, gravity and boundaries at the end of the previous one. Gravity is zero until a
 stage sets `gravity`. A stage ends at the first of its `until` conditions, but at a ratio only after its ramps. Velocities are
 metres a step in static stages and metres a second in stages with `time = "real"`. Static stages need `[damping]`
-to come to rest. Stiffness is given by bulk and shear modulus: K = E / (3 (1 - 2 nu)), G = E / (2 (1 + nu)).
+to come to rest. Stiffness is given by bulk and shear modulus, or by Young's modulus and Poisson's ratio:
+K = E / (3 (1 - 2 nu)), G = E / (2 (1 + nu)). `colluvium check` prints both pairs.
 
 The results are in DIR: `run.json` has the stages with the reactions of all held sides at their ends; `colluvium.open_run` reads
 frames and histories (docs/output.md):

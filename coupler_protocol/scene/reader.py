@@ -15,6 +15,11 @@ from coupler_protocol.scene.scene import scene_class
 from coupler_protocol.scene.toml_lines import line_of, locate
 
 FROM_SET = 0  # stands for a line where the command line gave the value
+ALIKE = 0.7  # similarity of a mistyped key and the one that was probably meant
+DRY = "there is no pore water: the ground is dry, or computed in total stresses"
+NOT_COMPUTED = dict.fromkeys(("water", "groundwater", "pore_pressure", "phreatic", "water_table"), DRY) | dict.fromkeys(
+    ("anchor", "beam", "bolt", "cable", "geogrid", "liner", "pile", "structure"), "there are no structural elements"
+)  # tables of other programs
 
 
 def read_scene(path, overrides=()):
@@ -83,12 +88,15 @@ def _problem(error, file, lines):
     """One of pydantic's errors in our words."""
     path, kind = tuple(error["loc"]), error["type"]
     reason, remedy = error["msg"], ""
-    if kind == "extra_forbidden":
+    if kind == "refused":
+        remedy = error["ctx"]["remedy"]
+    elif kind == "extra_forbidden":
         key = str(path[-1])
         known = _keys_at(path[:-1])
-        close = difflib.get_close_matches(key, known, n=1, cutoff=0.6)
+        close = difflib.get_close_matches(key, known, n=1, cutoff=ALIKE)
         reason = "unknown key"
         remedy = f'did you mean "{close[0]}"?' if close else f"known here: {', '.join(sorted(known))}"
+        remedy = f"{NOT_COMPUTED[key]}; {remedy}" if key in NOT_COMPUTED and not close else remedy
     elif kind == "missing":
         reason, remedy = "missing", _meaning(path)
     elif kind == "literal_error":
@@ -101,8 +109,33 @@ def _problem(error, file, lines):
         reason = reason.removeprefix("Value error, ").removeprefix("Input ")
         if not isinstance(error["input"], dict | list):
             reason += f", not {error['input']!r}"
-        remedy = _meaning(path)
+        remedy = _within_bounds(error, path) + _meaning(path)
     return Problem(*_place(file, lines, path), _dotted(path), reason, remedy)
+
+
+def _within_bounds(error, path):
+    """What a number outside its bounds could be instead, in front of the meaning of its key; "" for other errors."""
+    value, limits = error["input"], error.get("ctx") or {}
+    low, high = limits.get("ge", limits.get("gt")), limits.get("le", limits.get("lt"))
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return ""
+    if low == 0 and value < 0:
+        return f"did you mean {-value:g}? "
+    usual = (getattr(_field_at(path), "json_schema_extra", None) or {}).get("usual")
+    if (low is not None or high is not None) and usual:
+        return f"usual are {usual[0]:g} to {usual[1]:g}; "
+    if low is not None:
+        return f"use {'at least' if 'ge' in limits else 'more than'} {low:g}; "
+    return "" if high is None else f"use {'at most' if 'le' in limits else 'less than'} {high:g}; "
+
+
+def _field_at(path):
+    """The declared field of a key; None where there is none."""
+    path = tuple(path)
+    while path and isinstance(path[-1], int):
+        path = path[:-1]
+    model = _model_at(path[:-1]) if path else None
+    return model.model_fields.get(path[-1]) if model else None
 
 
 def _model_at(path):
@@ -130,15 +163,12 @@ def _keys_at(path):
 
 def _meaning(path):
     """Unit and meaning of a key, as declared."""
-    path = tuple(path)
-    while path and isinstance(path[-1], int):
-        path = path[:-1]
-    model = _model_at(path[:-1]) if path else None
-    field = model.model_fields.get(path[-1]) if model else None
+    field = _field_at(path)
     if field is None:
         return ""
+    name = next(part for part in reversed(tuple(path)) if not isinstance(part, int))
     unit = (field.json_schema_extra or {}).get("unit", "-")
-    return f"{path[-1]} [{unit}]: {field.description}"
+    return f"{name} [{unit}]: {field.description}"
 
 
 def _override(data, text, lines):

@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from coupler_protocol.scene.tables.grading import grading_of
+from fdm_server.effects.elastic import poisson_ratio
 from fdm_server.ground.excavation import all_held
 from fdm_server.mesh.grid import build_grid, centroids
 from fdm_server.mesh.grid_sides import fixed_components
@@ -22,11 +23,6 @@ def doubts(scene):
     grid = build_grid(scene)
     of_grid = [*_shapes(grid), *_supports(scene, grid), *_rims(scene, grid)]
     return [*_stiffness(scene), *_overlaps(scene), *of_grid, *_restless(scene)]
-
-
-def poisson_ratio(elastic):
-    """nu [-] of a table with bulk and shear modulus."""
-    return (3.0 * elastic.bulk - 2.0 * elastic.shear) / (2.0 * (3.0 * elastic.bulk + elastic.shear))
 
 
 def _stiffness(scene):
