@@ -11,6 +11,7 @@ import numpy as np
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
 from coupler_protocol.scene.rules.polygons import polygons_are_outlines
 from coupler_protocol.scene.rules.stages import STAGE_RULES
+from coupler_protocol.scene.rules.units import doubts_of_units, units_are_si
 from coupler_protocol.scene.rules.windows import WINDOW_RULES
 
 LEAST = 4.0  # largest discs that must fit side by side into the shorter side of a window
@@ -18,16 +19,17 @@ LEAST = 4.0  # largest discs that must fit side by side into the shorter side of
 
 def broken_rules(scene):
     """All broken rules of a scene whose tables are valid one by one."""
-    rules = COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES)
-    broken = [found for rule in rules for found in rule(scene)]
-    if broken:
-        return broken
+    for rules in (COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES), RULES_OF_VALUES):
+        broken = [found for rule in rules for found in rule(scene)]
+        if broken:
+            return broken
     return [found for point in entry_points(group="colluvium.rules") for found in point.load()(scene)]
 
 
 def doubts(scene):
-    """Doubts about a valid scene, (path, what, remedy), from the entry-point group `colluvium.doubts`."""
-    return [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
+    """Doubts about a valid scene, (path, what, remedy): our own, and those of the entry-point group `colluvium.doubts`."""
+    own = [found for doubt in DOUBTS for found in doubt(scene)]
+    return own + [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
 
 
 def grid_needs_material(scene):
@@ -168,3 +170,5 @@ GRID_RULES = (
     only_without_a_grid,
     *STAGE_RULES,
 )
+RULES_OF_VALUES = (units_are_si,)  # of scenes whose tables fit together
+DOUBTS = (doubts_of_units,)
