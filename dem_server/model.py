@@ -6,12 +6,14 @@ contact remembers in arrays beside it: pair p is of the discs first[p] < second[
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from coupler_protocol.interface.ring import inner_share
 from dem_server.effects import RING, SOIL, Law, histories, law_from
+from dem_server.effects.parameter_table import parameters_of
 
 X, Y, VX, VY, SPIN, RADIUS, MASS, INERTIA = range(8)  # columns of State.disc
 ANGLE = 5  # of Clumps.motion, whose other columns are those of a disc
@@ -34,6 +36,11 @@ class Model:
     density: np.ndarray
     smallest_radius: float
     real_time: float | None = None
+
+    @cached_property
+    def parameters(self):
+        """The law as kernels take it (Parameters)."""
+        return parameters_of(self.law)
 
     @property
     def in_real_time(self):

@@ -6,7 +6,8 @@ the number of their material, contacts the number of their *kind of pair* `kind 
 keeps one array over kinds. None stands for an effect that is absent: numba compiles it away, and its arrays are never made.
 """
 
-from typing import NamedTuple
+from types import NoneType
+from typing import NamedTuple, get_args, get_type_hints
 
 from dem_server.effects.bond import BondTable, bond_table
 from dem_server.effects.damping import DampingTable
@@ -36,6 +37,15 @@ class Law(NamedTuple):
     def has_shear(self):
         """Whether any contact can carry a shear force."""
         return any(effect is not None for effect in (self.friction, self.bond, self.dashpot, self.parallel_bond))
+
+
+def _table_classes():
+    """Class of the table of each effect that acts at contacts, by its name, in acting order."""
+    hints = {name: get_args(hint) or (hint,) for name, hint in get_type_hints(Law).items() if name != "damping"}
+    return {name: next(cls for cls in classes if cls is not NoneType) for name, classes in hints.items()}
+
+
+TABLES = _table_classes()
 
 
 def grains_of(discs, ring=None):

@@ -5,18 +5,16 @@ list of pairs to a new one, into checkpoints, into frames and, as a `PairHistory
 several arrays of one effect under one field: `parallel.gap` is field `gap` of State.parallel. An effect that is absent has None.
 """
 
+import sys
 from dataclasses import field, make_dataclass
 from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 
-from dem_server.effects import bond, dashpot, friction, parallel_bond, rolling, spring
+from dem_server.effects import TABLES
 
-EFFECTS = {
-    "spring": spring, "friction": friction, "bond": bond, "rolling": rolling, "dashpot": dashpot, "parallel_bond": parallel_bond,
-}  # fmt: skip
-DECLARED = {effect: getattr(module, "HISTORIES", ()) for effect, module in EFFECTS.items()}  # in the order of Law
+DECLARED = {effect: getattr(sys.modules[table.__module__], "HISTORIES", ()) for effect, table in TABLES.items()}
 
 
 def _fields():

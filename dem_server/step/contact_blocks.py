@@ -16,25 +16,22 @@ from dem_server.step.contact_law import law_of_block
 
 
 @jit(borrows=True)
-def add_parts(begin, end, disc, load, listed, history, counters, law, dt, table, f):
-    """Add the forces of parts begin..end of the list to the loads; table: of `table_of`, f: scratch memory (rows.SIZE,).
+def add_parts(begin, end, disc, load, listed, history, counters, parameters, dt, f):
+    """Add the forces of parts begin..end of the list to the loads; f: scratch memory (scratch_rows.SIZE,).
 
-    Effects only say that they are there: their parameters come from the table. What is absent must be an argument of its own
-    where it is asked for, so tuples are opened at the calls.
+    What is absent must be an argument of its own where it is asked for, so tuples are opened at the calls.
     """
     filled = -1
     for part in range(begin, end):
         p0, p1 = listed.parts[part, 0], listed.parts[part, 1]
         while p0 < p1:
-            m = min(np.uint64(scratch_rows.LANES), p1 - p0)
+            m = min(scratch_rows.LANES, p1 - p0)
             gather(p0, m, listed.first, listed.second, disc, f)
-            filled = gather_parameters(
-                p0, m, listed.kind, filled, table, law.friction, law.bond, law.rolling, law.dashpot, law.parallel_bond, f
-            )  # fmt: skip
+            filled = gather_parameters(p0, m, listed.kind, filled, parameters.values, parameters.present, f)
             gather_history(p0, m, history, f)
             broken = law_of_block(
-                m, dt, f, history.shear, history.reference_gap, law.friction, law.bond, law.rolling, law.dashpot,
-                law.parallel_bond,
+                m, dt, f, history.shear, history.reference_gap, parameters.friction, parameters.bond, parameters.rolling,
+                parameters.dashpot, parameters.parallel_bond,
             )  # fmt: skip
             scatter(p0, m, listed.first, listed.second, load, f)
             store_history(p0, m, history, f)
@@ -55,46 +52,29 @@ def gather(p0, m, first, second, disc, f):
 
 
 @jit(forceinline=True, borrows=True)
-def gather_parameters(p0, m, kind, filled, table, friction, bond, rolling, dashpot, parallel_bond, f):
+def gather_parameters(p0, m, kind, filled, values, present, f):
     """Parameters of the pairs' kinds; nothing to do where all are of kind `filled`. Returns the kind if it is one, or -1."""
     k, same = np.int64(kind[p0]), True
     for q in range(m):
         same &= kind[p0 + q] == k
     if same and k == filled:
         return filled
-    spread(p0, m, same, kind, table, scratch_rows.KN, f)
-    spread(p0, m, same, kind, table, scratch_rows.KS, f)
-    if friction is not None:
-        spread(p0, m, same, kind, table, scratch_rows.FRICTION, f)
-    if bond is not None:
-        spread(p0, m, same, kind, table, scratch_rows.TENSION, f)
-        spread(p0, m, same, kind, table, scratch_rows.STRENGTH, f)
-    if rolling is not None:
-        spread(p0, m, same, kind, table, scratch_rows.ROLLING, f)
-    if dashpot is not None:
-        spread(p0, m, same, kind, table, scratch_rows.DASH_N, f)
-        spread(p0, m, same, kind, table, scratch_rows.DASH_S, f)
-        spread(p0, m, same, kind, table, scratch_rows.PULLS, f)
-    if parallel_bond is not None:
-        spread(p0, m, same, kind, table, scratch_rows.GLUE_KN, f)
-        spread(p0, m, same, kind, table, scratch_rows.GLUE_KS, f)
-        spread(p0, m, same, kind, table, scratch_rows.GLUE_TENSION, f)
-        spread(p0, m, same, kind, table, scratch_rows.GLUE_COHESION, f)
-        spread(p0, m, same, kind, table, scratch_rows.GLUE_RADIUS, f)
+    for r in range(len(present)):
+        spread(p0, m, same, kind, values, present[r], f)
     return k if same else np.int64(-1)
 
 
 @jit(forceinline=True, borrows=True)
-def spread(p0, m, same, kind, table, row, f):
-    """A parameter of the m pairs from p0 on, or in all lanes where their kind is the same."""
-    number = row // np.uint64(scratch_rows.LANES)
+def spread(p0, m, same, kind, values, number, f):
+    """A row of parameters of the m pairs from p0 on, or in all lanes where their kind is the same."""
+    row = number * scratch_rows.LANES
     if same:
-        value = table[number, kind[p0]]
+        value = values[number, kind[p0]]
         for q in range(scratch_rows.LANES):
-            f[row + np.uint64(q)] = value
+            f[row + q] = value
     else:
         for q in range(m):
-            f[row + q] = table[number, kind[p0 + q]]
+            f[row + q] = values[number, kind[p0 + q]]
 
 
 @jit(forceinline=True, borrows=True)
@@ -191,54 +171,3 @@ def count(before, now, counters):
         counters[TENSION_BREAKS] += 1
     if before == BONDED and now == BROKEN_SHEAR:
         counters[SHEAR_BREAKS] += 1
-
-
-@jit
-def table_of(law):
-    """Parameters of all effects in one array (rows, kinds), each in the row that it has in the scratch memory."""
-    table = np.zeros((scratch_rows.COUNT, kinds_of(law)))
-    fill_table_of(law, table)
-    return table
-
-
-@jit(borrows=True)
-def kinds_of(law):
-    """Number of kinds of pairs."""
-    return len(law.spring.normal)
-
-
-@jit(borrows=True)
-def fill_table_of(law, table):
-    """Open the law for `fill_table`."""
-    fill_table(law.spring, law.friction, law.bond, law.rolling, law.dashpot, law.parallel_bond, table)
-
-
-@jit(borrows=True)
-def fill_table(spring, friction, bond, rolling, dashpot, parallel_bond, table):
-    """Rows of `table_of`."""
-    put(spring.normal, scratch_rows.KN, table)
-    put(spring.shear, scratch_rows.KS, table)
-    if friction is not None:
-        put(friction.coefficient, scratch_rows.FRICTION, table)
-    if bond is not None:
-        put(bond.tension, scratch_rows.TENSION, table)
-        put(bond.shear, scratch_rows.STRENGTH, table)
-    if rolling is not None:
-        put(rolling.coefficient, scratch_rows.ROLLING, table)
-    if dashpot is not None:
-        put(dashpot.normal, scratch_rows.DASH_N, table)
-        put(dashpot.shear, scratch_rows.DASH_S, table)
-        put(dashpot.tension, scratch_rows.PULLS, table)
-    if parallel_bond is not None:
-        put(parallel_bond.normal, scratch_rows.GLUE_KN, table)
-        put(parallel_bond.shear, scratch_rows.GLUE_KS, table)
-        put(parallel_bond.tension, scratch_rows.GLUE_TENSION, table)
-        put(parallel_bond.cohesion, scratch_rows.GLUE_COHESION, table)
-        put(parallel_bond.radius, scratch_rows.GLUE_RADIUS, table)
-
-
-@jit
-def put(values, row, table):
-    """One row of `table_of`."""
-    for k in range(len(values)):
-        table[row // np.uint64(scratch_rows.LANES), k] = values[k]

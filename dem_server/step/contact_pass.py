@@ -11,10 +11,10 @@ from coupler_protocol.compiled.jit import jit
 from dem_server.effects.histories import history_of
 from dem_server.model import X, Y
 from dem_server.step import neighbours, scratch_rows, walls
-from dem_server.step.contact_blocks import add_parts, table_of
+from dem_server.step.contact_blocks import add_parts
 from dem_server.step.thread_crew import meet, part_of, work_together
 from dem_server.step.thread_shares import shares
-from dem_server.step.walls import wall_pass
+from dem_server.step.walls import wall_pass_of
 
 
 def contact_forces(model, state):
@@ -35,13 +35,13 @@ def make_current(model, state):
 
 def add_forces(model, state):
     """Forces and moments on all discs from the list as it is."""
-    split, known = shares(model), (state.disc, state.load, state.listed, history_of(state), model.law, state.dt)
+    split, known = shares(model), (state.disc, state.load, state.listed, history_of(state), model.parameters, state.dt)
     if len(split) > 1:
         work_together(lambda _, __, counts, crew: force_pass(*known, counts, crew), split, state.counters)
     else:
         force_pass(*known, state.counters, None)
     if state.walls is not None:
-        wall_pass(state.disc, state.load, state.dt, *walls.arguments(model, state))
+        wall_pass_of(state.disc, state.load, state.dt, *walls.arguments(model, state))
 
 
 @jit
@@ -62,18 +62,18 @@ def number_of_parts(listed):
 
 
 @jit
-def force_pass(disc, load, listed, history, law, dt, counters, crew):
+def force_pass(disc, load, listed, history, parameters, dt, counters, crew):
     """Loads of all discs from all listed pairs, by one thread (`crew` None) or by all of the crew that call it together."""
-    add_list(disc, load, listed, history, law, dt, counters, crew, table_of(law), np.empty(scratch_rows.SIZE))
+    add_list(disc, load, listed, history, parameters, dt, counters, crew, np.empty(scratch_rows.SIZE))
 
 
 @jit(borrows=True)
-def add_list(disc, load, listed, history, law, dt, counters, crew, table, f):
-    """`force_pass` with the table of the law's parameters (contact_blocks.table_of) and scratch memory f (SIZE,)."""
+def add_list(disc, load, listed, history, parameters, dt, counters, crew, f):
+    """`force_pass` with scratch memory f (scratch_rows.SIZE,)."""
     parts = number_of_parts(listed)
     if crew is None:
         load[:] = 0.0
-        add_parts(0, parts, disc, load, listed, history, counters, law, dt, table, f)
+        add_parts(0, parts, disc, load, listed, history, counters, parameters, dt, f)
     else:
         begin, end = part_of(crew, 0, len(load))
         load[begin:end] = 0.0
@@ -83,5 +83,5 @@ def add_list(disc, load, listed, history, law, dt, counters, crew, table, f):
             if shared:
                 begin, end = part_of(crew, begin, end)
             if shared or crew.rank == 0:
-                add_parts(begin, end, disc, load, listed, history, counters, law, dt, table, f)
+                add_parts(begin, end, disc, load, listed, history, counters, parameters, dt, f)
             meet(crew)

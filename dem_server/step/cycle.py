@@ -15,14 +15,13 @@ from dem_server.effects.histories import history_of
 from dem_server.model import CAPS, SPIN, VX
 from dem_server.step import guards, scratch_rows
 from dem_server.step.clumps import move_clumps
-from dem_server.step.contact_blocks import table_of
 from dem_server.step.contact_pass import add_list, contact_forces, farthest
 from dem_server.step.masses import stable_step
 from dem_server.step.motion import SPEED_CAP, move
 from dem_server.step.neighbours import rebuild, skin
 from dem_server.step.thread_crew import meet, over_all_threads, work_together
 from dem_server.step.thread_shares import shares
-from dem_server.step.walls import move_walls, wall_pass
+from dem_server.step.walls import move_walls, wall_pass_of
 
 
 class Bodies(NamedTuple):
@@ -108,7 +107,7 @@ def cycle_shares(model, state, gravity, steps):
     kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
     state.dt = dt
     known = (
-        steps, kick, dt, bodies_of(state), pace_of(model, state, gravity), state.listed, history_of(state), model.law,
+        steps, kick, dt, bodies_of(state), pace_of(model, state, gravity), state.listed, history_of(state), model.parameters,
         state.clumps, state.walls, model.material, model.materials,
     )  # fmt: skip
 
@@ -151,7 +150,7 @@ def shorten(model, state):
 
 @jit
 def cycle(
-    steps, kick, dt, bodies, pace, listed, history, law, clumps, walls, material, materials, begin, end, counters, crew
+    steps, kick, dt, bodies, pace, listed, history, parameters, clumps, walls, material, materials, begin, end, counters, crew
 ):  # fmt: skip
     """Kernel of `advance`: steps done, bodies that were too fast in the last, whether its contact forces are known.
 
@@ -161,10 +160,9 @@ def cycle(
     """
     disc, load, weight, angle, listed_at = bodies
     gravity, fastest, cap, leeway = pace
-    damping, spring, friction, rolling, dashpot = law.damping, law.spring, law.friction, law.rolling, law.dashpot
+    damping, scratch = parameters.damping, np.empty(scratch_rows.SIZE)
     if walls is not None:
         servo = walls.servo  # opened here: in the loop every opening would count references
-    table, scratch = table_of(law), np.empty(scratch_rows.SIZE)
     fast, fresh, step, moved = 0, True, 0, leeway
     first_of_all = True
     if crew is not None:
@@ -191,12 +189,10 @@ def cycle(
             moved = farthest(disc, listed_at)
             fresh = moved <= leeway
         if fresh:
-            add_list(disc, load, listed, history, law, dt, counters, crew, table, scratch)
+            add_list(disc, load, listed, history, parameters, dt, counters, crew, scratch)
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if fresh and first_of_all:
-                wall_pass(
-                    disc, load, dt, walls, servo, material, materials, clumps, spring, friction, rolling, dashpot
-                )  # fmt: skip
+                wall_pass_of(disc, load, dt, walls, servo, material, materials, clumps, parameters)
         if crew is not None:
             meet(crew)
         kick = dt

@@ -15,6 +15,7 @@ import numpy as np
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects import RING
 from dem_server.effects.pair_stiffness import pair_dashpots, pair_stiffness
+from dem_server.effects.parameter_table import rows_of
 from dem_server.model import FX, FY, MASS, MOMENT, RADIUS, SPIN, VX, VY, Walls, X, Y
 from dem_server.step.compiled_laws import (
     clipped,
@@ -27,6 +28,11 @@ from dem_server.step.compiled_laws import (
     viscous_force,
 )
 from dem_server.step.servo import steer
+
+KN, KS = rows_of("spring")
+(FRICTION,) = rows_of("friction")
+(ROLLING,) = rows_of("rolling")
+DASH_N, DASH_S, PULLS = rows_of("dashpot")
 
 
 def make_walls(ends, velocity, model, servo=None):
@@ -44,9 +50,9 @@ def wall_kinds(model):
 
 def arguments(model, state):
     """What `wall_pass` takes beside discs and loads."""
-    law, walls = model.law, state.walls
+    walls = state.walls
     servo = None if walls is None else walls.servo
-    return walls, servo, model.material, model.materials, state.clumps, law.spring, law.friction, law.rolling, law.dashpot
+    return walls, servo, model.material, model.materials, state.clumps, model.parameters
 
 
 @jit(borrows=True)
@@ -74,8 +80,17 @@ def nearest(ends, w, x, y):
 
 
 @jit
-def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring, friction, rolling, dashpot):
-    """Eqs (1) and (2) for every disc at every wall, added to the loads."""
+def wall_pass_of(disc, load, dt, walls, servo, material, materials, clumps, parameters):
+    """Open the parameters for `wall_pass`."""
+    wall_pass(
+        disc, load, dt, walls, servo, material, materials, clumps, parameters.values, parameters.friction, parameters.rolling,
+        parameters.dashpot,
+    )  # fmt: skip
+
+
+@jit
+def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, values, friction, rolling, dashpot):
+    """Eqs (1) and (2) for every disc at every wall, added to the loads; values: of Parameters."""
     ends, velocity, force, before_n, before_s = walls.ends, walls.velocity, walls.force, walls.normal, walls.shear
     rolled = walls.rolled
     for w in range(len(ends)):
@@ -96,17 +111,17 @@ def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring,
             arm = r + 0.5 * (d - r)
             du, dv = velocity[w, 0] - disc[i, VX], velocity[w, 1] - disc[i, VY]
             rate = dv * nx - du * ny - disc[i, SPIN] * arm
-            Fn = normal_force(spring.normal[k], d - r)
+            Fn = normal_force(values[KN, k], d - r)
             if servo is not None:
-                servo.stiffness[w] += spring.normal[k]
-            Fs, limit = shear_force(spring.shear[k], rate * dt, before_s[i, w]), 0.0
+                servo.stiffness[w] += values[KN, k]
+            Fs, limit = shear_force(values[KS, k], rate * dt, before_s[i, w]), 0.0
             if friction is not None:
-                limit = slip_limit(friction.coefficient[k], Fn)
+                limit = slip_limit(values[FRICTION, k], Fn)
             Fs = clipped(Fs, limit)
             before_n[i, w], before_s[i, w] = Fn, Fs
             if rolling is not None:
-                mr = rolling_moment(rolling_stiffness(spring.shear[k], r), -disc[i, SPIN] * dt, rolled[i, w])
-                mr = clipped(mr, rolling_limit(rolling.coefficient[k], r, Fn))
+                mr = rolling_moment(rolling_stiffness(values[KS, k], r), -disc[i, SPIN] * dt, rolled[i, w])
+                mr = clipped(mr, rolling_limit(values[ROLLING, k], r, Fn))
                 rolled[i, w] = mr
                 load[i, MOMENT] -= mr
             if dashpot is not None:
@@ -115,11 +130,11 @@ def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, spring,
                     if clumps.body[i] >= 0:
                         root = clumps.motion[clumps.body[i], MASS] ** 0.5
                 if servo is not None:
-                    servo.dashpot[w] += dashpot.normal[k] * root
-                Fn += viscous_force(dashpot.normal[k], root, du * nx + dv * ny)
-                if not dashpot.tension[k]:
+                    servo.dashpot[w] += values[DASH_N, k] * root
+                Fn += viscous_force(values[DASH_N, k], root, du * nx + dv * ny)
+                if values[PULLS, k] == 0.0:
                     Fn = max(Fn, 0.0)
-                Fs = clipped(Fs + viscous_force(dashpot.shear[k], root, rate), limit)
+                Fs = clipped(Fs + viscous_force(values[DASH_S, k], root, rate), limit)
             px, py = Fn * nx - Fs * ny, Fn * ny + Fs * nx
             load[i, FX] -= px
             load[i, FY] -= py
