@@ -116,8 +116,17 @@ def run_command(options):
             raise exits.EnvironmentFailed(f"{wanted} is the run to branch from: choose another --out, or colluvium resume")
         restart.check(scene, options.origin)
     out = command_line.prepare_folder(wanted, processes.own_files(wanted), options.force)
+    _open(options, scene)
     (out / "scene.toml").write_text(Path(options.scene).read_text(encoding="utf-8"), encoding="utf-8")
     return _compute(options, scene, options.scene, out, [f"--set={pair}" for pair in options.set])
+
+
+def _open(options, scene):
+    """Say on standard error, before a run, what zones every material has and what of the scene is worth a second look."""
+    from colluvium.forecast import check
+
+    for line in [] if options.quiet else check.opening(scene):
+        print(line, file=sys.stderr)
 
 
 def resume_command(options):

@@ -19,6 +19,14 @@ class Problem:
         return f"{text}\n    {self.remedy}" if self.remedy else text
 
 
+def dotted(path):
+    """A path of keys and numbers as a scene's author would write it: material[0].density."""
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
+    return text
+
+
 def unfit(key, reason, remedy):
     """The error for a scene that turns out, only when it is built, to ask for what cannot be."""
     return SceneError([Problem("scene", None, key, reason, remedy)])

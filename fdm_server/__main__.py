@@ -1,6 +1,5 @@
 """Command line of the continuum server: `fdm-server SCENE --bind tcp://127.0.0.1:5555 --out DIR`."""
 
-import logging
 import sys
 
 from coupler_protocol import exits
@@ -60,13 +59,10 @@ def compute(scene, transport, out, progress, stop, origin=None, plugin=None):
     coupler_protocol.process.plugin.Plugin or None.
     Writes run.json however it ends. On failure the peers are told and State is saved; the exception goes on.
     """
-    from coupler_protocol.scene.rules.between_tables import doubts
     from coupler_protocol.wire.lockstep import Clocks, Hub
     from fdm_server.procedure.grid_side import ContinuumSide
 
     hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), stop)
-    for _, what, remedy in doubts(scene):
-        logging.getLogger("fdm-server").warning("%s; %s", what, remedy)
 
     def side():
         return ContinuumSide(scene, hub, out, progress, origin, plugin)

@@ -4,20 +4,29 @@ import numpy as np
 
 from coupler_protocol.files import disc_csv
 from coupler_protocol.interface.ring import polygon_area
-from coupler_protocol.scene.rules.between_tables import doubts
+from coupler_protocol.scene.rules.between_tables import listed_doubts
+from coupler_protocol.scene.rules.units import in_words
 from coupler_protocol.scene.scene import declared_effects
 from coupler_protocol.scene.schedule import beginning, large_strain, plan
 from coupler_protocol.scene.tables.grading import grading_of
 
 
 def effects(scene):
-    """Every installed effect: {"effect", "summary", "acts", "where"}; `where` names the tables that switch it on."""
+    """Installed effects that could act: {"effect", "summary", "acts", "where"}; `where` names the tables that switch one on."""
     rows = []
     for place, cls in declared_effects().items():
+        if not _concerns(scene, place):
+            continue
         where = list(_tables(scene, place))
         summary = (cls.__doc__ or "").strip().splitlines()[0]
         rows.append({"effect": place, "summary": summary, "acts": bool(where), "where": where})
     return rows
+
+
+def _concerns(scene, place):
+    """Whether an effect of this place could act: those of the ground need a grid, those of discs need discs."""
+    of_discs = place.partition(".")[0] in ("grain", "discs")
+    return scene.discs is not None if of_discs else scene.grid is not None
 
 
 def _tables(scene, place):
@@ -53,8 +62,29 @@ def sizes(scene):
         windows.append({"name": window.name, **sizes})
     stones = scene.stones.model_dump(mode="json") if scene.stones else None
     counts = {"columns": int(grid.column.max()) + 1, "rows": int(grid.row.max()) + 1}
-    counts |= {"zones": len(grid.zones), "gridpoints": len(grid.xy)}
+    counts |= {"zones": len(grid.zones), "gridpoints": len(grid.xy), "materials": materials(scene, grid)}
     return {**counts, "windows": windows, "stones": stones}
+
+
+def materials(scene, grid):
+    """Every material: zones and area of the mesh, area drawn [m2], both pairs of moduli."""
+    from fdm_server.checks.materials import laid_out
+    from fdm_server.effects.elastic import poisson_ratio, young_modulus
+
+    rows = []
+    for material, laid in zip(scene.material, laid_out(scene, grid), strict=True):
+        moduli = {"bulk": material.elastic.bulk, "shear": material.elastic.shear}
+        moduli |= {"young": young_modulus(material.elastic), "poisson": poisson_ratio(material.elastic)}
+        rows.append({"name": material.name, "zones": laid.zones, "area": laid.area, "drawn": laid.drawn, **moduli})
+    return rows
+
+
+def materials_in_words(rows):
+    """A line for every material."""
+    for m in rows:
+        drawn = f"{m['area']:.4g} m2 (drawn {m['drawn']:.4g})"
+        pairs = f"K {in_words(m['bulk'])}, G {in_words(m['shear'])} Pa (E {in_words(m['young'])} Pa, nu {m['poisson']:.3g})"
+        yield f"material {m['name']}: {m['zones']} zones, {drawn}, {pairs}"
 
 
 def _stones_in_words(stones):
@@ -88,20 +118,32 @@ def answer(scene):
     """All of the above in one dictionary."""
     found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
     found |= {"effects": effects(scene), "stages": stages(scene)}
-    return found | {"doubts": [{"what": what, "remedy": remedy} for _, what, remedy in doubts(scene)]}
+    return found | {"doubts": listed_doubts(scene)}
+
+
+def opening(scene):
+    """What a run says before it starts: zones and areas of materials, and doubts."""
+    if scene.grid is not None:
+        from fdm_server.mesh.grid import build_grid
+
+        yield from materials_in_words(materials(scene, build_grid(scene)))
+    for doubt in listed_doubts(scene):
+        yield f"worth a second look: {doubt['key']}: {doubt['what']}; {doubt['remedy']}"
 
 
 def print_answer(found, console):
     """Print the answer for a person; `found["locate"]`, `found["limits"]`: of those modules, where asked for."""
-    from colluvium.forecast import step_limits
-    from colluvium.forecast.locate import in_words
+    from colluvium.forecast import locate, step_limits
 
-    console.print(f"{found['title'] or 'scene'}: no problems found")
+    second = f", {len(found['doubts'])} worth a second look (at the end)" if found["doubts"] else ""
+    console.print(f"{found['title'] or 'scene'}: no problems found{second}", markup=False)
     if "zones" in found:
         console.print(
             f"grid of {found['zones']} zones in {found['columns']} columns and {found['rows']} rows, "
             f"{found['gridpoints']} gridpoints"
         )
+        for line in materials_in_words(found["materials"]):
+            console.print(line, markup=False)
     else:
         console.print("no grid: discs alone")
     for w in found["windows"]:
@@ -133,9 +175,9 @@ def print_answer(found, console):
         console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}{more}", markup=False)
         if s["sides"]:
             console.print(f"    sides from here on: {', '.join(s['sides'])}", markup=False)
-    for sentence in in_words(found["locate"]) if found.get("locate") else ():
+    for sentence in locate.in_words(found["locate"]) if found.get("locate") else ():
         console.print(sentence, markup=False)
     for sentence in step_limits.sentences(found["limits"]) if "limits" in found else ():
         console.print(sentence, markup=False)
     for doubt in found["doubts"]:
-        console.print(f"worth a second look: {doubt['what']}\n    {doubt['remedy']}", markup=False)
+        console.print(f"worth a second look: {doubt['key']}: {doubt['what']}\n    {doubt['remedy']}", markup=False)

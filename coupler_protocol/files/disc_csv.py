@@ -29,6 +29,10 @@ class DiscFile(NamedTuple):
     motion: np.ndarray
     stone: np.ndarray | None
 
+    def counted_from(self, origin):
+        """The same discs with positions counted from the point `origin` (2,) [m]."""
+        return self._replace(xy=self.xy - origin)
+
 
 def read(path, key="discs.file"):
     """The DiscFile at `path`; raises SceneError that names lines and columns."""

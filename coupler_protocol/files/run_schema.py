@@ -54,6 +54,14 @@ class Warned(_Part):
     text: str
 
 
+class Doubted(_Part):
+    """Something about the scene that may not be meant, as of `colluvium check`."""
+
+    key: str
+    what: str
+    remedy: str
+
+
 class BeginsAfter(_Part):
     """Where a run goes on from."""
 
@@ -81,6 +89,7 @@ class RunJson(_Part):
     plugin: str | None = None
     attempts: list[dict[str, Any]] | None = None
     warnings: list[Warned] | None = None
+    doubts: list[Doubted] | None = None
     # with a grid
     steps: int | None = None
     gridpoints: int | None = None

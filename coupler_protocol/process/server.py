@@ -35,8 +35,13 @@ def conduct(make_side, scene, out, progress, origin=None, plugin=None, tell=lamb
     knows for run.json; `state` is None where there is nothing to save. origin, plugin: as of the side; tell(reason): what others
     must hear of a failure. On failure State is saved and the exception goes on.
     """
+    from coupler_protocol.scene.rules.between_tables import listed_doubts
+
     out, begin = Path(out), time.perf_counter()
     about = run_json.describe(scene) | run_json.beginning(out, origin, plugin)
+    about |= {"doubts": found} if (found := listed_doubts(scene)) else {}
+    for doubt in found:
+        logging.getLogger(__name__).warning("%s: %s; %s", *doubt.values())
     side, code, reason = None, exits.OURSELVES, ""
     try:
         side = make_side()

@@ -9,7 +9,7 @@ from typing import get_args
 
 from pydantic import BaseModel, ValidationError
 
-from coupler_protocol.problems import Problem, SceneError
+from coupler_protocol.problems import Problem, SceneError, dotted
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.scene import scene_class
 from coupler_protocol.scene.toml_lines import line_of, locate
@@ -59,7 +59,7 @@ def build_scene(data, file="scene", lines=None):
         scene = scene_class().model_validate(data)
     except ValidationError as error:
         raise SceneError([_problem(e, file, lines) for e in error.errors()]) from None
-    broken = [Problem(*_place(file, lines, path), _dotted(path), why, remedy) for path, why, remedy in broken_rules(scene)]
+    broken = [Problem(*_place(file, lines, path), dotted(path), why, remedy) for path, why, remedy in broken_rules(scene)]
     if broken:
         raise SceneError(broken)
     return scene
@@ -69,13 +69,6 @@ def _place(file, lines, path) -> tuple[str, int | None]:
     """File and line of a key, or where else its value came from."""
     line = line_of(lines, path)
     return ("--set", None) if line == FROM_SET else (file, line)
-
-
-def _dotted(path):
-    text = ""
-    for part in path:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
-    return text
 
 
 def _syntax_problem(path, error):
@@ -110,7 +103,7 @@ def _problem(error, file, lines):
         if not isinstance(error["input"], dict | list):
             reason += f", not {error['input']!r}"
         remedy = _within_bounds(error, path) + _meaning(path)
-    return Problem(*_place(file, lines, path), _dotted(path), reason, remedy)
+    return Problem(*_place(file, lines, path), dotted(path), reason, remedy)
 
 
 def _within_bounds(error, path):

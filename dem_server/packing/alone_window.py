@@ -15,10 +15,13 @@ from dem_server.stones.mapped import stones_of
 STRAIGHT = 0.025  # of the distance of nodes: how far the rim may be from a polygon of short sides
 
 
-def fill(scene, note):
-    """Model, State, mesostructure (or None) and report of the discs of `scene`; note(text, fraction): progress."""
+def fill(scene, note, of_file=None):
+    """Model, State, mesostructure (or None) and report of the discs of `scene`; note(text, fraction): progress.
+
+    of_file: the discs of scene.discs.file (a coupler_protocol.files.disc_csv.DiscFile); None where they are not read yet.
+    """
     if scene.discs.file is not None:
-        model, state, report = packing_from_file.free_discs(scene)
+        model, state, report = packing_from_file.free_discs(scene, of_file)
         return model, state, None, report
     return packed(scene, note)
 

@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from coupler_protocol.problems import dotted
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
+from coupler_protocol.scene.rules.endings import DOUBTS_OF_ENDINGS, RULES_OF_ENDINGS
+from coupler_protocol.scene.rules.idle import DOUBTS_OF_IDLE
 from coupler_protocol.scene.rules.polygons import polygons_are_outlines
 from coupler_protocol.scene.rules.stages import STAGE_RULES
 from coupler_protocol.scene.rules.units import doubts_of_units, units_are_si
@@ -30,6 +33,11 @@ def doubts(scene):
     """Doubts about a valid scene, (path, what, remedy): our own, and those of the entry-point group `colluvium.doubts`."""
     own = [found for doubt in DOUBTS for found in doubt(scene)]
     return own + [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
+
+
+def listed_doubts(scene):
+    """The doubts as rows {"key", "what", "remedy"} of run.json, fos.json and the answer of `colluvium check`."""
+    return [{"key": dotted(path), "what": what, "remedy": remedy} for path, what, remedy in doubts(scene)]
 
 
 def grid_needs_material(scene):
@@ -170,5 +178,5 @@ GRID_RULES = (
     only_without_a_grid,
     *STAGE_RULES,
 )
-RULES_OF_VALUES = (units_are_si,)  # of scenes whose tables fit together
-DOUBTS = (doubts_of_units,)
+RULES_OF_VALUES = (units_are_si, *RULES_OF_ENDINGS)  # of scenes whose tables fit together
+DOUBTS = (doubts_of_units, *DOUBTS_OF_IDLE, *DOUBTS_OF_ENDINGS)

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from coupler_protocol.problems import dotted
 from coupler_protocol.scene.declare import Table
 from coupler_protocol.scene.schedule import plan
 
@@ -125,7 +126,7 @@ def _owner(scene, path):
     """Whose value a path leads to, in words."""
     if path[0] in ("material", "stage", "window"):
         return f"{path[0]} {getattr(scene, path[0])[path[1]].name!r}"
-    return ".".join(str(part) for part in path[:-1])
+    return dotted(path[:-1])
 
 
 # -- against the weight of the ground ------------------------------------------------------------------------------------
@@ -212,7 +213,7 @@ def _coefficients(scene):
         for law in ("friction", "rolling"):
             value = getattr(getattr(holder, law, None), "coefficient", 0.0)
             if value > STEEPEST:
-                name = ".".join(map(str, path))
+                name = dotted(path)
                 what = f"the {law} coefficient of {name} is {value:g}: that of {degrees(np.arctan(value)):.0f} degrees"
                 remedy = f"did you mean tan({value:g} deg) = {tan(radians(value)):.3g}?" if value < 80.0 else "use tan(phi)"
                 yield Suspect((*path, law, "coefficient"), what, remedy, f"{law} coefficient")
@@ -227,7 +228,7 @@ def _small_loads(scene):
         values = {key: getattr(table, key, None) or 0.0 for key in ("pressure", "shear", "xx", "yy", "zz", "xy")}
         largest = max(values, key=lambda key: abs(values[key]))
         if 0.0 < abs(values[largest]) < least:
-            what = f"{largest} of {'.'.join(map(str, path))} is {in_words(values[largest])} Pa: nothing {_beside(scene)}"
+            what = f"{largest} of {dotted(path)} is {in_words(values[largest])} Pa: nothing {_beside(scene)}"
             remedy = f"did you mean {values[largest]:g}e3 ({values[largest]:g} kPa)?"
             yield Suspect((*path, largest), what, remedy, "loads")
 
@@ -285,7 +286,7 @@ def speeds(scene):
         speed = float(np.hypot(*velocity))
         if stage.in_real_time or speed <= GENTLE * size:
             continue
-        found = f"the velocity of {'.'.join(map(str, path))} is {speed:g} m a step in static stage {stage.name!r}: "
+        found = f"the velocity of {dotted(path)} is {speed:g} m a step in static stage {stage.name!r}: "
         found += f"{speed / size:.2g} times {what} ({size:.3g} m)"
         steps = stage.until.steps if stage.until is not None and stage.until.steps else 1
         remedy = f"use at most {GENTLE * 0.1 * size:.1g} m a step"
