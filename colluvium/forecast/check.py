@@ -5,6 +5,7 @@ import numpy as np
 from coupler_protocol.files import disc_csv
 from coupler_protocol.interface.ring import polygon_area
 from coupler_protocol.scene.rules.between_tables import listed_doubts
+from coupler_protocol.scene.rules.sizes import memory_of
 from coupler_protocol.scene.rules.units import in_words
 from coupler_protocol.scene.scene import declared_effects
 from coupler_protocol.scene.schedule import beginning, large_strain, plan
@@ -117,7 +118,7 @@ def file_of_discs(scene):
 def answer(scene):
     """All of the above in one dictionary."""
     found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
-    found |= {"effects": effects(scene), "stages": stages(scene)}
+    found |= {"memory_MB": memory_of(scene), "effects": effects(scene), "stages": stages(scene)}
     return found | {"doubts": listed_doubts(scene)}
 
 
@@ -155,6 +156,9 @@ def print_answer(found, console):
         file = found["file"]
         of_stones = f" in {file['path']}, {file['stones']} stones" if file["stones"] else f" in {file['path']}"
         console.print(f"{file['discs']} discs{of_stones}", markup=False)
+    if any(found["memory_MB"].values()):
+        parts = [f"{name} {size:.2g} MB" for name, size in found["memory_MB"].items() if size]
+        console.print(f"memory, approximately: {', '.join(parts)}, beside that of the programs")
     if found["stones"]:
         console.print(_stones_in_words(found["stones"]), markup=False)
     console.print("effects that act:")
