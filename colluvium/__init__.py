@@ -1,4 +1,4 @@
-"""Front door: read a scene, run it, read its results. Nothing heavy is loaded before it is used."""
+"""Python interface: reads scenes, runs them and reads their results. Large libraries are loaded when they are used."""
 
 from typing import Any
 

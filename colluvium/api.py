@@ -14,14 +14,15 @@ if TYPE_CHECKING:
 
 
 class Scene:
-    """Makes scenes: `Scene.read(path)` from a file, `Scene(format=1, seed=1, ...)` from tables given as keywords."""
+    """Scenes: `Scene.read(path)` from a file, `Scene(format=1, seed=1, ...)` from tables given as keywords."""
 
     def __new__(cls, **tables: Any) -> Any:
+        """Makes a scene from tables; raises coupler_protocol.problems.SceneError with all its problems."""
         return build_scene(tables)
 
     @staticmethod
     def read(path: str | Path, overrides: Sequence[str] = ()) -> Any:
-        """The scene of a TOML file; raises coupler_protocol.problems.SceneError with every problem in it."""
+        """Reads the scene of a TOML file; raises coupler_protocol.problems.SceneError with all its problems."""
         return read_scene(path, overrides)
 
 
@@ -35,12 +36,12 @@ def run(
     on_stage: Callable[[Any], None] | None = None,
     on_step: tuple[int, Callable[[Any], None]] | None = None,
 ) -> "Run":
-    """Compute `scene` into the folder `out` and return its results (`colluvium.open_run`).
+    """Computes `scene` into the folder `out` and returns its results (`colluvium.open_run`).
 
     in_process: both sides in threads of this process; otherwise one process each, bit-identical.
     on_stage: function that is called at the end of each stage, on_step: (n, function) for every n steps, with a
-    coupler_protocol.process.plugin.Moment of the side; what it changes the run goes on with. In one process only.
-    Raises a coupler_protocol.exits.RunEnded that says what went wrong and whose fault it is.
+    coupler_protocol.process.plugin.Moment of the side; the run continues with its changes. In one process only.
+    Raises a coupler_protocol.exits.RunEnded with the reason and whose fault it is.
     """
     from colluvium.results.run import open_run
     from colluvium.running import processes, threads
@@ -57,10 +58,10 @@ def run(
 def resume(
     run_dir: str | Path, in_process: bool = True, report: Any = "none", *, on_stage: Any = None, on_step: Any = None
 ) -> "Run":
-    """Go on with the run in `run_dir` after its last stage end that all processes have saved; returns its results.
+    """Continues the run in `run_dir` after its last stage end that all processes have saved; returns its results.
 
-    on_stage, on_step: as in `run`; give those of the run again. EnvironmentFailed also where it had a plugin file and gets none.
-    Raises a coupler_protocol.exits.RunEnded that says what went wrong, EnvironmentFailed where nothing is left to compute.
+    on_stage, on_step: as in `run`; give those of the run again. Raises a coupler_protocol.exits.RunEnded with the reason:
+    EnvironmentFailed if nothing remains to be computed, or if the run had a plugin file and now has none.
     """
     from colluvium.results.run import open_run
     from colluvium.running import processes, threads
@@ -77,7 +78,7 @@ def resume(
 
 
 def _functions(on_stage: Any, on_step: Any, in_process: bool) -> Any:
-    """The plugin of these functions, or None."""
+    """The Plugin of these functions, or None; raises ValueError for functions without `in_process`."""
     plugin = from_functions(on_stage, on_step)
     if plugin is not None and not in_process:
         raise ValueError("functions cannot be called in other processes: run in_process, or give the servers --plugin FILE")
@@ -85,9 +86,9 @@ def _functions(on_stage: Any, on_step: Any, in_process: bool) -> Any:
 
 
 def to_go_on(out: Path, plugin: Any = None) -> tuple[Any, restart.Origin]:
-    """Scene of the run in the folder `out` and the stage end to go on from; its run.json is set aside.
+    """Scene of the run in the folder `out` and the stage end after which to continue; renames its run.json.
 
-    Raises EnvironmentFailed where nothing is left to compute, or where the run had a plugin and `plugin` is None.
+    Raises EnvironmentFailed if nothing remains to be computed, or if the run had a plugin and `plugin` is None.
     """
     scene = read_scene(out / "scene.json")
     origin = restart.last_saved(scene, out)

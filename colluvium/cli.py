@@ -1,4 +1,4 @@
-"""The front door's command line: run, resume, check, fos, report, export, status."""
+"""Command line of `colluvium`: run, resume, check, fos, report, export, status."""
 
 import argparse
 import json
@@ -12,7 +12,7 @@ from coupler_protocol.process import command_line
 
 
 def parser():
-    """All commands and their options."""
+    """Parser of all commands and their options."""
     p = argparse.ArgumentParser(prog="colluvium", description="Soil-rock slopes by two coupled processes.")
     p.add_argument("--version", action="version", version=f"%(prog)s {version('colluvium')}")
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
@@ -20,22 +20,13 @@ def parser():
     run = commands.add_parser("run", help="compute a scene: starts all processes and shows how far they are")
     command_line.common_options(run)
     run.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME)")
-    run.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
-    command_line.plugin_option(run)
-    _exact_option(run)
-    run.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
+    _options_of_computing(run)
     run.set_defaults(work=run_command)
 
     resume = commands.add_parser("resume", help="go on with a run after its last stage end that all processes have saved")
     resume.add_argument("run_dir", metavar="RUN_DIR")
-    resume.add_argument("--quiet", action="store_true", help="no progress")
-    resume.add_argument(
-        "--threads", metavar="N", type=command_line.positive, default=1, help="threads of each process (default 1)"
-    )
-    resume.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
-    command_line.plugin_option(resume)
-    _exact_option(resume)
-    resume.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
+    command_line.process_options(resume)
+    _options_of_computing(resume)
     resume.set_defaults(work=resume_command)
 
     check = commands.add_parser("check", help="say what is wrong with a scene, or what it will compute")
@@ -76,15 +67,19 @@ def parser():
     return p
 
 
-def _exact_option(command):
+def _options_of_computing(command):
+    """Options of the commands that start both sides."""
+    command.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
+    command_line.plugin_option(command)
     command.add_argument("--exact", action="store_true", help="say how long steps may be, exactly, at the ends of coupled stages")
+    command.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
 
 
 def main(argv=None):
     """Entry point; returns the exit code."""
     options = parser().parse_args(argv)
     code = []
-    ended = command_line.ended("colluvium", lambda: code.append(options.work(options)))
+    ended = command_line.exit_code_of("colluvium", lambda: code.append(options.work(options)))
     return ended or (code[0] or 0)
 
 
@@ -103,7 +98,7 @@ def _write_json(content, target):
 
 
 def run_command(options):
-    """Compute a scene, from its start or from the end of a stage of an earlier run."""
+    """Computes a scene, from its start or from the end of a stage of an earlier run; returns the exit code."""
     from colluvium.running import processes
     from coupler_protocol.files import restart
     from coupler_protocol.scene.reader import read_scene
@@ -130,7 +125,7 @@ def _open(options, scene):
 
 
 def resume_command(options):
-    """Go on with a run that did not reach its end."""
+    """Continues a run that did not reach its end; returns the exit code."""
     from colluvium import api
 
     command_line.set_threads(options.threads)
@@ -141,7 +136,7 @@ def resume_command(options):
 
 
 def _compute(options, scene, path, out, passed):
-    """Compute in one process or several; `passed` goes to the servers beside the options of all commands."""
+    """Computes in one process or several; `passed`: options for the servers besides those of all commands."""
     from colluvium.running import processes
     from colluvium.running.progress_picture import picture
 
@@ -150,7 +145,7 @@ def _compute(options, scene, path, out, passed):
         if options.in_process:
             code = _in_process(scene, out, show, options)
         else:
-            signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill stops the run as Ctrl-C does
+            signal.signal(signal.SIGTERM, signal.default_int_handler)  # SIGTERM stops the run like Ctrl-C
             more = {"threads": options.threads, "from": options.origin, "plugin": options.plugin}
             passed = [*passed, *(f"--{name}={value}" for name, value in more.items() if value)]
             code = processes.run_files(path, out, processes.windows_of(scene), passed, show)
@@ -163,21 +158,21 @@ def _compute(options, scene, path, out, passed):
 
 
 def _add_band(scene, out):
-    """Where the grid alone has its band, and whether the slope failed under overload: into run.json."""
+    """Adds the band of the grid alone, and the failure under overload, to run.json."""
     from colluvium.forecast import locate
     from colluvium.results import failure
     from colluvium.results.run import open_run
     from coupler_protocol.files.run_json import write
 
     with open_run(out) as run:
-        found = {"locate": locate.answer(run, scene), "band": failure.summary(run)}
+        found = {"locate": locate.band_and_windows(run, scene), "band": failure.summary(run)}
     found = {key: value for key, value in found.items() if value}
     if found:
         write(out, json.loads((out / "run.json").read_text(encoding="utf-8")) | found)
 
 
 def _add_exact_limits(scene, out):
-    """The exact limits of the step at the ends of coupled stages: into run.json."""
+    """Adds the exact limits of the step at the ends of coupled stages to run.json."""
     from colluvium.forecast import step_limits
     from coupler_protocol.files.run_json import write
 
@@ -199,7 +194,7 @@ def _in_process(scene, out, show, options):
     def work():
         threads.run(scene, out, stop, show or "none", options.origin, command_line.plugin(options))
 
-    return command_line.ended("colluvium", work)
+    return command_line.exit_code_of("colluvium", work)
 
 
 def _nothing():
@@ -209,7 +204,7 @@ def _nothing():
 
 
 def _conclude(out, target):
-    """Closing table of whatever run.json says."""
+    """Prints the closing tables of run.json, or writes run.json to `target`; returns the exit code."""
     from colluvium import closing
 
     path = out / "run.json"
@@ -224,27 +219,27 @@ def _conclude(out, target):
 
 
 def check_command(options):
-    """Say what a scene will compute, where its band runs if it asks, how long a coupled step may be; problems: exit code 3."""
+    """Prints what a scene computes, its band if a stage locates it, and the limits of a coupled step; problems: exit code 3."""
     from colluvium.forecast import check, locate, step_limits
     from colluvium.running.progress_picture import picture
     from coupler_protocol.scene.reader import read_scene
 
     scene = read_scene(options.scene, options.set)
-    found = check.answer(scene)
+    found = check.describe(scene)
     if locate.stage_of(scene) is not None and not options.no_locate:
         show = picture(options.quiet)
         with show or _nothing():
             found["locate"] = locate.compute(scene, show)
-    if step_limits.concerned(scene) and (options.exact or not options.no_limits):
-        found["limits"] = step_limits.answer(scene, options.exact)
+    if step_limits.couples_discs(scene) and (options.exact or not options.no_limits):
+        found["limits"] = step_limits.limits_of_scene(scene, options.exact)
     if options.json:
         _write_json(found, options.json)
     else:
-        check.print_answer(found, _console())
+        check.print_description(found, _console())
 
 
 def report_command(options):
-    """Draw the pictures of a run."""
+    """Draws the pictures of a run; returns the exit code."""
     from colluvium import report
 
     lacking: dict[str, list[str]] = {}
@@ -260,7 +255,7 @@ def report_command(options):
 
 
 def export_command(options):
-    """Write the discs of a frame."""
+    """Writes the discs of a frame as CSV; returns the exit code."""
     from colluvium.results import export
     from colluvium.results.rank_file import NotRecordedError
 
@@ -272,7 +267,7 @@ def export_command(options):
 
 
 def status_command(options):
-    """How a run ended."""
+    """Prints how a run ended; returns its exit code."""
     path = Path(options.run_dir) / "run.json"
     if path.exists():
         _conclude(Path(options.run_dir), options.json)

@@ -2,12 +2,12 @@
 
 OUTCOME = ("stage", "steps", "ended by", "gravity", "ratio\ngrid", "ratio\ndiscs", "P/l vs\nstress", "bonds\nbroken")
 SECONDS = ("stage", "grid\ncomputes", "grid\nwaits", "discs\ncompute", "discs\nwait", "both\nrecord")
-NOTICED = 0.05  # share of the zones' stress, or of the weight it should carry, that is worth mentioning
+NOTICED = 0.05  # share of the zones' stress, or of the weight it should carry, above which a sentence is printed
 TEXT_COLUMNS = ("stage", "ended by")
 
 
 def rows(info):
-    """One row a stage as texts under OUTCOME, from the contents of run.json."""
+    """Rows of texts for the columns OUTCOME, one for each stage, from the content of run.json."""
     table = []
     for stage in info.get("stages", []):
         coupled = bool(stage["ratio_discrete"])
@@ -31,7 +31,7 @@ def _gravity(stage):
 
 
 def times(info):
-    """One row a stage as texts under SECONDS; empty for a side that the scene does not have."""
+    """Rows of texts for the columns SECONDS, one for each stage; empty for a side that the scene does not have."""
     table, stages = [], info.get("stages", [])
     grid, discs = any("ratio_continuum" in stage for stage in stages), bool(info.get("windows"))
     for stage in stages:
@@ -44,7 +44,7 @@ def times(info):
 
 
 def sentences(info):
-    """What the tables do not say: windows, failure, memory, and how it ended."""
+    """Yields sentences about windows, failure, memory and the end of the run, which the tables do not contain."""
     for window in info.get("windows", []):
         parts = [f"window {window['name']}: {window.get('discs', '?')} discs"]
         if "control_discs" in window:
@@ -86,13 +86,13 @@ def sentences(info):
     yield from step_limits(info)
     yield from _exchanges(info)
     if info.get("locate"):
-        from colluvium.forecast.locate import in_words as located
+        from colluvium.forecast.locate import as_text as located
 
         yield "; ".join(located(info["locate"]))
     if info.get("band"):
-        from colluvium.results.failure import in_words
+        from colluvium.results.failure import as_text
 
-        yield in_words(info["band"])
+        yield as_text(info["band"])
     memory = [info.get("peak_memory_MB"), *(window.get("peak_memory_MB") for window in info.get("windows", []))]
     if all(memory):
         yield "peak memory: grid " + ", discs ".join(f"{value:.0f} MB" for value in memory)
@@ -101,7 +101,7 @@ def sentences(info):
 
 
 def _exchanges(info):
-    """Steps and exchanges of each stage where the scene allows pauses, and where the pauses ended."""
+    """Yields steps and exchanges of each stage with pauses, and the stage in which pauses ended."""
     for stage in info.get("stages", []):
         if "exchanges" in stage:
             yield f"stage {stage['name']}: {stage['steps']} steps in {stage['exchanges']} exchanges"
@@ -111,7 +111,7 @@ def _exchanges(info):
 
 
 def _beyond_reach(window):
-    """The part of the zones' stress that a packing of these discs cannot carry."""
+    """Yields sentences about the part of the zones' stress that a packing of these discs cannot carry."""
     if window.get("projected", 0.0) >= NOTICED:
         yield f"at {100 * window['projected']:.0f} % of its points the stress exceeded the discs' strength and was reduced to it"
     left = [window.get(f"imbalance_{axis}", 0.0) for axis in "xy"]
@@ -121,7 +121,7 @@ def _beyond_reach(window):
 
 
 def stretched_rims(info):
-    """Stages in which zones on a rim were stretched far."""
+    """Yields warnings about stages in which zones on a rim were strongly stretched."""
     for stage in info.get("stages", []):
         found = stage.get("rim_stretched")
         if found:
@@ -133,22 +133,22 @@ def stretched_rims(info):
 
 
 def step_limits(info):
-    """Safe step limits at the end of each coupled stage and, where they were asked for, the exact ones."""
-    from coupler_protocol.criteria.stable_step import in_words
+    """Yields safe step limits at the end of each coupled stage and, if they were computed, the exact ones."""
+    from coupler_protocol.criteria.stable_step import as_text
 
     for stage in info.get("stages", []):
         found = dict(stage.get("limits") or {})
         exact = found.pop("exact", None)
         discs = [row for window in info.get("windows", []) for row in window.get("limits", []) if row["stage"] == stage["name"]]
         found |= {"discs": min(discs, key=lambda row: row["share"])} if discs else {}
-        parts = [f"safe: {', '.join(f'{name} {in_words(row)}' for name, row in found.items())}"] if found else []
-        parts += [f"exact: {in_words(exact)}"] if exact else []
+        parts = [f"safe: {', '.join(f'{name} {as_text(row)}' for name, row in found.items())}"] if found else []
+        parts += [f"exact: {as_text(exact)}"] if exact else []
         if parts:
             yield f"stage {stage['name']}, step limits as multiples of the step in use; {'; '.join(parts)}"
 
 
 def print_table(info, console):
-    """Print both tables and the sentences."""
+    """Prints both tables and the sentences to the `console`."""
     console.print(info.get("title") or "", markup=False)
     columns, texts = filled(OUTCOME, rows(info))
     console.print(_table(columns, texts))
@@ -163,7 +163,7 @@ def print_table(info, console):
 
 
 def filled(columns, texts):
-    """The columns of a table in which something is said: their names, and the rows without the others."""
+    """Names and rows of those columns of a table that are not empty."""
     kept = [k for k in range(len(columns)) if any(row[k] for row in texts)]
     return [columns[k] for k in kept], [[row[k] for k in kept] for row in texts]
 

@@ -1,4 +1,4 @@
-"""`colluvium report RUN_DIR`: every figure whose data the run has recorded, as PNG, and all its frames in one page."""
+"""`colluvium report RUN_DIR`: all figures whose data the run has recorded, as PNG, and all frames in one page."""
 
 import importlib
 from collections.abc import Callable, Iterator
@@ -34,9 +34,9 @@ def write(
     progress: Callable[[Path], None] | None = None,
     skipped: Callable[[str, str], None] | None = None,
 ) -> list[Path]:
-    """Draw a run's figures and report.html into `out` (default: RUN_DIR/report) and return their paths.
+    """Draws a run's figures and report.html into `out` (default: RUN_DIR/report); returns their paths.
 
-    `progress` is told each path as soon as it is written, `skipped` each file name that is not and what the run lacks for it.
+    progress(path) is called after each file, skipped(file name, missing data) for each figure without data.
     """
     folder = Path(out) if out is not None else Path(run_dir) / "report"
     with open_run(run_dir, other_path) as run:
@@ -52,7 +52,7 @@ def write(
 
 
 def _files(run: Run, folder: Path, skipped: Callable[[str, str], None]) -> Iterator[Path]:
-    """Each file as soon as it is written."""
+    """Yields each file as soon as it is written."""
     for name, module, function in FIGURES:
         path = folder / f"{name}.png"
         drawing = importlib.import_module(f"colluvium.figures.{module}")

@@ -1,1 +1,1 @@
-"""What both sides must agree on: scene, interface, mapping, messages and the order of a step. Imports neither."""
+"""Definitions that both sides share: scene, interface, mapping, messages and the order of a step. Imports neither side."""

@@ -8,7 +8,7 @@ MEANING = {
     DONE: "done",
     COMMAND_LINE: "command line",
     SCENE: "scene",
-    ENVIRONMENT: "environment (port, disk, permission)",
+    ENVIRONMENT: "environment (port, disk, permission, installation)",
     PEER: "the other side",
     PHYSICS: "physics (the computation blew up)",
     OURSELVES: "a fault of this program",
@@ -17,42 +17,42 @@ MEANING = {
 
 
 def code_of(error):
-    """Exit code of an exception: by whose fault, and ours where nothing says so."""
+    """Exit code of an exception, by whose fault it is; OURSELVES for all exceptions without a code."""
     return error.code if isinstance(error, RunEnded) else SCENE if isinstance(error, SceneError) else OURSELVES
 
 
 class RunEnded(Exception):  # noqa: N818 (an end of a run, not always an error)
-    """A run ends before its last stage; `code` says whose fault it is."""
+    """End of a run before its last stage; `code` gives whose fault it is."""
 
     code = OURSELVES
 
 
 class EnvironmentFailed(RunEnded):
-    """A port, a file or a folder cannot be used."""
+    """A port, a file, a folder or what is installed cannot be used."""
 
     code = ENVIRONMENT
 
 
 class PeerLost(RunEnded):
-    """The other side was not heard for too long, failed, or speaks another language."""
+    """The other side was silent for too long, failed, or has another version of the protocol."""
 
     code = PEER
 
 
 class PhysicsFailed(RunEnded):
-    """Numbers grew without bounds, a zone turned inside out, or the like."""
+    """The computation is unstable, a zone turned inside out, or the like."""
 
     code = PHYSICS
 
 
 class Interrupted(RunEnded):
-    """Somebody asked the run to stop."""
+    """A user or the launcher asked the run to stop."""
 
     code = INTERRUPTED
 
 
-def physics(work):
-    """The result of `work()`; an ArithmeticError that a model raises ends the run as PhysicsFailed."""
+def end_as_physics(work):
+    """Returns `work()`; raises PhysicsFailed for an ArithmeticError of a model."""
     try:
         return work()
     except ArithmeticError as error:

@@ -53,7 +53,7 @@ class Moments(NamedTuple):
 
 def moments(corners: Array) -> Moments:
     """Moments of a simple counter-clockwise polygon (P, 2), Eqs (1) and (2)."""
-    p = corners - corners.mean(axis=0)  # near the origin nothing cancels
+    p = corners - corners.mean(axis=0)  # avoids cancellation far from the origin
     q = np.roll(p, -1, axis=0)
     c = p[:, 0] * q[:, 1] - q[:, 0] * p[:, 1]
     area = 0.5 * float(c.sum())
@@ -79,7 +79,7 @@ def outline_fault(corners: Array | list[tuple[float, float]]) -> str | None:
 
 
 def share_inside(start: Array, branch: Array, radius: float) -> Array:
-    """Share of each line from `start` along `branch` (m, 2) that lies in the circle about the origin (m,)."""
+    """Share (m,) of each line from `start` along `branch` (m, 2) [m] inside the circle of this radius [m] around the origin."""
     a = (branch**2).sum(axis=1)
     b = (start * branch).sum(axis=1)
     c = (start**2).sum(axis=1) - radius**2

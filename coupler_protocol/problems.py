@@ -1,11 +1,11 @@
-"""What is wrong with a scene: every problem at once, each with its place, its reason and a remedy."""
+"""Problems of a scene: all at once, each with its place, reason and remedy."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with a scene."""
+    """One problem of a scene."""
 
     file: str
     line: int | None
@@ -28,12 +28,12 @@ def dotted(path):
 
 
 def unfit(key, reason, remedy):
-    """The error for a scene that turns out, only when it is built, to ask for what cannot be."""
+    """SceneError for a problem that is found only when the scene is built."""
     return SceneError([Problem("scene", None, key, reason, remedy)])
 
 
 class SceneError(ValueError):
-    """A scene that cannot be computed; `problems` lists everything found, in the order of the file."""
+    """A scene that cannot be computed; `problems` lists all problems in the order of the file."""
 
     def __init__(self, problems):
         self.problems = sorted(problems, key=lambda p: (p.line or 0, p.key))

@@ -25,7 +25,7 @@ def main(argv=None):
 
 
 def serve(options, stop):
-    """Read the scene, connect, compute."""
+    """Reads the scene, connects and computes."""
     from coupler_protocol.scene.reader import read_scene
     from coupler_protocol.wire import link_tcp
 
@@ -53,9 +53,9 @@ def serve(options, stop):
 def compute(scene, rank, transport, out, progress, stop, origin=None, plugin=None):
     """Compute the window of `rank` over any transport; used by the command line and by the in-process twin.
 
-    origin: the end of a stage to go on from (coupler_protocol.files.restart.Origin); plugin: a
+    origin: the end of a stage after which to continue (coupler_protocol.files.restart.Origin); plugin: a
     coupler_protocol.process.plugin.Plugin or None.
-    On failure the peer is told, State is saved where there is one, and the exception goes on.
+    On failure the peer receives FAILURE, State is saved if there is one, and the exception is raised again.
     """
     from coupler_protocol.wire.lockstep import Clocks, Conversation
     from dem_server.procedure.window_side import DiscreteSide
@@ -63,9 +63,9 @@ def compute(scene, rank, transport, out, progress, stop, origin=None, plugin=Non
     conversation = Conversation(transport, rank, 0, Clocks(scene.link), stop)
     side = DiscreteSide(scene, rank, conversation, out, progress, origin, plugin)
     try:
-        return exits.physics(side.run)
+        return exits.end_as_physics(side.run)
     except BaseException as error:
-        conversation.tell(messages.FAILURE, {"reason": server.reason_of(error)})
+        conversation.notify(messages.FAILURE, {"reason": server.reason_of(error)})
         if side.state is not None:
             path = side.save(server.STOPPED, "free discs moved, velocities awaited")
             logging.getLogger("dem-server").info("state saved to %s", path)

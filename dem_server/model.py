@@ -1,8 +1,9 @@
 """Model (built once, constant) and State (all that changes; a checkpoint is exactly State) of the discs.
 
-Discs are numbered once and for all: the R control discs of the ring first, in the order of the closed
-counter-clockwise chain, then the free discs, sorted in space. All near pairs stand in one list, and what a
-contact remembers in arrays beside it: pair p is of the discs first[p] < second[p] (neighbours.py says in which order).
+The numbers of discs are constant: the R control discs of the ring first, in the order of the closed
+counter-clockwise chain, then the free discs, sorted in space. One list contains all near pairs, and arrays of
+the same length contain the histories of the contacts: pair p is of the discs first[p] < second[p]
+(dem_server/step/neighbours.py gives the order).
 """
 
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ BUILDS, TENSION_BREAKS, SHEAR_BREAKS, CAPS = range(4)  # places in State.counter
 
 @dataclass(frozen=True)
 class Model:
-    """What stays as it was built.
+    """Constant properties of the discs.
 
     ring: number R of control discs; material (n,) number of each disc's material; density (n,) [kg/m3];
     smallest_radius [m]: sets skin and velocity cap; real_time: None in static mode, in real time the fraction
@@ -44,7 +45,7 @@ class Model:
 
     @property
     def in_real_time(self):
-        """Whether a step takes seconds; else the mode is static and it counts 1."""
+        """Whether steps are in seconds; else the mode is static and the step is 1."""
         return self.real_time is not None
 
     @property
@@ -61,7 +62,7 @@ class Model:
 class Clumps(NamedTuple):
     """Rigid bodies of the State.
 
-    motion (c, 8): x, y, vx, vy, spin, angle, mass, inertia. The rest stays as it was made: body (n,) number of
+    motion (c, 8): x, y, vx, vy, spin, angle, mass, inertia. The other fields are constant: body (n,) number of
     each disc's clump or -1; start (c+1,), member (m,): discs of clump c are member[start[c]:start[c+1]]; offset
     (m, 2) [m]; reach (c,) largest offset [m]; gyration (c,) squared radius of gyration [m2].
     """
@@ -78,7 +79,7 @@ class Clumps(NamedTuple):
 class Servo(NamedTuple):
     """Servos of all W walls of a State.
 
-    pressure (W,) [Pa], 0: the wall has none now; fastest (W,) [m/s]; average (W,): N; inward (W, 2): unit normals to the discs.
+    pressure (W,) [Pa], 0: no servo acts now; fastest (W,) [m/s]; average (W,): N; inward (W, 2): unit normals to the discs.
     From the contacts: force (W,), averaged [N]; stiffness [N/m], dashpot [N s/m] (W,), of the last pass; length (W,): L of the
     last step [m].
     """
@@ -111,7 +112,7 @@ class Walls(NamedTuple):
 
 
 class Listed(NamedTuple):
-    """The list of pairs as kernels take it: fields of State."""
+    """The list of pairs as an argument of kernels: fields of State."""
 
     first: np.ndarray
     second: np.ndarray
@@ -121,14 +122,15 @@ class Listed(NamedTuple):
 
 @dataclass(kw_only=True)
 class State(histories.OfPairs):
-    """What changes. Static mode: a step takes dt = 1, so velocities are displacements [m], spins turns [rad].
-    In real time dt (of the last step) and next_dt are in seconds, and masses and inertia are the real ones.
+    """Everything that changes.
 
+    Static mode: the step dt is 1, so velocities are displacements [m] and spins are turns [rad]. In real time
+    dt (of the last step) and next_dt are in seconds, and masses and inertia are the real ones.
     disc (n, 8): x, y, vx, vy, spin, radius, mass, inertia in one record of 64 bytes a disc; load (n, 4):
     contact forces [N] and moment [N m]; weight (n,) mass that gravity acts on [kg/m], for control discs the
-    share inside the ring; origin (n, 2) where displacements count from; angle (n,) [rad]. The list (m,): first and second
-    disc, kind of pair, and what the effects declare that pairs remember (effects/histories.py). parts (P, 2): runs of the
-    list in the order in which they are summed. listed_at (n, 2): where the discs were when the list was made.
+    share inside the ring; origin (n, 2): positions at zero displacement; angle (n,) [rad]. The list (m,): first and second
+    disc, kind of pair, and the histories of pairs that effects declare (effects/histories.py). parts (P, 2): runs of the
+    list in the order in which they are summed. listed_at (n, 2): positions of the discs when the list was made.
     counters: list builds, bonds broken in tension, in shear, capped velocities. stone (n,): number of the
     stone each disc belongs to, -1 for soil; clumps: the stones as rigid bodies; walls.
     """
@@ -182,7 +184,7 @@ def build_model(ring_xy, ring_radius, packing, discs, ring=None, insitu=True):
 
 
 def new_state(model, xy, radius, reference_gap=True):
-    """State at rest; the first force pass finds the contacts. `reference_gap` False: gr = 0 for ever."""
+    """State at rest; the first force pass finds the contacts. `reference_gap` False: gr is always 0."""
     n, law = model.count, model.law
     disc = np.zeros((n, 8))
     disc[:, X : Y + 1] = xy

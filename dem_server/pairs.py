@@ -1,4 +1,4 @@
-"""Contacts as flat arrays, for recording and for everything that is not the force pass."""
+"""Contacts as flat arrays, for recording and for everything except the force pass."""
 
 from typing import NamedTuple
 
@@ -11,9 +11,8 @@ class Contacts(NamedTuple):
     """Listed pairs that exist as contacts. Branch and normal point from disc a to disc b.
 
     disc_a, disc_b (m,); normal_force (compression positive), shear_force (m,) of springs and parallel bonds [N];
-    bond_state (m,) of contact bonds; gap
-    (m,): g - gr [m]; branch (m, 2): x_b - x_a [m]; span (m, 2): the same between the centroids of the bodies
-    they belong to; kind (m,); slot (m,): place in the list of pairs.
+    bond_state (m,) of contact bonds; gap (m,): g - gr [m]; branch (m, 2): x_b - x_a [m]; span (m, 2): the same
+    between the centroids of their bodies; kind (m,); slot (m,): position in the list of pairs.
     """
 
     disc_a: np.ndarray
@@ -52,7 +51,7 @@ def contacts(state):
 
 
 def exist(state, pairs):
-    """Which of the listed pairs (m,) are contacts."""
+    """(m,) whether each of the listed pairs is a contact."""
     there = (pairs.gap < 0.0) | (pairs.bond_state == BONDED)
     if state.parallel is not None:
         there |= state.parallel.state[pairs.slot] == BONDED
@@ -60,7 +59,7 @@ def exist(state, pairs):
 
 
 def listed_pairs(state):
-    """All near pairs, whether they touch or not."""
+    """All listed pairs, also those that do not touch."""
     a, b = state.first.astype(np.int64), state.second.astype(np.int64)
 
     def taken(array, dtype=float):
@@ -80,7 +79,7 @@ def listed_pairs(state):
 
 
 def levers(state, pairs):
-    """Levers li, lj (m,) [m] of listed pairs; of those that are no contacts as if they touched."""
+    """Levers li, lj (m,) [m] of listed pairs; of pairs without contact as if they touched."""
     gap = np.hypot(*pairs.branch.T) - state.radius[pairs.disc_a] - state.radius[pairs.disc_b]
     gap = np.where(exist(state, pairs), gap, np.minimum(gap, 0.0))
     return state.radius[pairs.disc_a] + 0.5 * gap, state.radius[pairs.disc_b] + 0.5 * gap

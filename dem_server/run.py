@@ -17,32 +17,32 @@ TOO_FAST = (
 
 
 def lockstep(side):
-    """Exchange forces and velocities with the continuum, step by step, until it says stop; returns its reason.
+    """Exchanges forces and velocities with the continuum, step by step, until STOP; returns the reason in STOP.
 
-    The forces go out as soon as the contacts are known. Looks, records and the motion of the free discs come after that, while
-    the continuum computes the rim's velocities. After the last step of a stage looks and records come first, for the forces say
-    how long a step of the next stage may be; in its first step the free discs wait to hear how long it is. A VELOCITY may be for
-    several steps: the rim's mean velocities in them.
+    Forces are sent as soon as the contacts are computed. Observation, recording and the motion of the free discs follow while
+    the continuum computes the rim's velocities. After the last step of a stage observation and recording come first, because
+    FORCE contains the longest step of the next stage; in its first step the free discs wait for the agreed step. A VELOCITY may
+    be for several steps: it contains the rim's mean velocities in them.
     """
     order = None
     while True:
         last = order is not None and bool(int(order.flags) & messages.END_OF_STAGE)
         if last:
             finish_step(side, order)
-        say_forces(side, order)
+        send_forces(side, order)
         if order is not None and not last:
             finish_step(side, order)
         side.answer = side.looked
         gravity, agreed = side.gravity, side.step is not None
         if agreed:
             move_discs(side, gravity)
-        side.watch.to("computing")
-        order, stopped = side.talk.hear_answer()
-        side.watch.to("waiting")
+        side.watch.add_to("computing")
+        order, stopped = side.talk.receive_order()
+        side.watch.add_to("waiting")
         if order is None:
             return stopped
         side.gravity = order.gravity
-        side.take_step(order)
+        side.accept_order(order)
         if not agreed:
             move_discs(side, gravity)
         for between in steps_between(order, gravity, side.gravity_in(order)):
@@ -55,7 +55,7 @@ def lockstep(side):
 
 
 def complete_step(side, gravity, order):
-    """The second half of a step, and its other sub-steps."""
+    """Completes a step: its second half, and its other sub-steps."""
     move_rim(side, gravity, order)
     for _ in range(side.substeps - 1):
         move_discs(side, gravity)
@@ -63,14 +63,14 @@ def complete_step(side, gravity, order):
 
 
 def move_rim(side, gravity, order=None):
-    """Control discs move with the rim, contacts follow. order: of the step that begins with this motion."""
+    """Moves control discs with the rim, then computes contacts. order: of the step that begins with this motion."""
     state, ledger = side.state, side.ledger
     side.rim.move(state, side.talk.velocity)
     refuse_fast_rim(side)
     if order is not None:
-        side.see_power(order)
+        side.measure_power(order)
     if ledger:
-        side.book(gravity, begins=order is not None)
+        side.book_energy(gravity, begins=order is not None)
     contact_forces(side.model, state)
     if ledger:
         ledger.book_contacts(side.model, state)
@@ -78,31 +78,31 @@ def move_rim(side, gravity, order=None):
 
 
 def finish_step(side, order):
-    """Look at the step that is done and write what the continuum ordered."""
-    side.look(order)
-    side.watch.to("computing")
+    """Observes the completed step and records what the continuum ordered."""
+    side.observe(order)
+    side.watch.add_to("computing")
     side.record(order)
-    side.watch.to("recording")
+    side.watch.add_to("recording")
 
 
 def move_discs(side, gravity):
-    """Move the free discs; in real time nothing is slowed down, so a disc that is too fast ends the run."""
+    """Moves the free discs; raises PhysicsFailed for a disc that is too fast in real time, where no speed is capped."""
     if side.ledger:
-        side.ledger.keep(side.state, gravity)
+        side.ledger.copy_before_step(side.state, gravity)
     fast = move_free(side.model, side.state, gravity)
     if fast and side.model.real_time is not None:
         raise PhysicsFailed(f"{fast} discs or stones {TOO_FAST.format(side.steps)}")
 
 
 def refuse_fast_rim(side):
-    """Raise PhysicsFailed where the grid moves control discs so fast that others could pass through them."""
+    """Raises PhysicsFailed if the grid moves control discs so fast that others could pass through them."""
     model, state = side.model, side.state
     if model.real_time is not None and np.abs(state.v[: model.ring]).max() * state.dt > SPEED_CAP * model.smallest_radius:
         raise PhysicsFailed(f"control discs {TOO_FAST.format(side.steps)}")
 
 
-def say_forces(side, order):
-    """Nodal forces and additional masses of the rim, how the discs fared at the last look; strain if it is asked for."""
+def send_forces(side, order):
+    """Sends nodal forces and additional masses of the rim, the last Answer, and strain if it was requested."""
     asked = order is not None and side.strain is not None and int(order.flags) & messages.STRAIN
     force = side.rim.nodal_forces(side.state)
     if not isfinite(force.sum()):
@@ -111,4 +111,4 @@ def say_forces(side, order):
             "try a smaller step_factor"
         )
     strain = side.strain.measure(side.state) if asked else None
-    side.talk.say_forces(force, side.rim.stiffness_sums(side.model, side.state), side.answer, strain)
+    side.talk.send_forces(force, side.rim.stiffness_sums(side.model, side.state), side.answer, strain)

@@ -24,7 +24,7 @@ def main(argv=None):
 
 
 def serve(options, stop):
-    """Read the scene, listen, compute."""
+    """Reads the scene, listens and computes."""
     from coupler_protocol.scene.reader import read_scene
     from coupler_protocol.wire import link_tcp
 
@@ -53,11 +53,11 @@ def serve(options, stop):
 
 
 def compute(scene, transport, out, progress, stop, origin=None, plugin=None):
-    """Compute the grid and conduct the stages over any transport; used by the command line and by the in-process twin.
+    """Computes the grid and conducts the stages over any transport; used by the command line and by the in-process twin.
 
-    origin: the end of a stage to go on from (coupler_protocol.files.restart.Origin); plugin: a
+    origin: the end of a stage after which to continue (coupler_protocol.files.restart.Origin); plugin: a
     coupler_protocol.process.plugin.Plugin or None.
-    Writes run.json however it ends. On failure the peers are told and State is saved; the exception goes on.
+    Writes run.json in any case. On failure the peers receive FAILURE, State is saved, and the exception is raised again.
     """
     from coupler_protocol.wire.lockstep import Clocks, Hub
     from fdm_server.procedure.grid_side import ContinuumSide
@@ -67,7 +67,10 @@ def compute(scene, transport, out, progress, stop, origin=None, plugin=None):
     def side():
         return ContinuumSide(scene, hub, out, progress, origin, plugin)
 
-    server.conduct(side, scene, out, progress, origin, plugin, lambda reason: hub.tell_all(messages.FAILURE, {"reason": reason}))
+    def notify(reason):
+        hub.notify_all(messages.FAILURE, {"reason": reason})
+
+    server.run_side(side, scene, out, progress, origin, plugin, notify)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Model: all that stays the same while steps are taken. State: all that changes, and exactly a checkpoint."""
+"""Model: everything that is constant while steps are taken. State: everything that changes; a checkpoint is exactly State."""
 
 from dataclasses import dataclass, field
 from functools import cache
@@ -24,17 +24,17 @@ from fdm_server.step.thread_parts import Partition, build_partition
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """The continuum: N gridpoints, of whose Z zones A are active, in B blocks."""
+    """The continuum: N gridpoints, Z zones of which A are active, in B blocks."""
 
     grid: Grid
     zone: NDArray[np.int64]  # (A,) active zones of the grid, in the order of the blocks
     geometry: Geometry
-    start: NDArray[np.uint32]  # (N+1,) forces on gridpoint n stand at place[start[n]:start[n + 1]]
+    start: NDArray[np.uint32]  # (N+1,) forces on gridpoint n are at place[start[n]:start[n + 1]]
     place: NDArray[np.uint32]  # (M,)
-    partition: Partition  # how threads share a step
+    partition: Partition  # distribution of a step among threads
     mass: NDArray[np.float64]  # (N,) [kg] scaled for a step of 1
-    weight_mass: NDArray[np.float64]  # (N,) [kg] real, what gravity acts on
-    fixed: NDArray[np.bool_]  # (N,2) components held at zero velocity; both where no zone is left
+    weight_mass: NDArray[np.float64]  # (N,) [kg] real, for gravity
+    fixed: NDArray[np.bool_]  # (N,2) components held at zero velocity; both for gridpoints without zones
     density: NDArray[np.float64]  # (materials,) [kg/m3]
     material_law: Law  # parameters by material
     pattern: NDArray[np.int64]  # (B,) row of the parameters of a block; blocks of the same materials share it
@@ -48,7 +48,7 @@ class Model:
 
     @property
     def gather(self):
-        """How kernels sum corner forces at gridpoints."""
+        """Gather for the sums of corner forces at gridpoints, for kernels."""
         return Gather(self.partition.order, self.partition.ready, self.start, self.place)
 
     @property
@@ -77,22 +77,22 @@ ZONE, GRIDPOINT, NEITHER = "zone", "gridpoint", "neither"
 
 @dataclass(slots=True)
 class State:
-    """What a step changes and what others may set between steps (applied, added_mass).
+    """Everything that a step changes, and values that may be set between steps (applied, added_mass).
 
-    Every field says where it lives, by zone (B, 16 R), by gridpoint (N,) or (N,2), or at neither: what removes zones, saves or
-    copies a State goes by that. What laws remember is None where they do not act.
+    The annotation of every field gives its place: zone (B, 16 R), gridpoint (N,) or (N,2), or neither. Functions that remove
+    zones, save or copy a State use these places. Histories of laws that do not act are None.
     """
 
     velocity: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,2) [m/s]
     displacement: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,2) [m]
     force: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,2) [N] of the zones on gridpoints
     applied: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,2) [N] of all others on gridpoints
-    added_mass: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,) [kg] of contact springs hung on gridpoints
+    added_mass: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,) [kg] of contact springs attached to gridpoints
     stress: Annotated[NDArray[np.float64], ZONE]  # (B, 10 rows) [Pa] sm, zz; sd and xy of four triangles
     corner_force: Annotated[NDArray[np.float64], ZONE]  # (B, 8 rows) [N] of zones on their corners
     plastic: Annotated[NDArray[np.int64] | None, PLASTIC.place] = None  # (B, 1 row)
     mass: Annotated[NDArray[np.float64] | None, GRIDPOINT] = (
-        None  # (N,) [kg] static ones of the present shape; None: small strain
+        None  # (N,) [kg] static masses of the present shape; None: small strain
     )
     mass_age: Annotated[int, NEITHER] = 0  # steps since `mass` was computed
     driven: Annotated[NDArray[np.float64] | None, GRIDPOINT] = None  # (N,2) [m/step] prescribed velocities, 0 where none; or None
@@ -104,22 +104,22 @@ class State:
 
     @property
     def in_real_time(self):
-        """Whether steps take seconds, with real masses; else static mode: a step of 1 with scaled masses, on the way to rest."""
+        """Whether steps are in seconds, with real masses; else static mode: a step of 1 with scaled masses."""
         return self.dt is not None
 
     def history(self, name):
-        """The array that a law remembers under this name."""
+        """Array of the history with this name."""
         return self.memory[name] if name in self.memory else getattr(self, name)
 
 
 @cache
 def places():
-    """Where the fields of State live: {name: "zone", "gridpoint" or "neither"}."""
+    """Places of the fields of State: {name: "zone", "gridpoint" or "neither"}."""
     return {name: place for name, hint in get_type_hints(State, include_extras=True).items() for place in hint.__metadata__}
 
 
 def carried(state, zones):
-    """A State for fewer zones: `zones` takes an array (B, 16 R) of them all to one of those that stay; the rest is copied."""
+    """A State for fewer zones: `zones` maps an array (B, 16 R) of all zones to that of the remaining ones; others are copied."""
     return State(
         **{name: _carried(getattr(state, name), zones if place == ZONE else np.copy) for name, place in places().items()}
     )
@@ -190,12 +190,12 @@ def new_state(model):
         stress=np.zeros((blocks, STRESS_ROWS * LANES)),
         corner_force=np.zeros((blocks, CORNER_ROWS * LANES)),
     )
-    forget(model, state, (ZONE, GRIDPOINT))
+    reset_histories(model, state, (ZONE, GRIDPOINT))
     return state
 
 
-def forget(model, state, where=(ZONE,)):
-    """Set what the model's laws remember at these places to zero, and what laws that do not act remembered to None."""
+def reset_histories(model, state, where=(ZONE,)):
+    """Sets histories of acting laws at these places to zero, and histories of other laws to None."""
     points, blocks = len(model.grid.xy), len(model.geometry.corner)
     acting = model.law.histories
     own = places()

@@ -8,37 +8,37 @@ from fdm_server.step.zone_pass import advance
 
 
 def run_stage(side, stage):
-    """Take steps until the stage ends. `stage` (fdm_server.procedure.grid_side.StageRun) knows gravity, handover and when to end.
+    """Takes steps until the stage ends; stage: a fdm_server.procedure.stage_run.StageRun.
 
-    Between the discs' forces and the answer to them stands only what the answer needs; everything else can wait. Where both sides
-    take several steps between exchanges (fdm_server/coupling/exchange_pauses.py), the forces stay as they were heard.
+    Between FORCE and VELOCITY only the work that VELOCITY needs is done; everything else follows. If both sides take several
+    steps between exchanges (fdm_server/coupling/exchange_pauses.py), the received forces stay constant.
     """
     state, rims, ledger, watch, pace = side.state, stage.rims, stage.ledger, side.watch, stage.pace
     while not stage.ended:
         for rim in rims if pace.begins else ():
-            rim.hear_forces()
+            rim.receive_forces()
         for rim in rims:
-            rim.carry(state, stage.gravity, stage.share)
-        watch.to("waiting")
+            rim.apply_forces(state, stage.gravity, stage.share)
+        watch.add_to("waiting")
         model = stage.agree_on_step()
         if ledger:
-            ledger.keep(state)
+            ledger.copy_before_step(state)
         update_velocities(model, state, stage.gravity, stage.kick)
-        stage.drive(state)
+        stage.set_velocities(state)
         if ledger:
             ledger.book_motion(model, state, stage.gravity, stage.kick, rims)
         for rim in rims:
             rim.note_velocities(state, pace.taken == 0)
         order = stage.order()
         for rim in rims if order.interval else ():
-            rim.say_velocities(order)
+            rim.send_velocities(order)
         if order.interval:
             stage.watch_rims(state)
-        stage.look(model, state)
+        stage.observe(model, state)
         advance(model, state)
         if ledger:
             ledger.book_strain(model, state)
         stage.step_done()
-        watch.to("computing")
+        watch.add_to("computing")
         side.record(stage, order)
-        watch.to("recording")
+        watch.add_to("recording")

@@ -133,8 +133,8 @@ def exchange(nodes, steps, repeats):
 
         def trip():
             velocity.scalars[:] = 0.0
-            talk.say_step(velocity)
-            force.accept(talk.hear((messages.FORCE,), in_step=True)[1])
+            talk.send_step(velocity)
+            force.accept(talk.receive((messages.FORCE,), in_step=True)[1])
 
         trip()
         return repeated(trip, steps, repeats)
@@ -158,9 +158,9 @@ def echo(endpoint, nodes, turns):
     transport = link_tcp.RankTransport(endpoint)
     talk, force, velocity = _ends(transport, 0, nodes)
     for _ in range(turns + 1):
-        talk.say_step(force)
-        velocity.accept(talk.hear((messages.VELOCITY,), in_step=True)[1])
-    talk.say_step(force)
+        talk.send_step(force)
+        velocity.accept(talk.receive((messages.VELOCITY,), in_step=True)[1])
+    talk.send_step(force)
     time.sleep(5.0)
 
 

@@ -16,7 +16,6 @@ FIRST = (  # dearest first, so that both workers end at about the same time; the
     "dem_server/step/test_compiled_code.py",
     "integration/test_two_processes.py",
     "scripts/test_accuracy_w2.py",
-    "scripts/test_verify.py",
     "integration/test_restart.py",
     "scripts/test_accuracy_cost.py",
     "hard/test_hard.py",

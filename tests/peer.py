@@ -38,7 +38,7 @@ class Peer:
     def __init__(self, transport, to, rank=1, session=SESSION):
         self.transport, self.to, self.rank, self.session = transport, to, rank, session
 
-    def say(self, kind, sequence, content=None, again=False, **header):
+    def send_control(self, kind, sequence, content=None, again=False, **header):
         """Send a control message; `header` replaces rank or session."""
         about = {"session": self.session, "rank": self.rank} | header
         frame = frames.control_frame(kind, about["session"], about["rank"], sequence, content or {})
@@ -49,7 +49,7 @@ class Peer:
         self.transport.send(frame, self.to)
         return bytes(frame)
 
-    def hear(self, seconds=2.0):
+    def receive(self, seconds=2.0):
         """The next frame, or None after silence."""
         received = self.transport.receive(seconds)
         return received and Heard(*frames.open_header(received[1]), bytes(received[1]))

@@ -1,1 +1,1 @@
-"""Pictures of a run, one subject a file: `missing(run)` says what a run lacks for it, `draw(run)` draws."""
+"""Pictures of a run, one file for each subject: `missing(run)` names the data that a run lacks, `draw(run)` draws."""

@@ -1,4 +1,4 @@
-"""How a window is made: discs in their ring, the mesostructure, and which discs make up each stone."""
+"""Parts of a window: discs in their ring, the mesostructure, and the discs of each stone."""
 
 from typing import Any
 
@@ -13,13 +13,13 @@ BODIES = ("#b9a98f", "#8f7a5b", "#d3b98a", "#a0826a", "#c6a78c", "#7d6f5e")  # s
 
 
 def missing(run: Run) -> str:
-    """Discs."""
+    """Text of the missing data: discs. "" if there are any."""
     return "" if run.windows else "no frame of discs"
 
 
 @style.styled
 def draw(run: Run) -> Any:
-    """The first window with stones (else the first) where it begins: packing; with stones, mesostructure and both together."""
+    """Draws the first window with stones (else the first) at the start: packing; with stones also mesostructure and both."""
     import matplotlib.pyplot as plt
 
     rank = next((rank for rank in run.windows if run.stones(rank)), run.windows[0])

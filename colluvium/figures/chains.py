@@ -1,4 +1,4 @@
-"""Force chains: every contact a line as wide as its normal force."""
+"""Force chains: every contact as a line whose width is its normal force."""
 
 from typing import Any
 
@@ -8,20 +8,20 @@ from colluvium.figures import domain, frames, moments, style
 from colluvium.results import stones
 from colluvium.results.run import Run
 
-WIDEST = 3.0  # points, where the force is as large as in the strongest contact but 0.5 % of them
+WIDEST = 3.0  # points, for the force that 0.5 % of the contacts exceed
 PART = 0.995
 COMPRESSION, TENSION = "#123a5e", "#d0472f"
 KINDS = ((COMPRESSION, "compression"), (TENSION, "tension in a bond"))
 
 
 def missing(run: Run) -> str:
-    """Discs."""
+    """Text of the missing data: discs. "" if there are any."""
     return "" if run.windows else "no frame of discs"
 
 
 @style.styled
 def draw(run: Run) -> Any:
-    """The first window in each state of the band, or at the ends of the stages; panels say what their widest lines carry."""
+    """Draws the first window in each state of the band, or at the ends of stages; titles give the force of the widest line."""
     import matplotlib.pyplot as plt
     from matplotlib.lines import Line2D
 

@@ -1,4 +1,4 @@
-"""Displacement across the interface: zones and discs in one colour scale, where they are now."""
+"""Displacement across the interface: zones and discs at their present positions, in one colour scale."""
 
 from typing import Any
 
@@ -11,13 +11,13 @@ from colluvium.results.window_fields import outline_of
 
 
 def missing(run: Run) -> str:
-    """Nothing: any frame will do."""
+    """Text of the missing data: any frame. "" if there is one."""
     return "" if run.frames else "no frame was recorded"
 
 
 @style.styled
 def draw(run: Run) -> Any:
-    """The whole slope and, beside it, the first window, in the last frame before a run-out."""
+    """Draws the whole slope and, beside it, the first window, in the last frame before a run-out."""
     import matplotlib.pyplot as plt
 
     frame = frames.before_run_out(run)[-1]
@@ -66,7 +66,7 @@ def _draw_bodies(run: Run, frame: int, axes: Any, factor: float) -> list[Any]:
 
 
 def _close_up(axes: Any, window: np.ndarray) -> None:
-    """Show a window with a margin of a quarter of its larger side."""
+    """Sets the view to a window with a margin of a quarter of its larger side."""
     low, high = window.min(axis=0), window.max(axis=0)
     margin = 0.25 * float((high - low).max())
     axes.set_xlim(low[0] - margin, high[0] + margin)

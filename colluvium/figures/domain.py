@@ -1,4 +1,4 @@
-"""Zones, discs, bins and outlines as matplotlib artists, in one axes with equal scales."""
+"""Zones, discs, bins and outlines as matplotlib artists, in axes with equal scales."""
 
 from typing import Any
 
@@ -9,13 +9,13 @@ from colluvium.results.run import Run
 
 
 def gridpoints_now(run: Run, frame: int) -> np.ndarray:
-    """(N, 2) where the gridpoints are in a frame [m]."""
+    """(N, 2) positions of the gridpoints in a frame [m]."""
     gridpoints = run.gridpoints(frame)
     return gridpoints.xy + gridpoints.displacement
 
 
 def fill_polygons(axes: Any, corners: np.ndarray, values: np.ndarray | str, **colours: Any) -> Any:
-    """Polygons (n, 4, 2) filled by values (n,) or with one colour, without visible seams."""
+    """Draws polygons (n, 4, 2) filled by values (n,) or with one colour, without visible seams; returns the artist."""
     from matplotlib.collections import PolyCollection
 
     filled = PolyCollection(list(corners), linewidths=0.2, **colours)
@@ -25,7 +25,7 @@ def fill_polygons(axes: Any, corners: np.ndarray, values: np.ndarray | str, **co
 
 
 def fill_discs(axes: Any, xy: np.ndarray, radius: np.ndarray, values: np.ndarray | str, **colours: Any) -> Any:
-    """Discs in their true size, filled by values (n,) or with one colour."""
+    """Draws discs in their true size, filled by values (n,) or with one colour; returns the artist."""
     from matplotlib.collections import EllipseCollection
 
     size = 2.0 * radius
@@ -41,7 +41,7 @@ def fill_discs(axes: Any, xy: np.ndarray, radius: np.ndarray, values: np.ndarray
 
 
 def outline(axes: Any, xy: np.ndarray, zones: np.ndarray, colour: str = INK, width: float = 0.8) -> None:
-    """The edges that belong to one zone only: the border of the mesh and of its holes."""
+    """Draws the edges that belong to one zone only: the border of the mesh and of its holes."""
     from matplotlib.collections import LineCollection
 
     edges = np.sort(np.stack((zones, np.roll(zones, -1, axis=1)), axis=2).reshape(-1, 2), axis=1)
@@ -50,14 +50,14 @@ def outline(axes: Any, xy: np.ndarray, zones: np.ndarray, colour: str = INK, wid
 
 
 def stone_outlines(axes: Any, polygons: list[np.ndarray]) -> None:
-    """Outlines of stones, thin, on top of what is there."""
+    """Draws thin outlines of stones over all other artists."""
     from matplotlib.collections import PolyCollection
 
     axes.add_collection(PolyCollection(polygons, facecolors="none", edgecolors=INK, linewidths=0.4))
 
 
 def finish(axes: Any, title: str) -> None:
-    """Equal scales, the whole drawing in view, title and axis labels."""
+    """Sets equal scales, the view of the whole drawing, title and axis labels."""
     axes.set_aspect("equal")
     axes.margins(0.02)
     axes.autoscale_view()
@@ -69,7 +69,7 @@ def finish(axes: Any, title: str) -> None:
 
 
 def colour_bar(figure: Any, artist: Any, axes: Any, label: str, **options: Any) -> Any:
-    """A colour bar with "quantity [unit]" beside the axes it belongs to."""
+    """Draws a colour bar with the label "quantity [unit]" beside its axes; returns it."""
     return figure.colorbar(artist, ax=axes, label=label, shrink=0.85, aspect=30, **options)
 
 

@@ -10,11 +10,11 @@ from colluvium.figures import domain, plastic, style
 from colluvium.results.run import Run, open_run
 
 COLOURS = {"rests": "#2f6f9f", "fails": "#b03a2e", "undecided": "#8a8a8a"}
-ARROWS = 22  # across the longer side
+ARROWS = 22  # number across the longer side
 
 
 def write(out: str | Path) -> list[Path]:
-    """Draw everything that a folder of `colluvium fos` has to show; returns the files."""
+    """Draws all pictures of a folder of `colluvium fos`; returns the files."""
     import matplotlib.pyplot as plt
 
     out = Path(out)
@@ -38,7 +38,7 @@ def write(out: str | Path) -> list[Path]:
 
 @style.styled
 def draw_mechanism(run: Run, frame: int, title: str) -> Any:
-    """Shear strain rate over its largest value, logarithmic over two decades, and velocities as arrows."""
+    """Draws the shear strain rate over its largest value, logarithmic over two decades, and velocities as arrows."""
     import matplotlib.pyplot as plt
     from matplotlib.colors import LogNorm
 
@@ -60,7 +60,7 @@ def draw_mechanism(run: Run, frame: int, title: str) -> Any:
 
 @style.styled
 def draw_plastic(run: Run, frame: int, title: str) -> Any:
-    """Zones by their plastic state."""
+    """Draws zones by their plastic state."""
     import matplotlib.pyplot as plt
     from matplotlib.patches import Patch
 
@@ -78,7 +78,7 @@ def draw_plastic(run: Run, frame: int, title: str) -> Any:
 
 @style.styled
 def draw_trials(found: dict[str, Any]) -> Any:
-    """Motion of each span and unbalanced ratio over the steps, every trial of the finest mesh."""
+    """Draws motion of each span and unbalanced ratio over the steps, for all trials of the finest mesh."""
     import matplotlib.pyplot as plt
     from matplotlib.ticker import NullFormatter
 
@@ -105,7 +105,7 @@ def draw_trials(found: dict[str, Any]) -> Any:
 
 @style.styled
 def draw_meshes(found: dict[str, Any]) -> Any:
-    """The factor over the zone size, with brackets, and what it goes to."""
+    """Draws the factor over the zone size, with brackets, and its extrapolation."""
     import matplotlib.pyplot as plt
 
     size = np.array([m["zone_size"] for m in found["meshes"]])
@@ -133,7 +133,7 @@ def _fitting(xy: np.ndarray) -> tuple[float, float]:
 
 
 def _spread_out(xy: np.ndarray) -> np.ndarray:
-    """Indices of gridpoints about evenly spread, one a cell of a coarse net."""
+    """Indices of gridpoints that are about evenly distributed, one for each cell of a coarse net."""
     low, size = xy.min(axis=0), np.ptp(xy, axis=0).max() / ARROWS
     _, first = np.unique(np.floor((xy - low) / size).astype(int), axis=0, return_index=True)
     return first

@@ -1,28 +1,28 @@
-"""How the run went: unbalanced force ratio of both sides, gravity factor, broken bonds, over the steps."""
+"""Histories over the steps: unbalanced force ratio of both sides, gravity factor, broken bonds."""
 
 from typing import Any
 
 from colluvium.figures import style
 from colluvium.results.run import Run
 
-ROWS = (  # histories drawn in a row of their own, where any rank has them; logarithmic or not
+ROWS = (  # histories with a row each if any rank has them; logarithmic or not
     ("unbalanced_ratio", "unbalanced force ratio", True),
     ("gravity_factor", "gravity factor", False),
     ("bonds_broken", "bonds broken", False),
     ("max_displacement", "largest displacement", True),
 )
-NAME_ROOM = 0.025  # part of the axis that the name of a stage takes
+NAME_ROOM = 0.025  # part of the axis for the name of a stage
 COLOURS = ("#123a5e", "#d0472f", "#5c8a3a", "#8a5c9e")
 
 
 def missing(run: Run) -> str:
-    """Any of these histories."""
+    """Text of the missing data: any of these histories. "" if there is one."""
     return "" if _rows(run) else "no history was recorded"
 
 
 @style.styled
 def draw(run: Run) -> Any:
-    """One row a history, one line a rank, the stages marked."""
+    """Draws one row for each history, one line for each rank, with marked stages."""
     import matplotlib.pyplot as plt
 
     rows = _rows(run)

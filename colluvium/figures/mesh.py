@@ -9,17 +9,17 @@ from colluvium.results.run import Run
 from colluvium.results.window_fields import outline_of, starting_places
 
 GROUND, RING, DISC, LINES = "#ece6da", "#d0472f", "#9fb4c7", "#6f7780"
-TINTS = (GROUND, "#d8d2e2", "#cfe0d2", "#f0d9c9")  # of the materials, again from the first if there are more
+TINTS = (GROUND, "#d8d2e2", "#cfe0d2", "#f0d9c9")  # of the materials, repeated if there are more
 
 
 def missing(run: Run) -> str:
-    """A continuum."""
+    """Text of the missing data: a continuum. "" if there is one."""
     return "" if run.recorded(0) else "no frame of the continuum"
 
 
 @style.styled
 def draw(run: Run) -> Any:
-    """The slope with its measures and its windows; zones, control discs and discs at the start; a corner of the first window."""
+    """Draws the slope with dimensions and windows; zones, control discs and discs at the start; a corner of the first window."""
     import matplotlib.pyplot as plt
 
     own = [i for i in range(len(run.frames)) if run.has(i, 0)]
@@ -37,7 +37,7 @@ def draw(run: Run) -> Any:
 
 
 def _geometry(run: Run, frame: int, first: dict[int, int], axes: Any) -> None:
-    """Materials, length and height, the windows as hatched boxes with their sides."""
+    """Draws materials, length and height, and the windows as hatched boxes with their sides."""
     from matplotlib.collections import PolyCollection
 
     zones, xy = run.zones(frame), run.gridpoints(frame).xy
@@ -57,7 +57,7 @@ def _geometry(run: Run, frame: int, first: dict[int, int], axes: Any) -> None:
 
 
 def _steepness(run: Run) -> str:
-    """The steepest part of a slope's surface, in words."""
+    """Text with the steepest part of a slope's surface."""
     profile = np.array((run.scene.get("grid") or {}).get("profile") or (), dtype=float).reshape(-1, 2)
     if len(profile) < 2:
         return ""
@@ -66,7 +66,7 @@ def _steepness(run: Run) -> str:
 
 
 def _mesh(run: Run, frame: int, first: dict[int, int], axes: Any) -> None:
-    """The zones of a frame, and the discs where they were at the start."""
+    """Draws the zones of a frame, and the discs at their initial positions."""
     zones, xy = run.zones(frame), run.gridpoints(frame).xy
     mesh = domain.fill_polygons(axes, xy[zones.corners], "#ffffff")
     mesh.set(edgecolor=LINES, linewidth=0.3)
@@ -83,7 +83,7 @@ def _mesh(run: Run, frame: int, first: dict[int, int], axes: Any) -> None:
 
 
 def _corner(run: Run, frame: int, first: dict[int, int], axes: Any) -> None:
-    """Look at the lower left corner of the first window, six zones wide."""
+    """Draws the lower left corner of the first window, six zones wide."""
     from matplotlib.patches import Patch
 
     rank, i = next(iter(first.items()))

@@ -1,4 +1,4 @@
-"""The stones of a window, and their sizes and azimuths against the distributions they were drawn from."""
+"""The stones of a window, and their sizes and azimuths compared with their distributions."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,13 +17,13 @@ DRAWN, FOUND = "#d0472f", "#123a5e"
 
 
 def missing(run: Run) -> str:
-    """A window with stones."""
+    """Text of the missing data: a window with stones. "" if there is one."""
     return "" if any(run.stones(rank) for rank in run.windows) else "no stones"
 
 
 @style.styled
 def draw(run: Run) -> Any:
-    """The first window with stones: where they lie, their sizes, their azimuths."""
+    """Draws the first window with stones: positions, sizes and azimuths."""
     import matplotlib.pyplot as plt
 
     rank = next(rank for rank in run.windows if run.stones(rank))
@@ -39,7 +39,7 @@ def draw(run: Run) -> Any:
 
 @style.styled
 def draw_side_by_side(window: np.ndarray, structures: Sequence[Sequence[np.ndarray]]) -> Any:
-    """Several mesostructures of one window (P, 2), each a list of polygons, as in the paper's Figure 7."""
+    """Draws several mesostructures of one window (P, 2), each a list of polygons, as in the paper's Figure 7."""
     import matplotlib.pyplot as plt
 
     size = len(structures)
@@ -50,7 +50,7 @@ def draw_side_by_side(window: np.ndarray, structures: Sequence[Sequence[np.ndarr
 
 
 def panel(axes: Any, window: np.ndarray, placed: Sequence[np.ndarray], before: str = "") -> None:
-    """Stones in their window; the title says how many there are and which share of the area they cover."""
+    """Draws stones in their window; the title gives their number and content."""
     from matplotlib.collections import PolyCollection
 
     axes.add_collection(PolyCollection([window], facecolors=SOIL, edgecolors=style.INK, linewidths=1.0))
@@ -60,7 +60,7 @@ def panel(axes: Any, window: np.ndarray, placed: Sequence[np.ndarray], before: s
 
 
 def sizes(axes: Any, placed: Sequence[np.ndarray], size: dict[str, float] | None) -> None:
-    """Share of the stones smaller than a size: found, and drawn from, if they were drawn."""
+    """Draws the share of the stones smaller than a size, and the distribution of the scene if the stones are random."""
     found = np.sort([np.sqrt(4.0 * polygon_area(outline) / np.pi) for outline in placed])
     words, low, high = f"{len(found)} stones, mean {found.mean():.3f} m", found[0], found[-1]
     title = "sizes, as mapped"
@@ -76,7 +76,7 @@ def sizes(axes: Any, placed: Sequence[np.ndarray], size: dict[str, float] | None
 
 
 def _drawn_sizes(axes: Any, found: np.ndarray, size: dict[str, float]) -> str:
-    """The distribution that sizes were drawn from; how far the sizes `found` are from it, in words."""
+    """Draws the distribution of sizes of the scene; returns a text with its distance from the sizes `found`."""
     mu = np.log(size["mean"]) - 0.5 * size["sigma"] ** 2
     s = np.linspace(size["min"], size["max"], 300)
     whole = norm(mu, size["sigma"]).cdf
@@ -91,7 +91,7 @@ def _drawn_sizes(axes: Any, found: np.ndarray, size: dict[str, float]) -> str:
 
 
 def azimuths(axes: Any, placed: Sequence[np.ndarray], stones: dict[str, Any]) -> None:
-    """Directions of the long axes in six classes, and the distribution they were drawn from with its 95 % interval."""
+    """Draws directions of the long axes in six classes, and the distribution of the scene with its 95 % interval."""
     angle = np.degrees([moments(outline).azimuth for outline in placed]) % 180.0
     edges = np.arange(0.0, 181.0, 30.0)
     number, *_ = axes.hist(angle, edges, color=FOUND, rwidth=0.92, label="stones")
@@ -113,7 +113,7 @@ def azimuths(axes: Any, placed: Sequence[np.ndarray], stones: dict[str, Any]) ->
 
 
 def azimuth_shares(edges: np.ndarray, azimuth: dict[str, Any] | None) -> np.ndarray:
-    """Shares of the classes between `edges` [deg], 0 to 180, of what the scene's `stones.azimuth` table says (None: uniform)."""
+    """Shares of the classes between `edges` [deg], 0 to 180, by the scene's `stones.azimuth` table (None: uniform)."""
     turns = edges[:, None] + 180.0 * np.arange(-8, 9)  # the same axis, counted again
     if azimuth is None:
         return np.diff(edges) / 180.0

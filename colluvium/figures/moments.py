@@ -1,4 +1,4 @@
-"""The moments that figures of the shear band show: its states where it has reached more than the first, else even steps."""
+"""Moments for figures of the shear band: its states if it has reached more than the first, else even steps."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -12,14 +12,14 @@ PANELS = 4
 
 
 class Moment(NamedTuple):
-    """A frame, and what makes it worth a picture: the state of the band, or nothing."""
+    """A frame, and the state of the band in it or ""."""
 
     words: str
     frame: int
 
 
 def lacking(run: Run) -> str:
-    """What a run lacks for the states of the band; empty if nothing."""
+    """Text of the data that a run lacks for the states of the band; "" if it has all."""
     kinds = {stage["name"]: stage["kind"] for stage in run.scene.get("stage", ())}
     if not run.windows or not run.recorded(0):
         return "no continuum with a window of discs"
@@ -39,7 +39,7 @@ def of_band(run: Run) -> list[Moment]:
 
 
 def of_run(run: Run, rank: int, otherwise: Callable[[Run, int, int], list[int]] = frames.of_last_stage) -> list[Moment]:
-    """Where the band enters the window: the initial coupled state and `of_band`; else PANELS frames that `otherwise` chooses."""
+    """The initial coupled state and `of_band` if the band enters the window; else PANELS frames that `otherwise` chooses."""
     if not lacking(run):
         reached = of_band(run)
         first = _reaches(run)[0].frame
@@ -50,12 +50,12 @@ def of_run(run: Run, rank: int, otherwise: Callable[[Run, int, int], list[int]] 
 
 
 def title(run: Run, moment: Moment) -> str:
-    """The state, and below it when that was."""
+    """Text of the state, and below it the time of the frame."""
     when = style.moment(run.frames[moment.frame])
     return f"{moment.words}\n{when}" if moment.words else when
 
 
 @lru_cache(maxsize=1)
 def _reaches(run: Run) -> list[band_states.Reach]:
-    """`states.reaches` takes a pass over all frames: once for all figures of a run."""
+    """`band_states.reaches` of a run, computed once for all figures because it reads all frames."""
     return band_states.reaches(run)

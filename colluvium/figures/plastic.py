@@ -1,4 +1,4 @@
-"""Which zones yield, now or in the past, and which contact bonds have broken."""
+"""Zones that yield now or have yielded, and broken contact bonds."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from colluvium.figures import domain, frames, style
 from colluvium.results.run import Run
 from colluvium.results.window_fields import starting_places
 
-STATES = (  # the strongest statement about a zone that is true: bits of plastic_state, words, colour
+STATES = (  # bits of plastic_state in order of precedence, text, colour
     (2, "tension now", "#d55e00"),
     (1, "shear now", "#7a0403"),
     (8, "tension past", "#f3c188"),
@@ -18,7 +18,7 @@ ELASTIC = "#eef1f4"
 
 
 def missing(run: Run) -> str:
-    """Zones that can yield."""
+    """Text of the missing data: zones that can yield. "" if there are any."""
     if not run.recorded(0):
         return "no frame of the continuum"
     return "" if "plastic_state" in run.zones(frames.of_last_stage(run, 0, 1)[-1]) else "no zone can yield"
@@ -26,7 +26,7 @@ def missing(run: Run) -> str:
 
 @style.styled
 def draw(run: Run) -> Any:
-    """Zones coloured by state, broken bonds as dots, in the last frame before a run-out."""
+    """Draws zones coloured by state, and broken bonds as dots, in the last frame before a run-out."""
     import matplotlib.pyplot as plt
     from matplotlib.patches import Patch
 
@@ -47,7 +47,7 @@ def draw(run: Run) -> Any:
 
 
 def colours_of(plastic_state: np.ndarray) -> list[str]:
-    """The colour of each zone (Z,) by the strongest statement about it."""
+    """Colour of each zone (Z,) by the first of STATES that applies."""
     colours = np.full(len(plastic_state), ELASTIC, dtype=object)
     for bit, _, colour in reversed(STATES):
         colours[(plastic_state & bit) > 0] = colour

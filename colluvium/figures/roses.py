@@ -1,4 +1,4 @@
-"""Rose diagrams: how many contacts point in each direction, and how much force they carry.
+"""Rose diagrams: number and force of contacts by direction.
 
 In bins of 10 degrees, with the fitted curves (L. Rothenburg, R.J. Bathurst, Geotechnique 39 (1989) 601-614)
 
@@ -15,7 +15,7 @@ from colluvium.results import fabric
 from colluvium.results.fabric import Fabric, fit_fabric
 from colluvium.results.run import Run
 
-BINS = 18  # over half a turn: a contact points both ways
+BINS = 18  # over half a turn: the direction of a contact has no sign
 FEWEST = 3 * BINS
 NORMALS, FORCES, CURVE = "#9fb4c7", "#d9b99b", "#1a1a1a"
 
@@ -26,18 +26,18 @@ class Rose(NamedTuple):
     fabric: Fabric
     middles: np.ndarray  # (2 BINS,) directions of the bins [rad]
     density: np.ndarray  # (2 BINS,) share of the contacts per radian [1/rad]
-    force: np.ndarray  # (2 BINS,) mean normal force of the contacts in each bin [N], 0 where there are none
+    force: np.ndarray  # (2 BINS,) mean normal force of the contacts in each bin [N], 0 without contacts
 
 
 def missing(run: Run) -> str:
-    """Enough contacts under pressure."""
+    """Text of the missing data: enough contacts under pressure. "" if there are enough."""
     if not run.windows:
         return "no frame of discs"
     return "" if shown(run) else f"fewer than {FEWEST} contacts under pressure"
 
 
 def shown(run: Run) -> list[moments.Moment]:
-    """The end of `couple`, which is the initial coupled state, and the moments of the band; those with enough contacts."""
+    """The end of `couple`, which is the initial coupled state, and the moments of the band, if they have enough contacts."""
     rank = run.windows[0]
     found = moments.of_run(run, rank)
     start = run.last_frame("couple") if "couple" in run.stages else found[0].frame
@@ -57,7 +57,7 @@ def directions(run: Run, frame: int, rank: int = 1) -> tuple[np.ndarray, np.ndar
 
 
 def bin_directions(theta: np.ndarray, force: np.ndarray) -> Rose:
-    """Normals at angles theta (C,) [rad] with normal forces (C,) [N]."""
+    """Rose of contacts with normals at angles theta (C,) [rad] and normal forces (C,) [N]."""
     width = np.pi / BINS
     place = np.floor(theta % np.pi / width).astype(int) % BINS
     number = np.bincount(place, minlength=BINS)
@@ -68,7 +68,7 @@ def bin_directions(theta: np.ndarray, force: np.ndarray) -> Rose:
 
 @style.styled
 def draw(run: Run) -> Any:
-    """The first window. Rows: normals, forces. Columns: moments; each row has one scale."""
+    """Draws roses of the first window. Rows: normals, forces. Columns: moments; each row has one scale."""
     import matplotlib.pyplot as plt
 
     rank, found = run.windows[0], shown(run)

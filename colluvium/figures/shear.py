@@ -1,4 +1,4 @@
-"""Shear strain and its rate: where the shear band is. In the window from the discs, bin by bin."""
+"""Shear strain and its rate, which show the shear band; in windows the strain of discs in bins."""
 
 from typing import Any
 
@@ -12,26 +12,26 @@ DECADES = 3.0
 
 
 def missing(run: Run) -> str:
-    """A continuum."""
+    """Text of the missing data: a continuum. "" if there is one."""
     return "" if run.recorded(0) else "no frame of the continuum"
 
 
 @style.styled
 def draw_rate(run: Run) -> Any:
-    """Shear strain rate, logarithmic over three decades below the largest, in each state of the band."""
+    """Draws the shear strain rate, logarithmic over three decades below the largest, in each state of the band."""
     shown = moments.of_run(run, 0)
     return _panels(run, shown, "shear_strain_rate", "velocity", "shear strain rate", "rate")
 
 
 @style.styled
 def draw_strain(run: Run) -> Any:
-    """Shear strain, on a scale of the same kind, in even steps of the last stage."""
+    """Draws the shear strain, on a scale of the same kind, in even steps of the last stage."""
     shown = [moments.Moment("", frame) for frame in frames.of_last_stage(run, 0, moments.PANELS)]
     return _panels(run, shown, "shear_strain", "displacement", "shear strain", "strain")
 
 
 def _panels(run: Run, shown: list[moments.Moment], field: str, motion: str, name: str, colours: str) -> Any:
-    """One axes a moment, all in one colour scale."""
+    """Draws one axes for each moment, all in one colour scale."""
     import matplotlib.pyplot as plt
     from matplotlib.colors import LogNorm
 
@@ -63,7 +63,7 @@ def _panels(run: Run, shown: list[moments.Moment], field: str, motion: str, name
 
 
 def _fields(run: Run, frame: int, field: str, motion: str) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Polygons and values of the windows' bins and, upon them, of the zones at a frame: bins may reach beyond an oblique rim."""
+    """Polygons and values at a frame: bins of windows, and over them zones, because bins may reach beyond an oblique rim."""
     zones, parts = run.zones(frame), []
     for rank in run.windows:
         if run.has(frame, rank):

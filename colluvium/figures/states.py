@@ -9,17 +9,17 @@ from colluvium.results import band_states
 from colluvium.results.run import Run
 from colluvium.results.window_fields import bins, shear_strain
 
-DECADE = 10.0  # either side of the strain from which on a state counts
+DECADE = 10.0  # on either side of the strain at which a state counts
 
 
 def missing(run: Run) -> str:
-    """A band and a window under overload."""
+    """Text of the missing data: a band and a window under overload. "" if there are both."""
     return moments.lacking(run) or ("" if moments.of_band(run) else "no frame with both sides")
 
 
 @style.styled
 def draw(run: Run) -> Any:
-    """One axes a moment, strains logarithmic; zones move with their gridpoints, bins stay where they were."""
+    """Draws one axes for each moment, strains logarithmic; zones move with their gridpoints, bins keep their positions."""
     import matplotlib.pyplot as plt
     from matplotlib.colors import LogNorm
 

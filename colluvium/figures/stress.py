@@ -1,4 +1,4 @@
-"""Stress before and after the discs take the place of zones, and the change between the two."""
+"""Stress before and after discs replace zones, and the change between the two."""
 
 from typing import Any, NamedTuple
 
@@ -12,19 +12,19 @@ COMPONENTS = (("syy", "vertical stress", 1), ("sxx", "horizontal stress", 0))
 
 
 class Cells(NamedTuple):
-    """Zones and bins alike: corners (n, 4, 2) [m] and one stress component (n,) [Pa]."""
+    """Zones and bins: corners (n, 4, 2) [m] and one stress component (n,) [Pa]."""
 
     corners: np.ndarray
     stress: np.ndarray
 
 
 def missing(run: Run) -> str:
-    """A continuum."""
+    """Text of the missing data: a continuum. "" if there is one."""
     return "" if run.recorded(0) else "no frame of the continuum"
 
 
 def moments(run: Run) -> tuple[int, int]:
-    """The last frame without discs at the same gravity, and the last of `couple`, which brings them in."""
+    """The last frame without discs at the same gravity, and the last frame of `couple`, after which discs act."""
     own = [i for i in range(len(run.frames)) if run.has(i, 0)]
     both = [i for i in own if any(run.has(i, rank) for rank in run.windows)]
     if not both:
@@ -37,7 +37,7 @@ def moments(run: Run) -> tuple[int, int]:
 
 @style.styled
 def draw(run: Run) -> Any:
-    """Rows: vertical, horizontal. Columns: before, after (in one colour scale), change."""
+    """Draws rows for vertical and horizontal stress. Columns: before, after (in one colour scale), change."""
     import matplotlib.pyplot as plt
 
     frames = moments(run)
@@ -67,7 +67,7 @@ def draw(run: Run) -> Any:
 
 
 def _cells(run: Run, frame: int, component: int) -> Cells:
-    """The windows' bins and, upon them, the zones at a frame: bins may reach beyond an oblique rim."""
+    """Bins of windows, and over them zones at a frame, because bins may reach beyond an oblique rim."""
     zones, parts = run.zones(frame), []
     for rank in run.windows:
         if run.has(frame, rank):
@@ -79,7 +79,7 @@ def _cells(run: Run, frame: int, component: int) -> Cells:
 
 
 def _at_same_places(there: Cells, here: Cells) -> np.ndarray:
-    """Stress of the nearest cell of `there` at each cell of `here`."""
+    """Stress (n,) [Pa] of the nearest cell of `there` at each cell of `here`."""
     from scipy.spatial import cKDTree
 
     _, nearest = cKDTree(there.corners.mean(axis=1)).query(here.corners.mean(axis=1))

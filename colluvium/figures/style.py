@@ -1,4 +1,4 @@
-"""One look for all figures: type, colour maps, units, titles."""
+"""Common style of all figures: type, colour maps, units, titles."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -26,7 +26,7 @@ MAPS = {  # F. Crameri, Scientific colour maps, zenodo.org/records/1243862
     "strain": "acton_r",
 }
 INK, PALE = "#1a1a1a", "#c8c8c8"
-_PREFIXES = {  # from which value on a unit with a prefix is used, what it is called, how large it is
+_PREFIXES = {  # smallest value for a unit with a prefix, its name, its size
     "Pa": ((1e6, "MPa", 1e6), (1e3, "kPa", 1e3), (0.0, "Pa", 1.0)),
     "N": ((1e6, "MN", 1e6), (1e3, "kN", 1e3), (0.0, "N", 1.0)),
     "m": ((0.5, "m", 1.0), (5e-4, "mm", 1e-3), (0.0, "µm", 1e-6)),
@@ -34,7 +34,7 @@ _PREFIXES = {  # from which value on a unit with a prefix is used, what it is ca
 
 
 def styled(draw: Callable[..., Any]) -> Callable[..., Any]:
-    """Run a drawing function in the house style, without a screen."""
+    """Makes a drawing function draw in the common style, without a screen."""
 
     @wraps(draw)
     def in_style(*args: Any, **options: Any) -> Any:
@@ -48,14 +48,14 @@ def styled(draw: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def colour_map(what: str) -> Any:
-    """The colour map of a kind of quantity (a key of MAPS)."""
+    """Colour map of a kind of quantity (a key of MAPS)."""
     from cmcrameri import cm
 
     return getattr(cm, MAPS[what])
 
 
 def readable(unit: str, *values: np.ndarray) -> tuple[float, str]:
-    """Factor and unit that bring values in Pa, N or m to numbers a reader likes; others stay as they are."""
+    """Factor and unit with which values in Pa, N or m have few digits; other units are unchanged."""
     largest = max((float(np.nanmax(np.abs(v))) for v in values if np.isfinite(v).any()), default=0.0)
     for threshold, name, size in _PREFIXES.get(unit, ()):
         if largest >= threshold:
@@ -64,7 +64,7 @@ def readable(unit: str, *values: np.ndarray) -> tuple[float, str]:
 
 
 def limits(*values: np.ndarray, part: float = 0.005) -> tuple[float, float]:
-    """Limits of one colour scale for all values, their outermost `part` left out at both ends."""
+    """Limits of one colour scale for all values, without the outermost `part` at both ends."""
     together = np.concatenate([np.ravel(v) for v in values])
     together = together[np.isfinite(together)]
     if not len(together):
@@ -74,6 +74,6 @@ def limits(*values: np.ndarray, part: float = 0.005) -> tuple[float, float]:
 
 
 def moment(info: FrameInfo) -> str:
-    """When a picture was taken, for its title."""
+    """Text of stage, step and gravity of a frame, for titles."""
     gravity = f", {info.gravity_factor:.3g} g" if info.gravity_factor != 1.0 else ""
     return f"{info.stage}, step {info.step:,}{gravity}"

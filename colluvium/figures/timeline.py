@@ -1,4 +1,4 @@
-"""What both processes do in some coupled steps: computing, waiting, recording."""
+"""Activities of all processes in some coupled steps: computing, waiting, recording."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ COLOURS = dict(zip(ACTIVITIES, ("#123a5e", "#d9d9d9", "#d0472f"), strict=True))
 
 
 def missing(run: Run) -> str:
-    """A trace of at least two processes that took steps together."""
+    """Text of the missing data: a trace of at least two processes in coupled stages. "" if there is one."""
     found = intervals(run)
     if len(found) < 2:
         return "no trace (record.trace = STEPS writes it)"
@@ -22,7 +22,7 @@ def missing(run: Run) -> str:
 
 @style.styled
 def draw(run: Run) -> Any:
-    """A panel for the first and the last coupled stage: the steps in the middle of what was traced, a row a process."""
+    """Draws a panel for the first and the last coupled stage: the middle of the traced steps, one row for each process."""
     import matplotlib.pyplot as plt
 
     found = intervals(run)
@@ -65,7 +65,7 @@ def _panel(axes: Any, stage: str, found: dict[str, Intervals]) -> None:
 
 
 def _moment(own: Intervals, steps: int) -> float:
-    """When a process had so many steps behind it [s]: the end of what it did in the last of them."""
+    """Time [s] at which a process had completed `steps` steps: the end of its last interval in them."""
     if steps == 0:
         return float(own.begin.min())
     recorded = own.where((own.step == steps) & (own.activity == "recording"))
@@ -73,7 +73,7 @@ def _moment(own: Intervals, steps: int) -> float:
 
 
 def _cut(own: Intervals, start: float, end: float) -> Intervals:
-    """What lies between two times [s]."""
+    """Intervals between two times [s]."""
     own = own.where((own.end > start) & (own.begin < end))
     return own._replace(begin=np.maximum(own.begin, start), end=np.minimum(own.end, end))
 

@@ -1,4 +1,4 @@
-"""Displacement vectors of discs and gridpoints in and round the window, thinned to one a cell of an even grid."""
+"""Displacement vectors of discs and gridpoints in and around the window, thinned to one for each cell of an even grid."""
 
 from typing import Any
 
@@ -8,15 +8,15 @@ from colluvium.figures import domain, frames, moments, style
 from colluvium.results.run import Run
 from colluvium.results.window_fields import outline_of
 
-CELLS = 18  # cells along the longer side of a window, which an arrow each stands for
-MARGIN = 3  # cells round the window in which gridpoints are shown
-LONGEST = 2.5  # cells: the length of the longest arrow but 0.5 %
+CELLS = 18  # cells along the longer side of a window, each with one arrow
+MARGIN = 3  # cells around the window in which gridpoints are shown
+LONGEST = 2.5  # cells: length of the arrow that 0.5 % of the arrows exceed
 ZONES, SOIL, STONE, FILL = "#8c8c8c", "#123a5e", "#c0561f", "#efe8da"
 KINDS = ((ZONES, "gridpoint"), (SOIL, "disc of soil"), (STONE, "disc of a stone"))
 
 
 def missing(run: Run) -> str:
-    """Discs that have moved."""
+    """Text of the missing data: discs that have moved. "" if there are any."""
     if not run.windows:
         return "no frame of discs"
     return "" if _shown(run) else "no disc has moved"
@@ -24,9 +24,9 @@ def missing(run: Run) -> str:
 
 @style.styled
 def draw(run: Run) -> Any:
-    """The first window in each state of the band, or at the ends of the stages; arrows begin where the points were.
+    """Draws the first window in each state of the band, or at the ends of the stages; arrows begin at the initial positions.
 
-    Each panel has a scale of its own, and says which.
+    Each panel has a separate scale, which its title gives.
     """
     import matplotlib.pyplot as plt
     from matplotlib.patches import Patch
@@ -51,14 +51,14 @@ def draw(run: Run) -> Any:
 
 
 def _shown(run: Run) -> list[moments.Moment]:
-    """The moments at which any disc has moved."""
+    """Moments at which any disc has moved."""
     rank = run.windows[0]
     found = moments.of_run(run, rank, frames.last_of_stages)
     return [one for one in found if run.discs(one.frame, rank).displacement.any()]
 
 
 def _draw_panel(run: Run, frame: int, rank: int, axes: Any, outline: np.ndarray, cell: float) -> float:
-    """Arrows of a window and its surroundings; returns the length that the longest one stands for [m]."""
+    """Draws arrows of a window and its surroundings; returns the displacement of the longest one [m]."""
     from matplotlib.collections import PolyCollection
 
     discs = run.discs(frame, rank)
@@ -97,7 +97,7 @@ def _draw_panel(run: Run, frame: int, rank: int, axes: Any, outline: np.ndarray,
 
 
 def thinned(xy: np.ndarray, cell: float) -> np.ndarray:
-    """Indices of one point (n, 2) in each square of side `cell` [m]: the one nearest to the square's middle."""
+    """Indices of one point (n, 2) in each square of side `cell` [m]: the one nearest to the square's centre."""
     square = np.floor(xy / cell)
     off = np.hypot(*(xy / cell - square - 0.5).T)
     order = np.lexsort((off, square[:, 1], square[:, 0]))
@@ -107,7 +107,7 @@ def thinned(xy: np.ndarray, cell: float) -> np.ndarray:
 
 
 def _near(xy: np.ndarray, outline: np.ndarray, margin: float) -> np.ndarray:
-    """(n,) bool: points outside the box round an outline, no further from it than `margin`."""
+    """(n,) bool: points outside the bounding box of an outline, within `margin` [m]."""
     low, high = outline.min(axis=0), outline.max(axis=0)
     away = np.abs(xy - np.clip(xy, low, high)).max(axis=1)
     return (away > 1e-9) & (away <= margin)

@@ -1,1 +1,1 @@
-"""What a scene will do before the long run: check, step limits, band, factor of safety."""
+"""Forecasts of a scene before its long run: check, step limits, band, factor of safety."""

@@ -1,4 +1,4 @@
-"""`colluvium check`: what a scene will compute and what it will not, without computing it but for a stage of kind locate."""
+"""`colluvium check`: description of the computation of a scene, its effects that act and those that do not."""
 
 import numpy as np
 
@@ -6,14 +6,14 @@ from coupler_protocol.files import disc_csv
 from coupler_protocol.interface.ring import polygon_area
 from coupler_protocol.scene.rules.between_tables import listed_doubts
 from coupler_protocol.scene.rules.sizes import memory_of
-from coupler_protocol.scene.rules.units import in_words
+from coupler_protocol.scene.rules.units import as_written
 from coupler_protocol.scene.scene import declared_effects
-from coupler_protocol.scene.schedule import beginning, large_strain, plan
+from coupler_protocol.scene.schedule import large_strain, new_boundaries, plan
 from coupler_protocol.scene.tables.grading import grading_of
 
 
 def effects(scene):
-    """Installed effects that could act: {"effect", "summary", "acts", "where"}; `where` names the tables that switch one on."""
+    """Rows of effects that could act: {"effect", "summary", "acts", "where"}; `where`: names of the tables that switch it on."""
     rows = []
     for place, cls in declared_effects().items():
         if not _concerns(scene, place):
@@ -31,7 +31,7 @@ def _concerns(scene, place):
 
 
 def _tables(scene, place):
-    """Names of the scene's tables that hold the effect declared for `place`."""
+    """Yields names of the scene's tables with the effect that is declared for `place`."""
     parent, _, key = place.rpartition(".")
     if not parent:
         holders = [("scene", scene)]
@@ -47,7 +47,7 @@ def _tables(scene, place):
 
 
 def sizes(scene):
-    """Counts that follow from the scene alone."""
+    """Numbers of zones, gridpoints, segments and discs, and sizes of windows, that follow from the scene alone."""
     if scene.grid is None:
         return {"windows": [], "stones": scene.stones.model_dump(mode="json") if scene.stones else None}
     from fdm_server.mesh.grid import build_grid
@@ -80,15 +80,15 @@ def materials(scene, grid):
     return rows
 
 
-def materials_in_words(rows):
+def materials_as_text(rows):
     """A line for every material."""
     for m in rows:
         drawn = f"{m['area']:.4g} m2 (drawn {m['drawn']:.4g})"
-        pairs = f"K {in_words(m['bulk'])}, G {in_words(m['shear'])} Pa (E {in_words(m['young'])} Pa, nu {m['poisson']:.3g})"
+        pairs = f"K {as_written(m['bulk'])}, G {as_written(m['shear'])} Pa (E {as_written(m['young'])} Pa, nu {m['poisson']:.3g})"
         yield f"material {m['name']}: {m['zones']} zones, {drawn}, {pairs}"
 
 
-def _stones_in_words(stones):
+def _stones_as_text(stones):
     if stones["file"]:
         return f"stones: as mapped in {stones['file']}, each a {stones['body']}; beyond a window: {stones['outside']}"
     words = f"stones: {100 * stones['content']:g} % of each window, each a {stones['body']}"
@@ -97,17 +97,17 @@ def _stones_in_words(stones):
 
 
 def stages(scene):
-    """The procedure as it will run."""
+    """Rows of all stages: name, kind, gravity, end and boundaries."""
     return [
         {"name": s.name, "kind": s.kind, "gravity": leg.gravity, "factor": [leg.start, leg.end], "over": leg.over}
         | {"until": s.until.model_dump(exclude_none=True) if s.until else {}, "discard": s.discard}
-        | {"time": s.time, "large_strain": large_strain(scene, s), "sides": [b.summary for b in beginning(scene, i)]}
+        | {"time": s.time, "large_strain": large_strain(scene, s), "sides": [b.summary for b in new_boundaries(scene, i)]}
         for i, (s, leg) in enumerate(zip(scene.stage, plan(scene), strict=True))
     ]
 
 
 def file_of_discs(scene):
-    """How many discs the scene's file holds, {} without one; raises SceneError where it cannot be read."""
+    """Numbers of discs and stones in the scene's file, {} without a file; raises SceneError if it cannot be read."""
     if scene.discs is None or scene.discs.file is None:
         return {}
     found = disc_csv.read(scene.discs.file)
@@ -115,7 +115,7 @@ def file_of_discs(scene):
     return {"file": {"path": scene.discs.file, "discs": len(found.radius), "stones": stones}}
 
 
-def answer(scene):
+def describe(scene):
     """All of the above in one dictionary."""
     found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
     found |= {"memory_MB": memory_of(scene), "effects": effects(scene), "stages": stages(scene)}
@@ -127,14 +127,15 @@ def opening(scene):
     if scene.grid is not None:
         from fdm_server.mesh.grid import build_grid
 
-        yield from materials_in_words(materials(scene, build_grid(scene)))
+        yield from materials_as_text(materials(scene, build_grid(scene)))
     for doubt in listed_doubts(scene):
         yield f"worth a second look: {doubt['key']}: {doubt['what']}; {doubt['remedy']}"
 
 
-def print_answer(found, console):
-    """Print the answer for a person; `found["locate"]`, `found["limits"]`: of those modules, where asked for."""
-    from colluvium.forecast import locate, step_limits
+def print_description(found, console):
+    """Prints a description; `found["locate"]`, `found["limits"]`: results of these modules, if they were computed."""
+    from colluvium.forecast import step_limits
+    from colluvium.forecast.locate import as_text
 
     second = f", {len(found['doubts'])} worth a second look (at the end)" if found["doubts"] else ""
     console.print(f"{found['title'] or 'scene'}: no problems found{second}", markup=False)
@@ -143,7 +144,7 @@ def print_answer(found, console):
             f"grid of {found['zones']} zones in {found['columns']} columns and {found['rows']} rows, "
             f"{found['gridpoints']} gridpoints"
         )
-        for line in materials_in_words(found["materials"]):
+        for line in materials_as_text(found["materials"]):
             console.print(line, markup=False)
     else:
         console.print("no grid: discs alone")
@@ -160,7 +161,7 @@ def print_answer(found, console):
         parts = [f"{name} {size:.2g} MB" for name, size in found["memory_MB"].items() if size]
         console.print(f"memory, approximately: {', '.join(parts)}, beside that of the programs")
     if found["stones"]:
-        console.print(_stones_in_words(found["stones"]), markup=False)
+        console.print(_stones_as_text(found["stones"]), markup=False)
     console.print("effects that act:")
     for row in found["effects"]:
         if row["acts"]:
@@ -179,7 +180,7 @@ def print_answer(found, console):
         console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}{more}", markup=False)
         if s["sides"]:
             console.print(f"    sides from here on: {', '.join(s['sides'])}", markup=False)
-    for sentence in locate.in_words(found["locate"]) if found.get("locate") else ():
+    for sentence in as_text(found["locate"]) if found.get("locate") else ():
         console.print(sentence, markup=False)
     for sentence in step_limits.sentences(found["limits"]) if "limits" in found else ():
         console.print(sentence, markup=False)

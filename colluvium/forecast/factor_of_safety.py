@@ -14,7 +14,7 @@ OWN = ("fos.json", "fos.log", "scene.toml", "mechanism.png", "plastic_zones.png"
 
 
 def add_command(commands):
-    """The command's options."""
+    """Adds the command `fos` and its options to `commands` of a parser."""
     p = commands.add_parser("fos", help="factor of safety by strength reduction, or the gravity factor at collapse")
     p.add_argument("scene", metavar="SCENE", help="scene file (TOML); its table [fos] says how, its stages what acts")
     p.add_argument("--by", choices=("strength", "gravity"), help="what the factor acts on (fos.by of the scene)")
@@ -32,7 +32,7 @@ def add_command(commands):
 
 
 def command(options):
-    """Search, show what was found, draw."""
+    """Searches, prints the result and draws it; returns the exit code."""
     from colluvium.running import processes
     from colluvium.running.progress_picture import picture
     from coupler_protocol.scene.reader import read_scene
@@ -45,9 +45,10 @@ def command(options):
         changes.append(f'fos.by="{options.by}"')
     if options.meshes:
         changes.append(f"fos.zone_sizes={[_zone_size(scene.grid) / n for n in range(1, options.meshes + 1)]}")
-    read_scene(options.scene, changes)  # all problems before any process
+    read_scene(options.scene, changes)  # reports all problems before a process starts
+
     out = command_line.prepare_folder(options.out or Path("runs") / f"{Path(options.scene).stem}.fos", OWN, options.force)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill stops the search as Ctrl-C does
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # SIGTERM stops the search like Ctrl-C
     arguments = ["fdm_server.fos", options.scene, "--out", out, "--force", f"--threads={options.threads}"]
     show = picture(options.quiet)
     if show is None:
@@ -77,7 +78,7 @@ def _zone_size(grid):
 
 
 def _draw(out):
-    """The pictures, where the libraries for them are there."""
+    """Draws the pictures if their libraries are installed."""
     try:
         from colluvium.figures import fos as figures
 
@@ -87,7 +88,7 @@ def _draw(out):
 
 
 def as_lines(found):
-    """What was found, for a person."""
+    """Lines of text with the result of a search."""
     lines = [f"{found['title'] or 'scene'}: {found['quantity']}"]
     lines += [f"ignored: {what}" for what in found["ignored"]]
     lines += [f"rule for {name}: {rule}" for name, rule in found["rules"].items()]

@@ -1,9 +1,9 @@
-"""The linearised step of grid and windows together, where one process has both: its exact limit and what sets it.
+"""The linearised step of grid and windows in one process: its exact limit and the object that sets it.
 
 Components in order: x, y of all gridpoints, then x, y, rotation of every window's bodies. Springs of a window add their stiffness
 to the gridpoints of its rim and to its bodies; held components have infinite mass. Under local damping each side counts with
-M / (1 + alpha), its own alpha (coupler_protocol/criteria/stable_step.py, Eq (1)), so that the step is stable up to omega^2 dt^2 =
-4.
+M / (1 + alpha), with its own alpha (coupler_protocol/criteria/stable_step.py, Eq (1)), so that the step is stable up to
+omega^2 dt^2 = 4.
 """
 
 from typing import Any, NamedTuple
@@ -60,14 +60,14 @@ def _disc_alpha(model):
 
 
 def exact_limit(model, state, windows):
-    """Limit of the step (criteria.stable_step.limit) by Lanczos, with what moves most in the mode that sets it."""
+    """Limit of the step (criteria.stable_step.limit) by Lanczos, with the object that moves most in its mode."""
     K, mass = operator(model, state, windows)
     omega2, mode = highest(K, mass)
     return limit(omega2, 0.0, state.dt, *_largest(model, state, windows, np.where(mode != 0.0, mass, 0.0) * mode**2))
 
 
 def _largest(model, state, windows, energy):
-    """What has the largest share of a mode's kinetic energy (d,), and where [m]."""
+    """Name and position [m] of the object with the largest share of a mode's kinetic energy (d,)."""
     from dem_server.observe.stable_limit import bodies_of
     from fdm_server.step.present_shape import present
 

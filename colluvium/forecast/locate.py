@@ -1,9 +1,9 @@
-"""Where would the band run? What a stage of kind `locate`, the grid alone under other gravity, says about the scene's windows.
+"""Position of the band relative to the windows of a scene, from a stage of kind `locate`, the grid alone under other gravity.
 
 The band's level is the highest shear strain that connects toe and crest (coupler_protocol.criteria.shear_band);
-colluvium.results.band_line says where
-it runs. It crosses a window where the level drops once the zones that become the hole may not be used: the band needs them. The
-line says where it enters and leaves, and how far the window's ends, its two short sides, are from it.
+colluvium.results.band_line gives its line. The band crosses a window if the level is lower without the zones that become the
+hole: the band needs them. The line gives the points where the band enters and leaves, and its distances from the ends of the
+window, the two short sides.
 """
 
 from pathlib import Path
@@ -31,7 +31,7 @@ class Band(NamedTuple):
     line: np.ndarray  # (p, 2) [m], from the toe to the crest
 
     def level_without(self, box: shapely.Polygon) -> float:
-        """The level of the connection round the zones in a box."""
+        """Level of the connection around the zones in a box."""
         xy = self.cells.xy
         return shear_band.toe_to_crest(self.cells, self.surface, shapely.contains_xy(box, xy[:, 0], xy[:, 1]))
 
@@ -42,32 +42,32 @@ def stage_of(scene):
     return found[-1] if found and not is_level(scene) else None
 
 
-def cut(scene):
-    """The scene up to its last stage of kind locate, as the grid alone computes it: without windows and what fills them."""
+def grid_alone(scene):
+    """The scene for the grid alone: up to the last stage of kind locate, without windows, discs and stones."""
     kept = [stage for stage in scene.stage[: stage_of(scene) + 1] if stage.kind != "fill"]
     return scene.model_copy(update={"window": [], "discs": None, "stones": None, "ring": None, "stage": kept})
 
 
 def compute(scene, picture=None):
-    """`answer` from a run of the cut scene in a process of its own, reported to `picture`; raises RunEnded where that fails."""
+    """Runs `grid_alone` in a separate process, reported to `picture`; returns `band_and_windows`. Raises RunEnded if it fails."""
     from colluvium.running import processes
 
     with TemporaryDirectory(prefix="colluvium-") as folder:
         path = Path(folder) / "scene.toml"
-        path.write_text(processes.as_toml(cut(scene).model_dump(mode="json", exclude_none=True)), encoding="utf-8")
+        path.write_text(processes.as_toml(grid_alone(scene).model_dump(mode="json", exclude_none=True)), encoding="utf-8")
         code = processes.run_files(path, folder, 0, picture=picture)
         if code:
             error = RunEnded("the grid alone could not be computed; --no-locate leaves it out")
             error.code = code
             raise error
         with open_run(folder) as run:
-            return answer(run, scene)
+            return band_and_windows(run, scene)
 
 
-def answer(run: Run, scene) -> dict | None:
-    """Where the band runs at the end of the last stage of kind locate, and what that means for each window of `scene`.
+def band_and_windows(run: Run, scene) -> dict | None:
+    """Band at the end of the last stage of kind locate, and its position relative to each window of `scene`.
 
-    None where the run has recorded no such stage. Without a band `line` and `windows` are empty.
+    None if the run has recorded no such stage. Without a band `line` and `windows` are empty.
     """
     number = stage_of(scene)
     if number is None or scene.stage[number].name not in run.stages:
@@ -79,7 +79,7 @@ def answer(run: Run, scene) -> dict | None:
     found = {"stage": name, "gravity_factor": run.frames[frame].gravity_factor, "level": level, "counted": shear_band.COUNTED}
     if level < shear_band.COUNTED:
         return found | {"line": [], "windows": []}
-    there = Band(cells, surface, level, band_line.along(cells, surface, level))
+    there = Band(cells, surface, level, band_line.line_of_band(cells, surface, level))
     windows = [_beside(there, scene, _grid(scene), i) for i in range(len(scene.window))]
     return found | {"line": there.line.tolist(), "windows": windows}
 
@@ -91,10 +91,10 @@ def _grid(scene):
 
 
 def _beside(there: Band, scene, grid, number: int) -> dict:
-    """What the band is to one window."""
+    """Position of the band relative to one window."""
     window = scene.window[number]
     box = outline(grid, window)
-    around, way = there.level_without(box), band_line.inside(there.line, box)
+    around, way = there.level_without(box), band_line.crossing(there.line, box)
     found = {"name": window.name, "crosses": around < there.level, "level_around": around}
     found |= {"enters": way and list(way[0]), "leaves": way and list(way[1]), "ends": _ends(there.line, box)}
     found["distance"] = float(shapely.distance(shapely.LineString(there.line), box))
@@ -115,7 +115,7 @@ def _cell(scene) -> np.ndarray:
 
 
 def _ends(line: np.ndarray, box: shapely.Polygon) -> dict[str, float]:
-    """Distances [m] of a window's ends from the band: of its corners on the two short sides of the box around it."""
+    """Distances [m] of a window's ends from the band: of the corners on the two short sides of its bounding box."""
     x0, y0, x1, y1 = box.bounds
     corners, axis = np.array(box.exterior.coords), int(x1 - x0 <= y1 - y0)
     found, near = {}, 1e-9 * max(x1 - x0, y1 - y0)
@@ -126,10 +126,10 @@ def _ends(line: np.ndarray, box: shapely.Polygon) -> dict[str, float]:
 
 
 def _better(there: Band, scene, grid, number: int) -> dict | None:
-    """Columns and rows of a window of the same size that the band crosses, through the middle if it can; None where none fits.
+    """Columns and rows of a window of the same size that the band crosses, if possible through the middle; None if none fits.
 
-    Of the windows that keep all rules of a scene it is the one whose middle is nearest to the band (`off` [m]; within half a
-    zone counts as on it), and of those the one nearest to the window as it is. Of a polygon: how far to move it (`by` [m]).
+    Of the windows that fulfil all rules of a scene it is the one whose middle is nearest to the band (`off` [m]; half a zone
+    counts as zero), and of those the one nearest to the present window. For a polygon: its displacement (`by` [m]).
     """
     window, size = scene.window[number], _cell(scene)
     box = outline(grid, window)
@@ -144,7 +144,7 @@ def _better(there: Band, scene, grid, number: int) -> dict | None:
 
 
 def _moved(window, corner: np.ndarray, size: np.ndarray, now: np.ndarray):
-    """The window with the lower left corner of its box in a column and row `corner`, not at `now` [m]; and how to say that."""
+    """The window moved so that the lower left corner of its box is in column and row `corner`, not at `now` [m]; its keys."""
     if window.polygon is not None:
         by = corner * size - now
         polygon = [(x, y) for x, y in (np.array(window.polygon) + by).tolist()]
@@ -156,7 +156,7 @@ def _moved(window, corner: np.ndarray, size: np.ndarray, now: np.ndarray):
 
 
 def _places(there: Band, box: shapely.Polygon, size: np.ndarray) -> list[tuple[float, int, int]]:
-    """Where a box could stand across the band, best first: distance of its middle from the band [m], first column and row."""
+    """Possible positions of a box across the band, best first: distance of its middle from the band [m], first column and row."""
     x0, y0, x1, y1 = box.bounds
     line, half = shapely.LineString(there.line), 0.5 * np.array([x1 - x0, y1 - y0])
     corners = np.stack(np.meshgrid(*(np.arange(1, n) for n in np.ptp(there.cells.xy, axis=0) // size)), axis=-1).reshape(-1, 2)
@@ -168,22 +168,22 @@ def _places(there: Band, box: shapely.Polygon, size: np.ndarray) -> list[tuple[f
     return [(float(off[i]), int(corners[i, 0]), int(corners[i, 1])) for i in order]
 
 
-# -- in words ------------------------------------------------------------------------------------------------------------
+# -- texts ---------------------------------------------------------------------------------------------------------------
 
 
-def in_words(found: dict) -> list[str]:
-    """One sentence on the band and one on each window; what is wrong begins with "warning"."""
+def as_text(found: dict) -> list[str]:
+    """One sentence about the band and one about each window; problems begin with "warning"."""
     begin = f"{found['stage']}: at {found['gravity_factor']:.2f} g, the grid alone:"
     if not found["line"]:
         much = f"no band of {100 * found['counted']:g} % shear strain connects toe and crest"
         much += f" (strongest path {100 * found['level']:.2g} %)"
         return [f"warning: {begin} {much}: increase gravity or steps of this stage"]
-    points = " ".join(f"({x:.1f}, {y:.1f})" for x, y in band_line.some(np.array(found["line"]), 6))
+    points = " ".join(f"({x:.1f}, {y:.1f})" for x, y in band_line.even_points(np.array(found["line"]), 6))
     said = [f"{begin} a band of {100 * found['level']:.2g} % shear strain connects toe and crest, through {points} m"]
-    return said + [_window_in_words(window) for window in found["windows"]]
+    return said + [_window_as_text(window) for window in found["windows"]]
 
 
-def _window_in_words(window: dict) -> str:
+def _window_as_text(window: dict) -> str:
     ends = ", ".join(f"{name} side {distance:.1f} m" for name, distance in window["ends"].items())
     around = f"the strongest path around the window reaches {100 * window['level_around']:.2g} % shear strain"
     way = ""

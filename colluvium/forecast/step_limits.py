@@ -1,9 +1,9 @@
-"""How long a coupled step may be, of a scene before it is computed and of the ends of a run's stages.
+"""Limits of a coupled step, for a scene before it is computed and at the ends of a run's stages.
 
-Before: the grid is that of the scene with its windows open, at rest; the windows are packed as a run packs them, bonded, their
-stones stiff and whole, at the pressure of the packing. A run brings them to the slope's stress first, which closes and opens
-some contacts; at the end of each coupled stage it says its own safe limits. The exact limit needs both sides in one process:
-after the run it comes from the States they saved.
+Before a run, the grid is that of the scene with its windows open, at rest. The windows are packed as in a run, bonded, with stiff
+rigid or bonded stones, at the pressure of the packing. A run brings them to the slope's stress first, which closes and opens some
+contacts; at the end of each coupled stage it reports its safe limits. The exact limit needs both sides in one process: after a
+run it is computed from the saved States.
 """
 
 from dataclasses import replace
@@ -11,16 +11,16 @@ from pathlib import Path
 
 import numpy as np
 
-from coupler_protocol.criteria.stable_step import in_words
+from coupler_protocol.criteria.stable_step import as_text
 
 
-def concerned(scene):
+def couples_discs(scene):
     """Whether the scene couples a grid with discs."""
     return scene.grid is not None and any(stage.kind == "couple" for stage in scene.stage)
 
 
-def answer(scene, exact=False, note=None):
-    """Limits (criteria.stable_step.limit) by "grid", "interface", "discs"; exact: the limit of all together, too."""
+def limits_of_scene(scene, exact=False, note=None):
+    """Limits (criteria.stable_step.limit) by "grid", "interface", "discs"; exact: also the limit of all together."""
     from colluvium.forecast import linearised_step
     from dem_server.observe.stable_limit import safe_limit
     from fdm_server.observe.stable_limit import safe_limits
@@ -63,9 +63,9 @@ def open_model(scene, note=None):
 
 
 def exact_of_run(scene, folder):
-    """Exact limits at the ends of the coupled stages of the run in `folder`, by the stage's name, where States were saved.
+    """Exact limits {name of the stage: limit} at the ends of coupled stages of the run in `folder` with saved States.
 
-    They are those of one leap-frog, which sub-steps of the discs (dem_server/step/clock.py) are not.
+    They are for one leap-frog, so stages with sub-steps of the discs (dem_server/step/clock.py) are left out.
     """
     from colluvium.forecast import linearised_step
     from coupler_protocol.files import restart
@@ -81,7 +81,7 @@ def exact_of_run(scene, folder):
 
 
 def saved_model(scene, index, paths):
-    """What `open_model` returns, as the checkpoints `paths` (grid, then windows) of the stage with number `index` have it."""
+    """Result of `open_model` from the checkpoints `paths` (grid, then windows) of the stage with number `index`."""
     from colluvium.forecast.linearised_step import Window
     from coupler_protocol.files import checkpoint
     from coupler_protocol.interface.ring import build_ring
@@ -106,8 +106,8 @@ def saved_model(scene, index, paths):
 
 
 def sentences(found):
-    """The limits in words."""
-    named = ", ".join(f"{name} {in_words(found[name])}" for name in ("grid", "interface", "discs"))
+    """Yields sentences with the limits."""
+    named = ", ".join(f"{name} {as_text(found[name])}" for name in ("grid", "interface", "discs"))
     yield f"step limits as multiples of the step in use; safe: {named}"
     if "exact" in found:
-        yield f"exact step limit as a multiple of the step in use: {in_words(found['exact'])}"
+        yield f"exact step limit as a multiple of the step in use: {as_text(found['exact'])}"

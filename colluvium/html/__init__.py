@@ -1,1 +1,1 @@
-"""The report as one page: `player.write(run, path)`. Its JavaScript, style and frame are data of this package."""
+"""The report as one page: `player.write(run, path)`. Its JavaScript, CSS and HTML are data of this package."""

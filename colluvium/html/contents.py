@@ -1,7 +1,7 @@
-"""What the page shows of every frame: places, displacements, fields of both domains, contacts, and colour scales.
+"""Data of the page for every frame: positions, displacements, fields of both domains, contacts, and colour scales.
 
-Fields of zones come as recorded; those of a window as means over bins as large as a zone (colluvium.results.window_fields), so
-that discs can be coloured in the scale of the zones. Displacements belong to gridpoints and discs.
+Fields of zones are those recorded; fields of a window are means over bins as large as a zone (colluvium.results.window_fields),
+so that discs can be coloured in the scale of the zones. Displacements belong to gridpoints and discs.
 """
 
 from collections.abc import Iterator
@@ -16,17 +16,17 @@ from colluvium.results.run import Run
 
 DECADES = 3  # of a logarithmic scale
 POSITIVE = ("from zero", "logarithmic")
-SAME_PLACE = 1e-6  # [m] starting places that differ by less are the same
+SAME_PLACE = 1e-6  # [m] initial positions that differ by less are the same
 
 
 class Quantity(NamedTuple):
-    """What zones and discs can be coloured by."""
+    """A quantity by which zones and discs can be coloured."""
 
     key: str
     name: str
     unit: str
     colours: str  # key of style.MAPS
-    scale: str  # "even", "about zero", "from zero", or "logarithmic": from zero and first shown so
+    scale: str  # "even", "about zero", "from zero", or "logarithmic": from zero and logarithmic at first
 
 
 QUANTITIES = (
@@ -41,17 +41,17 @@ STRESS = {"sxx": (0, 0), "syy": (1, 1), "sxy": (3, 2)}  # columns: of the zones'
 
 
 class Contents:
-    """Collects the frames of a run into `packing`; `description()` is what the page needs to know about them."""
+    """Frames of a run in `packing`; `description()` describes them for the page."""
 
     def __init__(self, run: Run, packing: Packing) -> None:
         self.run, self.packing = run, packing
-        self._starts: dict[int, np.ndarray] = {}  # by rank: where its discs started
+        self._starts: dict[int, np.ndarray] = {}  # by rank: initial positions of its discs
         self._values: dict[str, list[list[np.ndarray]]] = {q.key: [] for q in QUANTITIES}  # by frame
         self._size = max(float(np.ptp(body.xy, axis=0).max()) for body in run.bodies(0))
         self._box = [np.concatenate([body.xy for body in run.bodies(0)])]
 
     def description(self) -> dict[str, Any]:
-        """Frames, colour scales and where every array is."""
+        """Frames, colour scales and the position of every array."""
         told = [self._frame(i) for i in range(len(self.run.frames))]
         together = np.concatenate(self._box)
         calm = len(frames.before_run_out(self.run))
@@ -100,7 +100,7 @@ class Contents:
         }
 
     def _is_somewhere(self, i: int, rank: int) -> bool:
-        """Whether a window was recorded and its discs have places: those of a computation that blew up have none."""
+        """Whether a window was recorded and the positions of its discs are finite: after a blow-up they are not."""
         return self.run.has(i, rank) and bool(np.isfinite(self.run.discs(i, rank).displacement).all())
 
     def _grid(self, i: int) -> dict[str, Any]:
@@ -138,7 +138,7 @@ class Contents:
         return told
 
     def _stones(self, i: int, rank: int) -> dict[str, Any]:
-        """Corners of all stones, one behind the other, and how many each has."""
+        """Corners of all stones, one stone after the other, and the number of corners of each."""
         placed = self.run.stones(rank)
         start, now = np.concatenate(placed), np.concatenate(stones.outlines(self.run, i, rank))
         return self._motion(start, now - start) | {"corners": self.packing.whole(np.array([len(outline) for outline in placed]))}
@@ -159,7 +159,7 @@ class Contents:
         return self.packing.reals(value, logarithmic=key.startswith("shear_strain"))
 
     def _start(self, rank: int, start: np.ndarray) -> np.ndarray:
-        """Where the discs started, to the bit the same in every frame as long as they are the same to round-off."""
+        """Initial positions of the discs, with the same bits in every frame if they differ by round-off only."""
         kept = self._starts.get(rank)
         if kept is None or kept.shape != start.shape or np.abs(kept - start).max(initial=0.0) > SAME_PLACE:
             self._starts[rank] = start
@@ -190,20 +190,20 @@ def _border(corners: np.ndarray) -> np.ndarray:
 
 
 def _scale(quantity: Quantity, values: list[np.ndarray]) -> dict[str, Any] | None:
-    """The colour scale of one frame: its ends in SI units, and the factor to the unit in which they are written."""
+    """Colour scale of one frame: its ends in SI units, and the factor to the displayed unit."""
     if not values:
         return None
     return _readable(quantity, *_ends(values))
 
 
 def _envelope(quantity: Quantity, values: list[list[np.ndarray]]) -> dict[str, Any] | None:
-    """One scale that holds those of all frames."""
+    """One scale that contains those of all frames."""
     ends = np.array([_ends(frame) for frame in values if frame])
     return _readable(quantity, ends[:, 0].min(), ends[:, 1].max()) if len(ends) else None
 
 
 def _ends(values: list[np.ndarray]) -> tuple[float, float]:
-    """Smallest and largest value but for a few; the same, where all values are."""
+    """Smallest and largest value without a few outliers; both equal if all values are equal."""
     together = np.concatenate(values)
     low, high = (together.min(), together.max()) if len(together) else (0.0, 0.0)
     return style.limits(*values) if high > low else (float(low), float(high))
@@ -227,11 +227,11 @@ def _large_strain(scene: dict[str, Any]) -> bool:
 
 
 def _strong(force: np.ndarray) -> float:
-    """The force that only few contacts exceed [N]."""
+    """Force that only few contacts exceed [N]."""
     known = np.abs(force[np.isfinite(force)])
     return float(np.quantile(known, chains.PART)) if known.any() else 1.0
 
 
 def _widest(told: list[dict[str, Any]]) -> float:
-    """The force that is drawn widest where all frames share a scale [N]."""
+    """Force [N] with the widest line if all frames share a scale."""
     return max((window["contacts"]["widest"] for frame in told for window in frame["windows"]), default=1.0)

@@ -1,4 +1,4 @@
-"""Histories as small SVG plots, each with a marker that the page moves to the step it shows."""
+"""Histories as small SVG plots, each with a marker that the page moves to the displayed step."""
 
 from html import escape
 from math import ceil, floor, log10
@@ -10,12 +10,12 @@ from colluvium.figures.histories import COLOURS, ROWS
 from colluvium.results.run import Run
 
 WIDTH, HEIGHT = 460, 170
-LEFT, RIGHT, TOP, BOTTOM = 58, 8, 26, 22  # room round the axes
-COLUMNS = 400  # a longer history keeps the smallest and the largest value in each of so many parts
+LEFT, RIGHT, TOP, BOTTOM = 58, 8, 26, 22  # room around the axes
+COLUMNS = 400  # parts of a longer history, of which the smallest and the largest value are kept
 
 
 def plots(run: Run) -> str:
-    """One SVG a history that any rank has."""
+    """SVG plots of all histories that any rank has."""
     last = max(frame.step for frame in run.frames)
     found = []
     for name, words, logarithmic in ROWS:
@@ -65,7 +65,7 @@ def _plot(run: Run, label: str, lines: dict[int, tuple[np.ndarray, np.ndarray]],
 
 
 def _axis(values: np.ndarray, logarithmic: bool) -> tuple[float, float, list[float]]:
-    """Ends of an axis (of the logarithms, where logarithmic) and the values at its ticks."""
+    """Ends of an axis (of the logarithms if `logarithmic`) and the values at its ticks."""
     if logarithmic:
         positive = values[np.isfinite(values) & (values > 0.0)]
         first, last = (floor(log10(positive.min())), ceil(log10(positive.max()))) if len(positive) else (-1, 0)
@@ -81,7 +81,7 @@ def _axis(values: np.ndarray, logarithmic: bool) -> tuple[float, float, list[flo
 
 
 def _thin(steps: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A history of at most 2 COLUMNS rows in which no peak is lost."""
+    """A history of at most 2 COLUMNS rows with all peaks."""
     if len(steps) <= 2 * COLUMNS:
         return steps, values
     kept = set()
@@ -92,5 +92,5 @@ def _thin(steps: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def _stage_starts(run: Run) -> list[int]:
-    """Steps at which the stages but the first begin: the last steps of those before."""
+    """Steps at which all stages except the first begin: the last steps of the previous stages."""
     return [run.frames[run.last_frame(stage)].step for stage in run.stages[:-1]]

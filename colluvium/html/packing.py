@@ -1,7 +1,7 @@
-"""Numbers as compact bytes: what the page carries of a run.
+"""Numbers as compact bytes for the page of a run.
 
-An array is a row of codes of 1, 2 or 4 bytes: value = low + step * code (logarithmic: 10 to the power of that).
-The largest code stands for "no number". Bytes are stored in planes, all lowest bytes first: they compress better so.
+An array is a row of codes of 1, 2 or 4 bytes: value = low + step * code (logarithmic: 10 to this power). The largest code means
+NaN. Bytes are stored in planes, all lowest bytes first, because this compresses better.
 """
 
 import base64
@@ -9,11 +9,11 @@ import zlib
 
 import numpy as np
 
-FLOOR = 1e-9  # part of an array's largest value below which a logarithmic array does not tell values apart
+FLOOR = 1e-9  # share of the largest value of a logarithmic array below which values are not distinguished
 
 
 class Packing:
-    """Arrays one behind the other; equal ones are kept once. `arrays` says where each is and how to read it."""
+    """Arrays one after the other; equal arrays are stored once. `arrays` gives position and encoding of each."""
 
     def __init__(self) -> None:
         self.arrays: list[list[float]] = []  # [first byte, count, bytes a code, low, step, logarithmic]
@@ -21,7 +21,7 @@ class Packing:
         self._known: dict[tuple, int] = {}
 
     def reals(self, values: np.ndarray, width: int = 2, logarithmic: bool = False) -> int:
-        """Keep real numbers (n,) to within half a step of (largest - smallest) / 2^(8 width); number of the array."""
+        """Stores real numbers (n,) to half a step of (largest - smallest) / 2^(8 width); returns the number of the array."""
         values = np.asarray(values, dtype=np.float64)
         if logarithmic:
             largest = np.nanmax(values, initial=0.0)
@@ -34,7 +34,7 @@ class Packing:
         return self._keep(np.where(known, codes, nothing), width, low, step, logarithmic)
 
     def whole(self, values: np.ndarray) -> int:
-        """Keep whole numbers (n,) exactly; number of the array."""
+        """Stores whole numbers (n,) exactly; returns the number of the array."""
         values = np.asarray(values, dtype=np.int64)
         low, high = (int(values.min()), int(values.max())) if len(values) else (0, 0)
         width = next(width for width in (1, 2, 4) if high - low < 256**width - 1)

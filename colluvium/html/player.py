@@ -1,4 +1,4 @@
-"""Builds report.html: one file that shows all frames of a run in any browser, without a network."""
+"""report.html: one file that shows all frames of a run in any browser, without a network."""
 
 import json
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ SCRIPTS = ("data.js", "draw.js", "player.js")
 
 
 def write(run: Run, path: Path) -> Path:
-    """Write the page of a run that has frames."""
+    """Writes the page of a run with frames; returns its path."""
     packing = Packing()
     description = Contents(run, packing).description()
     page = Template(_part("page.html")).substitute(

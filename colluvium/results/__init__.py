@@ -1,1 +1,1 @@
-"""Finished runs opened again: fields, fabric, band, averages, export."""
+"""Results of runs: fields, fabric, band, averages, export."""

@@ -4,10 +4,10 @@
     porosity = 1 - (1/A) (sum area of disc and region - sum overlaps of two discs)    (2)
 
 F: force on the second body of a contact, l: branch between the centroids of both bodies, w: share of l inside; walls count for
-discs whose centre is inside. At rest the mean over everything between smooth walls is exactly their force over their length, with
-friction and rigid stones as without, because no force is left over at any centroid. Overlaps in (2), within a stone too, count
-where the middle between both centres is inside; where three discs overlap in one place (2) counts it once too little. Sources:
-Weber (1966), Bull. Liaison Ponts et Chaussees 20; Christoffersen, Mehrabadi & Nemat-Nasser (1981), J. Appl. Mech. 48, 339-344.
+discs whose centre is inside. At rest the mean over everything between smooth walls is exactly their force over their length, also
+with friction and rigid stones, because the forces at every centroid balance. Overlaps in (2), also within a stone, count if the
+middle between both centres is inside; an area where three discs overlap is counted once too little. Sources: Weber (1966), Bull.
+Liaison Ponts et Chaussees 20; Christoffersen, Mehrabadi & Nemat-Nasser (1981), J. Appl. Mech. 48, 339-344.
 """
 
 from itertools import pairwise
@@ -42,7 +42,7 @@ def average_stress(discs: "Fields", contacts: "Fields", region: Any) -> np.ndarr
 
 
 def porosity(discs: "Fields", region: Any) -> float:
-    """Void share of a region, Eq (2), exact for circles and polygons of any shape but for overlaps on its edge."""
+    """Porosity of a region [-], Eq (2), exact for circles and polygons of any shape except for overlaps on its edge."""
     circle, shape = _region(region)
     if circle is not None:
         solid = disc_in_circle(discs.xy - circle[:2], discs.radius, circle[2])
@@ -68,12 +68,12 @@ def contact_forces(discs: "Fields", contacts: "Fields") -> np.ndarray:
 
 
 def disc_in_circle(xy: np.ndarray, radius: np.ndarray, circle: float) -> np.ndarray:
-    """Area (n,) that discs share with the circle of radius `circle` about the origin."""
+    """Area (n,) [m2] that discs share with the circle of radius `circle` [m] around the origin."""
     return lens(np.hypot(*xy.T), radius, np.full(len(xy), circle))
 
 
 def lens(d: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Area (n,) that circles of radii r and s share at the distance d of their centres."""
+    """Area (n,) [m2] that circles of radii r and s share at the distance d [m] of their centres."""
     area = np.where(d < r + s, np.pi * np.minimum(r, s) ** 2, 0.0)
     cut = (d < r + s) & (d > np.abs(r - s))
     d, r, s = d[cut], r[cut], s[cut]
@@ -84,9 +84,9 @@ def lens(d: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
 
 
 def disc_in_polygon(xy: np.ndarray, radius: np.ndarray, ring: np.ndarray) -> np.ndarray:
-    """Area (n,) that discs share with a polygon, ring (P + 1, 2) closed and counter-clockwise.
+    """Area (n,) [m2] that discs share with a polygon, ring (P + 1, 2) closed and counter-clockwise.
 
-    Edge by edge the area between edge and centre: a triangle where the edge runs inside the disc, sectors elsewhere.
+    Sum over the edges of the area between edge and centre: a triangle for the part inside the disc, sectors elsewhere.
     """
     area = np.zeros(len(xy))
     for a, b in pairwise(ring):
@@ -108,7 +108,7 @@ def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _region(region: Any) -> tuple[np.ndarray | None, shapely.Polygon | None]:
-    """The circle (3,) or None, and the polygon, counter-clockwise, or None."""
+    """Circle (3,) or None, and polygon, counter-clockwise, or None; raises ValueError for other regions."""
     values = np.asarray(region, dtype=float)
     if values.shape == (3,) and values[2] > 0.0:
         return values, None

@@ -1,8 +1,8 @@
-"""The line of a band, from toe to crest, and its way through a window.
+"""The line of a band, from toe to crest, and its path through a window.
 
-Of all ways through cells strained by the band's level or more the line takes the one on which the integral of ds / strain^2 is
-least: it keeps to where the strain is largest. Each point is then moved to the mean of its cell and those that share a corner
-with it, weighted by the square of their strains.
+Of all paths through cells strained by the band's level or more, the line is the one with the smallest integral of ds / strain^2,
+so it follows the largest strains. Each point is then moved to the mean of its cell and the cells that share a corner with it,
+weighted by the square of their strains.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import dijkstra
 from coupler_protocol.criteria import shear_band
 
 
-def along(cells: shear_band.Cells, surface: shear_band.Surface, level: float) -> np.ndarray:
+def line_of_band(cells: shear_band.Cells, surface: shear_band.Surface, level: float) -> np.ndarray:
     """Points (p, 2) of the line [m] from toe to crest; cells strained by `level` or more must connect them."""
     count, strong = len(cells.xy), cells.strain >= level
     toe, crest = (found[strong[found]] for found in (shear_band.nearest(cells.xy, points) for points in surface))
@@ -39,8 +39,8 @@ def _ridge(cells: shear_band.Cells) -> np.ndarray:
     return np.where(total[:, None] > 0.0, mean, cells.xy)
 
 
-def inside(line: np.ndarray, box: shapely.Polygon) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """Where the line (p, 2) comes into the box and where it leaves it for good [m]; None where it stays outside."""
+def crossing(line: np.ndarray, box: shapely.Polygon) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """First and last point [m] of the line (p, 2) in the box; None if it stays outside."""
     whole = shapely.LineString(line)
     points = shapely.get_coordinates(shapely.intersection(whole, box))
     if not len(points):
@@ -50,7 +50,7 @@ def inside(line: np.ndarray, box: shapely.Polygon) -> tuple[tuple[float, float],
     return (float(first[0]), float(first[1])), (float(last[0]), float(last[1]))
 
 
-def some(line: np.ndarray, count: int) -> np.ndarray:
-    """(count, 2) points evenly along the line."""
+def even_points(line: np.ndarray, count: int) -> np.ndarray:
+    """(count, 2) points at equal distances along the line [m]."""
     shares = np.linspace(0.0, 1.0, count)
     return shapely.get_coordinates(shapely.line_interpolate_point(shapely.LineString(line), shares, normalized=True))

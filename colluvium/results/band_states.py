@@ -1,15 +1,15 @@
-"""Four states of the shear band beside a window of discs, by a rule anyone can check, and the fabric of the contacts in each.
+"""Four states of the shear band at a window of discs, by a reproducible rule, and the fabric of the contacts in each.
 
     a   the band has not reached the window
     b   it enters: it connects the toe with cells of the window
-    c   it is through: on to zones beyond the window
-    d   it is complete: on to the crest
+    c   it is through: it also connects with zones beyond the window
+    d   it is complete: it also connects with the crest
 
-A state holds in a frame where the highest shear strain that still makes its connection (`Reach`) is 1 % or more.
-coupler_protocol.criteria.shear_band_states has the rule; stages can end by it, too.
+A state is fulfilled in a frame if the highest shear strain that still makes its connection (`Reach`) is 1 % or more.
+coupler_protocol.criteria.shear_band_states has the rule; stages can also end by it.
 
-A state is *reached* in the first frame from which on it holds to the end of the run: connections through a window that shears
-everywhere come and go. Where it was seen earlier and lost again, that is said.
+A state is *reached* in the first frame after which it is always fulfilled: connections through a window that shears everywhere
+appear and vanish. `State.seen` is the first frame in which it is fulfilled.
 """
 
 from math import sqrt
@@ -30,11 +30,11 @@ MEANING = {
     "d": "complete, toe to crest",
 }
 GROUPS = 40  # of the jackknife
-FEWEST = 40  # contacts; the fabric of fewer says nothing
+FEWEST = 40  # contacts; the fabric of fewer is not significant
 
 
 class Reach(NamedTuple):
-    """The highest shear strains that connect the toe with the window, with the zones beyond it, and through it with the crest."""
+    """Highest shear strains that connect the toe with the window, with zones beyond it, and through it with the crest."""
 
     frame: int
     gravity_factor: float
@@ -44,20 +44,20 @@ class Reach(NamedTuple):
     complete: float
 
     def state(self, counted: float = COUNTED) -> str:
-        """The letter of the state."""
+        """Letter of the state."""
         return "abcd"[sum(value >= counted for value in (self.enters, self.through, self.complete))]
 
 
 class State(NamedTuple):
-    """When a state was reached and first seen, None where it was not. `alike`: states reached in the same frame."""
+    """Frames in which a state was reached and first seen, or None. `alike`: states reached in the same frame."""
 
     letter: str
     reach: Reach | None
     seen: Reach | None
     alike: str
 
-    def in_words(self) -> str:
-        """One line."""
+    def as_text(self) -> str:
+        """Text of one line with the state and the frame in which it was reached."""
         words = "not reached" if self.reach is None else f"{self.reach.gravity_factor:.2f} g, step {self.reach.step}"
         if self.alike:
             words += f", in the same frame as {' and '.join(self.alike)}"
@@ -92,13 +92,13 @@ def reaches(run: Run) -> list[Reach]:
 
 
 def reach(run: Run, frame: int, surface: Surface) -> Reach:
-    """How far the band has come in one frame."""
+    """Reach of the band in one frame."""
     info = run.frames[frame]
     return Reach(frame, info.gravity_factor, info.step, *shear_band_states.levels(failure.cells(run, frame), surface))
 
 
 def states(found: list[Reach], counted: float = COUNTED) -> list[State]:
-    """When each of the four states was reached, a with the first of the frames."""
+    """State of each of the four letters; a is reached in the first of the frames."""
     held = {letter: [one.state(counted) >= letter for one in found] for letter in MEANING}
     seen = {letter: found[holds.index(True)] if any(holds) else None for letter, holds in held.items()}
     reached = {letter: _for_good(found, holds) for letter, holds in held.items()}
@@ -109,18 +109,18 @@ def states(found: list[Reach], counted: float = COUNTED) -> list[State]:
 
 
 def last_before(found: list[Reach], counted: float = COUNTED) -> Reach | None:
-    """The last frame before the band has entered the window; None where it is there from the first."""
+    """Last frame before the band has entered the window; None if it has entered in the first frame."""
     entered = states(found, counted)[1].reach
     number = found.index(entered) if entered else len(found)
     return found[number - 1] if number else None
 
 
 def fabric(run: Run, frame: int, rank: int = 1, kind: str | None = None) -> tuple[Fabric, Intervals] | None:
-    """The fabric of all contacts or of one kind (colluvium.results.fabric.KINDS) and its intervals; None for too few contacts.
+    """Fabric of all contacts or of one kind (colluvium.results.fabric.KINDS) and its intervals; None for too few contacts.
 
     Intervals: delete-a-group jackknife (M.H. Quenouille, Biometrika 43 (1956) 353-360)
     of a e^{2i theta_a} and a_n e^{2i theta_n}, across and along the vector. Contacts that touch the same disc are not
-    independent: scatter over seeds comes on top.
+    independent: the scatter over seeds is additional.
     """
     discs, contacts = run.discs(frame, rank), run.contacts(frame, rank)
     ends, force = contacts.ends, contacts.normal_force
@@ -142,6 +142,6 @@ def fabric(run: Run, frame: int, rank: int = 1, kind: str | None = None) -> tupl
 
 
 def _for_good(found: list[Reach], holds: list[bool]) -> Reach | None:
-    """The first frame from which on all hold."""
+    """First frame from which on all `holds` are true."""
     since = next((i + 1 for i in range(len(holds) - 1, -1, -1) if not holds[i]), 0)
     return found[since] if since < len(found) else None

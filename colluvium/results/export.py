@@ -1,6 +1,6 @@
 """`colluvium export`: the discs of a frame as a CSV file (coupler_protocol/files/disc_csv.py), to begin another scene with.
 
-Control discs are left out. Velocities go along from stages in real time only: those of static stages are metres a step.
+Control discs are left out. Velocities are written for stages in real time only: those of static stages are metres a step.
 """
 
 import contextlib
@@ -18,9 +18,9 @@ RING = 0  # number of the material of control discs
 def write(
     run_dir: str | Path, frame: int | None = None, stage: str | None = None, rank: int = 1, out: str | Path | None = None
 ) -> int:
-    """Write the discs of frame `frame` (or of the last one of `stage`, or the last of all) to `out`; returns how many.
+    """Writes the discs of frame `frame` (or of the last one of `stage`, or the last of all) to `out`; returns their number.
 
-    out: path of a file, None: standard output. Raises NotRecordedError or IndexError for frames that are not there.
+    out: path of a file, None: standard output. Raises NotRecordedError or IndexError for frames that do not exist.
     """
     with open_run(run_dir) as run:
         number = run.last_frame(stage) if stage is not None else _last(run, rank) if frame is None else frame
@@ -34,7 +34,7 @@ def write(
 
 
 def _last(run: Run, rank: int) -> int:
-    """The last frame in which this rank recorded anything."""
+    """Number of the last frame that this rank recorded."""
     return max((i for i in range(len(run.frames)) if run.has(i, rank)), default=-1)
 
 

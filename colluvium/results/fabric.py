@@ -15,17 +15,21 @@ if TYPE_CHECKING:
     from colluvium.results.rank_file import Fields
 
 
-KINDS = ("soil-soil", "soil-stone", "stone-stone")  # by how many of the two discs belong to a stone
+KINDS = ("soil-soil", "soil-stone", "stone-stone")  # by the number of discs that belong to a stone
 
 
 class Contacts(Protocol):
-    """What a fabric is made from: `ends` (C, 2) rows of the two discs, `normal_force` (C,) [N]; recorded or chosen from them."""
+    """Contacts of a fabric: all recorded ones, or some of them."""
 
     @property
-    def ends(self) -> np.ndarray: ...
+    def ends(self) -> np.ndarray:
+        """(C, 2) rows of the two discs."""
+        ...
 
     @property
-    def normal_force(self) -> np.ndarray: ...
+    def normal_force(self) -> np.ndarray:
+        """(C,) normal forces [N]."""
+        ...
 
 
 class Fabric(NamedTuple):
@@ -34,8 +38,8 @@ class Fabric(NamedTuple):
     contacts: int
     a: float
     theta_a: float
-    a_interval: tuple[float, float]  # 95 %, contacts taken as independent: scatter over seeds comes on top
-    a_noise: float  # what 95 % of isotropic samples of this size stay below
+    a_interval: tuple[float, float]  # 95 %, contacts taken as independent: the scatter over seeds is additional
+    a_noise: float  # value below which 95 % of isotropic samples of this size are
     f0: float  # [N]
     a_n: float
     theta_n: float
@@ -49,7 +53,8 @@ def contact_fabric(discs: "Fields", contacts: Contacts, kind: str | None = None)
 def directions(discs: "Fields", contacts: Contacts, kind: str | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Angles (C,) [rad] and normal forces (C,) [N] of the compressed contacts between free discs, all or one of KINDS.
 
-    Contacts inside one stone are left out: they say how the stone is made, not how stones and soil meet.
+    Contacts inside one stone are left out: they describe the discs of the stone, not the contacts of stones and soil. Raises
+    ValueError for another kind.
     """
     if kind is not None and kind not in KINDS:
         raise ValueError(f"no kind of contact {kind!r}; there are {', '.join(KINDS)}")
@@ -66,10 +71,11 @@ def directions(discs: "Fields", contacts: Contacts, kind: str | None = None) -> 
 
 
 def fit_fabric(theta: np.ndarray, force: np.ndarray) -> Fabric:
-    """Fit both distributions to the normals' angles theta (C,) [rad] and the normal forces (C,) [N].
+    """Fits both distributions to the normals' angles theta (C,) [rad] and the normal forces (C,) [N].
 
     a exp(2i theta_a) = 2 <exp(2i theta)>.
-    f0, a_n, theta_n: least squares, contact by contact, of f0 + A cos 2theta + B sin 2theta.
+    f0, a_n, theta_n: least squares over all contacts of f0 + A cos 2theta + B sin 2theta.
+    Raises ValueError for fewer than 3 contacts.
     """
     count = len(theta)
     if count < 3:
@@ -92,5 +98,5 @@ def fit_fabric(theta: np.ndarray, force: np.ndarray) -> Fabric:
 
 
 def _axis(doubled: float) -> float:
-    """The direction in degrees, in [0, 180), whose doubled angle is given in radians."""
+    """Direction [deg], in [0, 180), from its doubled angle [rad]."""
     return float(np.degrees(doubled) / 2.0 % 180.0)

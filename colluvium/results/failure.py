@@ -1,10 +1,9 @@
-"""Has the slope failed, and does the band cross the window? A rule anyone can check on the recorded frames.
+"""Failure of a slope, and whether its band crosses the window, by a reproducible rule for the recorded frames.
 
 The *level* of a frame is the highest shear strain L such that cells strained by at least L connect the toe (ground surface in the
 lowest quarter of the slope's height) with the crest (level ground on top); coupler_protocol.criteria.shear_band has the rule. The
-slope counts
-as failed from the first frame whose level reaches FAILED. The band crosses the windows where the level drops once their bins may
-not be used, else it goes round them.
+slope has failed from the first frame whose level reaches FAILED. The band crosses the windows if the level is lower without their
+bins; else it passes around them.
 
 Strains count from the end of the stage `equilibrium`.
 """
@@ -22,7 +21,7 @@ FAILED = band.COUNTED
 
 
 class Level(NamedTuple):
-    """Highest shear strain that connects toe and crest in one frame, and the same round the windows."""
+    """Highest shear strain that connects toe and crest in one frame, and the same around the windows."""
 
     frame: int
     gravity_factor: float
@@ -37,19 +36,19 @@ class Level(NamedTuple):
 
 
 def levels(run: Run, stages: tuple[str, ...] = ("overload",)) -> list[Level]:
-    """The level of every frame of the stages whose kind is one of `stages`."""
+    """Level of every frame of the stages whose kind is one of `stages`."""
     kinds = {stage["name"]: stage["kind"] for stage in run.scene["stage"]}
     surface = ground(run)
     return [level(run, i, surface) for i, frame in enumerate(run.frames) if kinds[frame.stage] in stages and run.has(i, 0)]
 
 
 def failure(found: list[Level], threshold: float = FAILED) -> Level | None:
-    """The first level that counts as failed, or None."""
+    """First level that counts as failed, or None."""
     return next((one for one in found if one.through >= threshold), None)
 
 
 def summary(run: Run, threshold: float = FAILED) -> dict | None:
-    """The rule's answer for run.json and the closing table; None where no frame of an overload was recorded."""
+    """Result of the rule for run.json and the closing table; None without frames of an overload."""
     found = levels(run)
     if not found:
         return None
@@ -67,8 +66,8 @@ def summary(run: Run, threshold: float = FAILED) -> dict | None:
     }
 
 
-def in_words(found: dict) -> str:
-    """One sentence or two on the answer of `summary`."""
+def as_text(found: dict) -> str:
+    """Text of one or two sentences about the result of `summary`."""
     level = f"strongest path {100 * found['level_through']:.2g} %, around the window {100 * found['level_around']:.2g} %"
     if found["failed_at"] is None:
         band = f"no band of {100 * found['threshold']:g} % shear strain"
@@ -87,7 +86,7 @@ def ground(run: Run) -> Surface:
 
 
 def level(run: Run, frame: int, surface: Surface) -> Level:
-    """The level of one frame."""
+    """Level of one frame."""
     found, info = cells(run, frame), run.frames[frame]
     through, around = (band.toe_to_crest(found, surface, without) for without in (None, found.rank > 0))
     return Level(frame, info.gravity_factor, info.step, through, around)

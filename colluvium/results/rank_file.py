@@ -1,7 +1,7 @@
-"""Reads the VTKHDF file of one rank: which frames it holds and the arrays of a frame by name.
+"""Reader of the VTKHDF file of one rank: its frames, and the arrays of a frame by name.
 
-Only rows that a counted frame points to are ever read, so a file whose writer was killed, or is still
-writing, reads well.
+Only rows of counted frames are read, so a file can be read while it is written, and after its writer was
+killed.
 """
 
 from collections.abc import Sequence
@@ -14,11 +14,11 @@ from coupler_protocol.files.vtkhdf import FrameInfo
 
 
 class NotRecordedError(LookupError):
-    """Asked for what the files of a run do not hold; the message says what they hold."""
+    """Data that the files of a run do not contain; the message names those that they contain."""
 
 
 class Fields:
-    """Arrays of one kind of body in one frame, read when asked for: `zones.stress` or `zones["stress"]`."""
+    """Arrays of one kind of body in one frame, read on access: `zones.stress` or `zones["stress"]`."""
 
     def __init__(self, file: "RankFile", place: str, frame: int, rows: slice, **arrays: np.ndarray) -> None:
         self._file, self._place, self._frame, self._rows = file, place, frame, rows
@@ -26,7 +26,7 @@ class Fields:
 
     @property
     def names(self) -> list[str]:
-        """What can be asked for."""
+        """Names of all arrays."""
         return sorted({*self._arrays, *self._file.field_names(self._place)})
 
     def __contains__(self, name: str) -> bool:
@@ -52,7 +52,7 @@ class Fields:
 
 
 class RankFile:
-    """One rank's file. `kind` is "continuum" or "discrete"."""
+    """The file of one rank. `kind` is "continuum" or "discrete"."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
@@ -60,17 +60,17 @@ class RankFile:
         self._vtk = self._file["VTKHDF"]
         self._steps = self._vtk["Steps"]
         self.kind = str(self._file.attrs["kind"])
-        kept = self._file.attrs.get("kept_stages")  # where a run goes on: names of the stages that it did not compute itself
+        kept = self._file.attrs.get("kept_stages")  # if the run continued another: names of stages that it did not compute
         self.kept_stages = None if kept is None else [str(name) for name in kept]
         self.frames = self._read_frames()
 
     def points(self, frame: int) -> Fields:
-        """Gridpoints or discs of a frame: their fields and `xy` (N, 2) [m]."""
+        """Gridpoints or discs of a frame: fields and `xy` (N, 2) [m]."""
         xy = self._vtk["Points"][self._point_rows(frame)][:, :2]
         return Fields(self, "PointData", frame, slice(0, len(xy)), xy=xy)
 
     def zones(self, frame: int) -> Fields:
-        """Zones of a frame: fields, `corners` (Z, 4) gridpoints, `xy` (Z, 2) middles at the start [m]."""
+        """Zones of a frame: fields, `corners` (Z, 4) gridpoints, `xy` (Z, 2) centres at the start [m]."""
         ids, ends = self._cells(frame, "", 0)
         counts = np.diff(ends, prepend=0)
         last = np.minimum(np.arange(4), counts[:, None] - 1)  # a triangle repeats its third gridpoint
@@ -82,7 +82,7 @@ class RankFile:
     def contacts(self, frame: int) -> Fields:
         """Contacts of a frame: fields and `ends` (C, 2), the rows of the two discs in `points(frame)`."""
         ends = self._cells(frame, "Lines/", 1)[0].reshape(-1, 2)
-        vertices = self._part(frame, "NumberOfPoints")  # VTK's cell rows start with the discs themselves
+        vertices = self._part(frame, "NumberOfPoints")  # VTK's cell rows start with the discs
         return Fields(self, "CellData", frame, slice(vertices, vertices + len(ends)), ends=ends)
 
     def field_names(self, place: str) -> list[str]:
@@ -90,13 +90,13 @@ class RankFile:
         return list(self._vtk.get(place, ()))
 
     def read_field(self, place: str, name: str, frame: int, rows: slice) -> np.ndarray:
-        """The rows of one field in one frame; plane vectors come back as (n, 2)."""
+        """Rows of one field in one frame; plane vectors have the shape (n, 2)."""
         start = int(self._steps[f"{place}Offsets/{name}"][frame])
         values = self._vtk[f"{place}/{name}"][start + rows.start : start + rows.stop]
         return values[:, :2] if values.shape[1:] == (3,) else values
 
     def constant(self, name: str) -> np.ndarray | None:
-        """An array that holds for all frames, or None."""
+        """Array for all frames, or None."""
         data = self._file.get(f"Constants/{name}")
         return None if data is None else data[:]
 
@@ -117,7 +117,7 @@ class RankFile:
         return rows["step"], rows["value"]
 
     def close(self) -> None:
-        """Close the file; arrays already read stay."""
+        """Closes the file; arrays that were read remain valid."""
         self._file.close()
 
     def _read_frames(self) -> Sequence[FrameInfo]:
@@ -135,7 +135,7 @@ class RankFile:
         return slice(start, start + self._part(frame, "NumberOfPoints"))
 
     def _cells(self, frame: int, group: str, column: int) -> tuple[np.ndarray, np.ndarray]:
-        """Points of all cells of a group, one behind the other, and where each cell ends among them."""
+        """Points of all cells of a group, one cell after the other, and the end of each cell among them."""
         part = int(self._steps["PartOffsets"][frame])
         first_id = int(self._steps["ConnectivityIdOffsets"][frame, column])
         first_offset = int(self._steps["CellOffsets"][frame, column]) + part

@@ -1,7 +1,7 @@
-"""The files of one rank of a run that was resumed, read as one: `fdm.rank0.vtkhdf`, `fdm.rank0.part1.vtkhdf`, ...
+"""The files of one rank of a resumed run, read as one: `fdm.rank0.vtkhdf`, `fdm.rank0.part1.vtkhdf`, ...
 
-Each part names the stages whose outcome it went on from. Frames and histories of later stages in the files before it were
-computed again and do not count. The part begins with the State it took up; that frame stands for the same one of the file before.
+Each part names the stages whose results it continued. Frames and histories of later stages in the earlier files were computed
+again and do not count. A part begins with the restored State; this frame replaces the same frame of the earlier file.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from colluvium.results.rank_file import Fields, RankFile
 
 
 class RankParts:
-    """Looks like a RankFile; the parts are in the order in which they were written."""
+    """Several files with the interface of a RankFile; the parts are in the order in which they were written."""
 
     def __init__(self, paths: Sequence[Path]) -> None:
         self.parts = [RankFile(path) for path in paths]
@@ -41,7 +41,7 @@ class RankParts:
         return self.parts[part].contacts(row)
 
     def constant(self, name: str) -> np.ndarray | None:
-        """An array that holds for all frames, or None."""
+        """Array for all frames, or None."""
         return self.parts[-1].constant(name)
 
     def units(self) -> dict[str, str]:
@@ -63,12 +63,12 @@ class RankParts:
         return steps, values
 
     def close(self) -> None:
-        """Close the files; arrays already read stay."""
+        """Closes the files; arrays that were read remain valid."""
         for part in self.parts:
             part.close()
 
     def _go_on_with(self, number: int, part: RankFile) -> None:
-        """Forget what the part computed again, then add its frames."""
+        """Removes frames that the part computed again, then adds its frames."""
         if part.kept_stages is not None:
             self._places = {key: place for key, place in self._places.items() if key[0] in part.kept_stages}
             last = max((step for _, step in self._places), default=-1)

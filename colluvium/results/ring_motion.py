@@ -1,13 +1,13 @@
-"""How far the first free discs have moved away from the ring and along it since the window took over.
+"""Opening and slip between the ring and the first free discs since the window took over.
 
 For a free disc at x that touched a control disc at x_p when the discs took over (X, X_p), with d = x - x_p and D = X - X_p:
 
     opening = |d| - |D|                                                             (1)
     slip    = |d| (turn from D to d - turn of the rim at p)                          (2)
 
-(1) is the change of the gap. (2) is how far the disc's centre went along the rim, counter-clockwise round the control disc, as
-seen by somebody who turns with the rim: the line from the control disc before p to the one after it. Rigid motion of window and
-rim together is neither. A free disc that rolls counts by the way of its centre.
+(1) is the change of the gap. (2) is the path of the disc's centre along the rim, counter-clockwise around the control disc, in a
+frame that turns with the rim: with the line from the control disc before p to the one after it. Both are zero for a rigid motion
+of window and rim together. A rolling disc counts with the path of its centre.
 """
 
 from typing import NamedTuple
@@ -19,17 +19,17 @@ from colluvium.results.rank_file import Fields
 
 
 class RingMotion(NamedTuple):
-    """Pairs (m,) of control and free discs that touched at first, in the order of the contacts then."""
+    """Pairs (m,) of control and free discs that touched in the first frame, in the order of its contacts."""
 
     control: NDArray[np.int64]  # (m,) ids of the control discs
     free: NDArray[np.int64]  # (m,) ids of the free discs
     opening: NDArray[np.float64]  # (m,) [m]
     slip: NDArray[np.float64]  # (m,) [m]
-    parted: NDArray[np.bool_]  # (m,) no contact any more
+    parted: NDArray[np.bool_]  # (m,) whether the contact has opened
 
 
 def ring_motion(before: tuple[Fields, Fields], now: tuple[Fields, Fields]) -> RingMotion:
-    """Eq (1) and (2); before, now: discs and contacts of the first frame and of another one, disc ids from 0 on."""
+    """RingMotion by Eqs (1) and (2); before, now: discs and contacts of the first frame and of another one, disc ids from 0."""
     held = np.sort(before[0].id[before[0].control == 1])
     control, free = pairs = _pairs(*before)
     X, x = (discs.xy[np.argsort(discs.id)] for discs, _ in (before, now))

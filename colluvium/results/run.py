@@ -1,8 +1,8 @@
-"""What a run left behind, by rank, frame and name: `run = open_run("runs/slope"); run.zones(-1).stress`.
+"""Results of a run by rank, frame and name: `run = open_run("runs/slope"); run.zones(-1).stress`.
 
-A run directory holds one VTKHDF file a rank (and one more each time it was resumed), `run.json` and the resolved scene
-`scene.json`; any of them may be missing. Frames are counted over all ranks: frame i is one moment (a step of a stage), at which
-one side may have recorded nothing.
+A run directory contains one VTKHDF file for each rank (and one more each time it was resumed), `run.json` and the resolved scene
+`scene.json`; any of them may be missing. Frames are counted over all ranks: frame i is one moment (a step of a stage), of which
+one side may have no record.
 """
 
 import json
@@ -24,7 +24,7 @@ _ROOM = {"continuum": "zones, gridpoints", "discrete": "discs, contacts"}
 
 
 def open_run(path: str | Path, other_path: str | Path | None = None) -> "Run":
-    """Open a run directory, or the two directories of a run whose servers wrote to different ones."""
+    """Opens a run directory, or the two directories of a run whose servers wrote to different ones."""
     return Run([Path(folder) for folder in (path, other_path) if folder is not None])
 
 
@@ -39,30 +39,30 @@ class Run:
             raise FileNotFoundError(f"no file NAME.rankN.vtkhdf in {' or '.join(map(str, folders))}")
         self.info = _first_json(folders, "run.json")
         for row in self.info.get("stages", ()):
-            if "time" in row:  # as runs of discs alone before version 0.2 called it
+            if "time" in row:  # the name in runs of discs alone before version 0.2
                 row["seconds_simulated"] = row.pop("time")
         self.scene = _first_json(folders, "scene.json")
         self.stages = self._order_stages()
         self.frames, self._rows = self._join_frames()
 
     def gridpoints(self, frame: int, rank: int = 0) -> Fields:
-        """displacement, velocity (N, 2) and `xy`, the coordinates before any displacement [m]."""
+        """Gridpoints: displacement, velocity (N, 2), .. and `xy`, the coordinates before any displacement [m]."""
         return self._file(rank, "continuum").points(self._row(frame, rank))
 
     def zones(self, frame: int, rank: int = 0) -> Fields:
-        """stress (Z, 4) as xx, yy, zz, xy, ...; `corners` (Z, 4) gridpoints, `xy` middles [m]."""
+        """Zones: stress (Z, 4) as xx, yy, zz, xy, .. and `corners` (Z, 4) gridpoints, `xy` centres [m]."""
         return self._file(rank, "continuum").zones(self._row(frame, rank))
 
     def discs(self, frame: int, rank: int = 1) -> Fields:
-        """radius, displacement, ... and `xy`, where the centres are in this frame [m]."""
+        """Discs: radius, displacement, .. and `xy`, the centres in this frame [m]."""
         return self._file(rank, "discrete").points(self._row(frame, rank))
 
     def contacts(self, frame: int, rank: int = 1) -> Fields:
-        """normal_force, shear_force, ... and `ends` (C, 2): rows of the two discs in `discs(frame)`."""
+        """Contacts: normal_force, shear_force, .. and `ends` (C, 2), the rows of the two discs in `discs(frame)`."""
         return self._file(rank, "discrete").contacts(self._row(frame, rank))
 
     def bodies(self, frame: int) -> list[Fields]:
-        """Gridpoints and discs of all ranks that recorded a frame: what has a place and a displacement."""
+        """Gridpoints and discs of all ranks that recorded a frame."""
         return [self.files[rank].points(row) for rank, row in sorted(self._rows[frame].items())]
 
     def fabric(self, frame: int, rank: int = 1, kind: str | None = None) -> Fabric:
@@ -75,16 +75,16 @@ class Run:
     def average_stress(self, frame: int, region: Any, rank: int = 1) -> np.ndarray:
         """Mean stress xx, yy, xy (3,) [Pa] of the discs in a circle (x, y, radius) or polygon (P, 2) [m], tension positive.
 
-        Walls count where they touch discs inside; colluvium.results.averages has the equation.
+        Walls count for the discs inside that they touch; colluvium.results.averages has the equation.
         """
         return averages.average_stress(self.discs(frame, rank), self.contacts(frame, rank), region)
 
     def porosity(self, frame: int, region: Any, rank: int = 1) -> float:
-        """Void share [-] of a circle (x, y, radius) or polygon (P, 2) [m]."""
+        """Porosity [-] of a circle (x, y, radius) or polygon (P, 2) [m]."""
         return averages.porosity(self.discs(frame, rank), region)
 
     def ring_motion(self, frame: int, rank: int = 1) -> RingMotion:
-        """How far first free discs have moved away from a window's ring and along it since its first frame."""
+        """Opening and slip between a window's ring and the first free discs since its first frame."""
         first = next(i for i in range(len(self.frames)) if self.has(i, rank))
         return ring_motion(*((self.discs(i, rank), self.contacts(i, rank)) for i in (first, frame)))
 
@@ -95,7 +95,7 @@ class Run:
         return [] if corners is None or start is None else np.split(corners, start[1:-1])
 
     def history(self, name: str, rank: int | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Steps and values of a history of one rank; none given: the continuum, or the discs where they are alone."""
+        """Steps and values of a history of one rank; rank None: the continuum, or the discs if they are alone."""
         rank = self._first() if rank is None else rank
         file = self._file(rank)
         if name not in file.history_names():
@@ -105,7 +105,7 @@ class Run:
         return file.history(name)
 
     def has_history(self, name: str, rank: int | None = None) -> bool:
-        """Whether a rank has recorded a history; none given: as in `history`."""
+        """Whether a rank has recorded a history; rank None: as in `history`."""
         rank = self._first() if rank is None else rank
         return rank in self.files and name in self.files[rank].history_names()
 
@@ -137,7 +137,7 @@ class Run:
         return rank in self.files and bool(self.files[rank].frames)
 
     def close(self) -> None:
-        """Close the files; arrays already read stay."""
+        """Closes the files; arrays that were read remain valid."""
         for file in self.files.values():
             file.close()
 
@@ -157,7 +157,7 @@ class Run:
         return sorted(first, key=lambda s: (planned.index(s) if s in planned else len(planned), first[s]))
 
     def _join_frames(self) -> tuple[list[FrameInfo], list[dict[int, int]]]:
-        """All moments in order, and for each the row in the file of every rank that recorded it."""
+        """All moments in order, and for each moment the row in the file of every rank that recorded it."""
         rows: dict[tuple[int, int], dict[int, int]] = {}
         for rank, file in self.files.items():
             for row, frame in enumerate(file.frames):
@@ -186,7 +186,7 @@ class Run:
 
 
 def _rank_paths(folders: list[Path]) -> dict[int, list[Path]]:
-    """The files of every rank, parts in order; where both folders hold a rank, the first folder counts."""
+    """Files of every rank, parts in order; if both folders contain a rank, the first folder counts."""
     ranks: dict[int, dict[int, Path]] = {}
     for folder in reversed(folders):
         here: dict[int, dict[int, Path]] = {}

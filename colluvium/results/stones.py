@@ -1,10 +1,10 @@
-"""Outlines of the stones in a frame: each polygon moved as its discs have moved.
+"""Outlines of the stones in a frame: each polygon moved like its discs.
 
-The rigid motion that fits the discs of a stone best: their mean displacement, and the turn
+The rigid motion with the best fit to the discs of a stone is their mean displacement and the rotation
 
     tan(turn) = sum p x q / sum p . q                                            (1)
 
-with p, q their places about their mean at the start and now (exact for clumps, least squares for clusters).
+with p, q their positions relative to their mean at the start and now (exact for clumps, least squares for clusters).
 """
 
 import numpy as np

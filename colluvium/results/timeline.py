@@ -1,4 +1,4 @@
-"""When each process of a run computed, waited and recorded, from the files of `record.trace` (process/trace.py)."""
+"""Intervals in which each process of a run computed, waited and recorded, from `record.trace` (process/trace.py)."""
 
 import csv
 from pathlib import Path
@@ -14,7 +14,7 @@ ENDING = ".trace.csv"
 
 
 class Intervals(NamedTuple):
-    """What one process did, in the order of time. stage, activity (n,) names; step (n,): steps of the stage that were done."""
+    """Intervals of one process in order of time. stage, activity (n,) names; step (n,): completed steps of the stage."""
 
     stage: NDArray[np.str_]
     step: NDArray[np.int64]
@@ -23,18 +23,18 @@ class Intervals(NamedTuple):
     end: NDArray[np.float64]  # (n,) [s]
 
     def where(self, mask: NDArray[np.bool_]) -> "Intervals":
-        """Those of a mask (n,)."""
+        """The Intervals of a mask (n,)."""
         return Intervals(self.stage[mask], self.step[mask], self.activity[mask], self.begin[mask], self.end[mask])
 
     def shares(self) -> dict[str, float]:
-        """Share of the time [-] by activity; 0 of no time."""
+        """Share of the time [-] by activity; 0 without intervals."""
         spent = self.end - self.begin
         whole = float(spent.sum()) or 1.0
         return {name: float(spent[self.activity == name].sum()) / whole for name in ACTIVITIES}
 
 
 def intervals(run: Run) -> dict[str, Intervals]:
-    """Intervals by process ("fdm.rank0", "dem.rank1", ...); empty where nothing was traced."""
+    """Intervals by process ("fdm.rank0", "dem.rank1", ...); empty without a trace."""
     found = {path.name.removesuffix(ENDING): path for folder in reversed(run.folders) for path in folder.glob(f"*{ENDING}")}
     return {name: _read(found[name]) for name in sorted(found, key=lambda name: int(name.rpartition("rank")[2]))}
 

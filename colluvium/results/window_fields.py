@@ -1,12 +1,12 @@
-"""Stress and strain inside a window, in bins as large as a zone: what zones show outside it.
+"""Stress and strain of a window in bins as large as a zone, comparable to those of zones outside the window.
 
 stress_ij = -1/A sum over contacts of branch_i force_j, with the branch from the first to the second body, a disc
 or a rigid clump of discs, and the force on the second, tension positive (J. Christoffersen, M.M. Mehrabadi,
 S. Nemat-Nasser, J. Appl. Mech. 48 (1981) 339-344).
 
-Strain: coupler_protocol.criteria.strain_bins, by which the discs measure theirs while they compute.
+Strain: coupler_protocol.criteria.strain_bins, which the discs also use while they compute.
 
-Bins and places are those at the start, as the zones' are: a disc or contact stays in its bin while the window
+Bins and positions are those at the start, as for zones: a disc or contact stays in its bin while the window
 deforms.
 """
 
@@ -19,7 +19,7 @@ from coupler_protocol.criteria import strain_bins
 from coupler_protocol.criteria.strain_bins import Bins
 from coupler_protocol.interface.ring import polygon_area
 
-BRANCH_PARTS = (0.125, 0.375, 0.625, 0.875)  # points along a branch that stand for a quarter of it each
+BRANCH_PARTS = (0.125, 0.375, 0.625, 0.875)  # middles of the quarters of a branch
 
 
 def bins(run: Run, frame: int, rank: int = 1) -> Bins:
@@ -28,7 +28,7 @@ def bins(run: Run, frame: int, rank: int = 1) -> Bins:
 
 
 def outline_of(run: Run, frame: int, rank: int = 1) -> np.ndarray:
-    """(P, 2) corners of the window at the start: the control discs in their order, the scene's polygon, or a box."""
+    """(P, 2) corners of the window at the start [m]: the control discs in order, the scene's polygon, or a box."""
     discs = run.discs(frame, rank)
     start = starting_places(discs)
     if "control" in discs and (discs.control == 1).sum() > 2:
@@ -42,12 +42,12 @@ def outline_of(run: Run, frame: int, rank: int = 1) -> np.ndarray:
 
 
 def starting_places(discs: Fields) -> np.ndarray:
-    """(n, 2) where the discs were before any displacement [m]."""
+    """(n, 2) positions of the discs before any displacement [m]."""
     return discs.xy - discs.displacement
 
 
 def body_centres(discs: Fields) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 2) centroid of the body each disc belongs to, itself or its clump: now, and before any displacement."""
+    """(n, 2) centroid [m] of the body of each disc, its clump or the disc: now, and before any displacement."""
     start = starting_places(discs)
     if "centroid" not in discs:
         return discs.xy, start
@@ -60,7 +60,7 @@ def body_centres(discs: Fields) -> tuple[np.ndarray, np.ndarray]:
 
 
 def mean_stress(run: Run, frame: int, grid: Bins, rank: int = 1) -> np.ndarray:
-    """(B, 3) xx, yy, xy of the mean stress in each bin [Pa], tension positive; NaN in bins not used."""
+    """(B, 3) xx, yy, xy of the mean stress in each bin [Pa], tension positive; NaN in unused bins."""
     discs, contacts = run.discs(frame, rank), run.contacts(frame, rank)
     branch = np.diff(discs.xy[contacts.ends], axis=1)[:, 0]
     body, start = body_centres(discs)

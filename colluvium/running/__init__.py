@@ -1,1 +1,1 @@
-"""Starting both sides of a run, as processes or threads, and showing their progress."""
+"""Start of both sides of a run, as processes or threads, and display of their progress."""

@@ -1,4 +1,4 @@
-"""Starts one continuum process and one discrete process for every window, shows how far they are, and ends them with itself."""
+"""Launcher of one continuum process and one discrete process for every window, which end with the launcher."""
 
 import contextlib
 import json
@@ -14,8 +14,8 @@ from typing import IO, Any
 from coupler_protocol import exits
 from coupler_protocol.files.run_json import name_the_cause, write
 
-GRACE = 15.0  # seconds a process gets to end by itself before it is killed
-ECHO = 10.0  # seconds in which an error of the other side follows the one that caused it
+GRACE = 15.0  # seconds for a process to end before it is killed
+ECHO = 10.0  # seconds within which an error of the other side follows the error that caused it
 
 
 def own_files(out):
@@ -37,7 +37,7 @@ class Process:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            start_new_session=True,  # Ctrl-C reaches the launcher only, which tells both sides
+            start_new_session=True,  # Ctrl-C reaches only the launcher, which stops both sides
         )
         self._threads = [
             threading.Thread(target=self._read_rows, args=(self.popen.stdout, rows), daemon=True),
@@ -60,12 +60,12 @@ class Process:
         return self.popen.poll()
 
     def interrupt(self):
-        """Ask it to stop at its next safe point."""
+        """Requests the process to stop at its next safe point."""
         if self.code() is None:
             self.popen.send_signal(signal.SIGINT)
 
     def end(self, seconds):
-        """Wait for its end, `seconds` at most, then kill it; returns the exit code."""
+        """Waits for the end of the process, `seconds` at most, then kills it; returns the exit code."""
         try:
             self.popen.wait(max(0.1, seconds))
         except subprocess.TimeoutExpired:
@@ -79,11 +79,10 @@ class Process:
 
 
 def run_files(scene_path, out, n_windows, options=(), picture=None):
-    """Run the scene at `scene_path` in processes; `options` go to every server. Returns the exit code.
+    """Runs the scene at `scene_path` in processes; `options`: for every server. Returns the exit code.
 
     n_windows: of the grid, each a discrete process; None: discs alone.
-
-    picture(row) is called with each report of progress. Messages of failed processes go to standard error.
+    picture(row) is called with each report of progress. Messages of failed processes are printed to standard error.
     """
     rows: queue.Queue[dict[str, Any]] = queue.Queue()
     shared = [str(scene_path), "--out", str(out), "--force", *options]
@@ -98,7 +97,7 @@ def run_files(scene_path, out, n_windows, options=(), picture=None):
 
 
 def _both_sides(n_windows, shared, out, rows):
-    """One process for the grid and one for every window."""
+    """Starts one process for the grid and one for every window."""
     processes = [Process("fdm-server", ["fdm_server", *shared, "--bind", "tcp://127.0.0.1:0"], rows)]
     endpoint = str(Path(out) / "endpoint")
     for rank in range(1, n_windows + 1):
@@ -108,12 +107,12 @@ def _both_sides(n_windows, shared, out, rows):
 
 
 def windows_of(scene):
-    """Number of the scene's windows; None without a grid: discs alone need one process."""
+    """Number of the scene's windows; None without a grid, because discs alone need one process."""
     return len(scene.window) if scene.grid else None
 
 
 def run_alone(name, arguments, picture=None):
-    """Run one module of ours (`arguments` begin with its name) as a child with the same care; returns the exit code."""
+    """Runs one module of this project (`arguments` begin with its name) as a child; returns the exit code."""
     rows: queue.Queue[dict[str, Any]] = queue.Queue()
     processes = [Process(name, [str(a) for a in arguments], rows)]
     interrupted = _watch(processes, rows, picture)
@@ -121,7 +120,7 @@ def run_alone(name, arguments, picture=None):
 
 
 def _watch(processes, rows, picture):
-    """Pass reports on until all have ended or one has failed; returns whether somebody pressed Ctrl-C."""
+    """Passes reports to `picture` until all processes have ended or one has failed; returns whether Ctrl-C was pressed."""
     try:
         while any(p.code() is None for p in processes):
             with contextlib.suppress(queue.Empty):
@@ -137,12 +136,12 @@ def _watch(processes, rows, picture):
 
 
 def _conclude(processes, interrupted):
-    """End what still runs and say why the run ended; returns the code of whoever is at fault."""
+    """Ends the remaining processes and prints the reason for the end; returns the exit code of the process at fault."""
     if interrupted:
         for process in processes:
             process.interrupt()
     else:
-        # One side has failed: the other hears of it or notices the silence; no need to wait for its whole patience.
+        # One side has failed: the other receives FAILURE or detects the silence; there is no need to wait for its time-out.
         deadline = time.monotonic() + ECHO
         while time.monotonic() < deadline and any(p.code() is None for p in processes):
             time.sleep(0.05)
@@ -166,7 +165,7 @@ def _conclude(processes, interrupted):
 
 
 def _complete_run_json(out, code, processes):
-    """run.json is the continuum's; where it was killed, say so in its place, and where the discs failed, with which code."""
+    """Writes run.json in place of a killed continuum, or the exit code of failed discs into the continuum's run.json."""
     path = out / "run.json"
     if code:
         name_the_cause(path, code)
@@ -176,14 +175,14 @@ def _complete_run_json(out, code, processes):
 
 
 def run_scene(scene, out, report="none"):
-    """Run a scene that exists as an object; raises RunEnded if it fails."""
+    """Runs a scene object in processes; raises RunEnded if the run fails."""
     path = out / "scene.toml"
     path.write_text(as_toml(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")
     checked(run_files(path, out, windows_of(scene), ["--quiet"] if report == "none" else []))
 
 
 def checked(code):
-    """Raise the RunEnded that an exit code stands for, unless it is that of a run that is done."""
+    """Raises the RunEnded of an exit code, unless the run is done."""
     if code:
         raise _ENDED.get(code, exits.RunEnded)(f"the run ended with code {code} ({exits.MEANING.get(code, '?')})")
 
@@ -192,7 +191,7 @@ _ENDED = {c.code: c for c in (exits.EnvironmentFailed, exits.PeerLost, exits.Phy
 
 
 def as_toml(data):
-    """Plain scene data as TOML: JSON values are TOML values but for tables, which become inline tables."""
+    """Plain scene data as TOML: JSON values are TOML values except tables, which become inline tables."""
     return "".join(f"{key} = {_value(value)}\n" for key, value in data.items())
 
 

@@ -1,4 +1,4 @@
-"""One picture of progress for all processes: a live table on a terminal, plain lines elsewhere."""
+"""Display of the progress of all processes: a live table on a terminal, plain lines elsewhere."""
 
 import sys
 import time
@@ -7,7 +7,7 @@ from coupler_protocol.process.progress import as_line
 
 
 class PlainPicture:
-    """A line for each process every few seconds and at the end of each stage."""
+    """Lines of text for each process every few seconds and at the end of each stage."""
 
     def __init__(self, interval=2.0):
         self.interval, self._next, self._stage = interval, {}, {}
@@ -20,7 +20,7 @@ class PlainPicture:
         return None
 
     def __call__(self, row):
-        """Show one report."""
+        """Shows one report."""
         now, rank = time.monotonic(), row["rank"]
         fresh = row["stage"] != self._stage.get(rank) or row["text"].startswith("done")
         if fresh or now >= self._next.get(rank, 0.0):
@@ -29,7 +29,7 @@ class PlainPicture:
 
 
 class LivePicture:
-    """A table with one line a process, redrawn in place."""
+    """A table with one line for each process, redrawn in place."""
 
     def __init__(self):
         from rich.console import Console
@@ -47,7 +47,7 @@ class LivePicture:
         self.live.__exit__(*error)
 
     def __call__(self, row):
-        """Show one report."""
+        """Shows one report."""
         self.rows[row["rank"]] = row
         self.live.update(self._table())
 
@@ -67,7 +67,7 @@ class LivePicture:
 
 
 def picture(quiet):
-    """What fits the place standard error goes to; None where nothing is wanted."""
+    """LivePicture if standard error is a terminal, else PlainPicture; None if `quiet`."""
     if quiet:
         return None
     return LivePicture() if sys.stderr.isatty() else PlainPicture()

@@ -1,6 +1,6 @@
-"""The whole coupled run in one process: the same two sides in threads, joined by queues instead of TCP.
+"""The whole coupled run in one process: the same two sides in threads, connected by queues instead of TCP.
 
-Results are bit-identical to those of separate processes; a debugger sees both sides at once.
+Results are bit-identical to those of separate processes; a debugger has access to both sides.
 """
 
 import threading
@@ -14,11 +14,10 @@ from coupler_protocol.wire.link_inproc import transports
 
 
 def run(scene, out, stop=None, report="none", origin=None, plugin=None):
-    """Compute `scene` into the folder `out` (which exists), from the stage end `origin` on. `report`: form of the progress.
+    """Computes `scene` into the existing folder `out`, from the stage end `origin` on. `report`: form of the progress.
 
     plugin: a coupler_protocol.process.plugin.Plugin that both sides call, or None.
-
-    Raises what ended the run, a RunEnded of coupler_protocol.exits as a rule.
+    Raises the exception that ended the run, usually a RunEnded of coupler_protocol.exits.
     """
     if scene.grid is None:
         from dem_server.procedure import discs_alone
@@ -57,6 +56,6 @@ def run(scene, out, stop=None, report="none", origin=None, plugin=None):
 
 
 def _first_cause(failures):
-    """The failure that is not merely the echo of another side's."""
+    """The failure that is not a consequence of another side's failure."""
     causes = [error for error in failures.values() if not isinstance(error, PeerLost)] or list(failures.values())
     return next((error for error in causes if not isinstance(error, RunEnded)), causes[0])

@@ -1,1 +1,1 @@
-"""The one place that compiles, threads that share a step, words of memory they wait at."""
+"""Compilation, threads that share a step, and the words of memory by which they wait for each other."""

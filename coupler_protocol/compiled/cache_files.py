@@ -8,20 +8,20 @@ from numba.core.caching import IndexDataCacheFile
 class LockedCacheFile(IndexDataCacheFile):
     """numba's index and data files of a function, saved under a lock.
 
-    numba writes each file in one piece, but reads the index, takes the next free number and writes both files without a lock: two
-    processes that compile one function for different arguments at the same moment can take the same number, and from then on one
+    numba writes each file in one piece, but reads the index, takes the next free number and writes both files without a lock. If
+    two processes compile one function for different arguments at the same moment, both can take the same number. From then on one
     kernel would be loaded in place of the other.
     """
 
     def save(self, key, data):
-        """Add the code `data` of the signature `key`."""
+        """Adds the code `data` of the signature `key`."""
         with open(f"{self._index_path}.lock", "w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             super().save(key, data)
 
 
 def lock_cache(kernel):
-    """Let the compiled function `kernel` write its cache under the lock; plain functions (NUMBA_DISABLE_JIT=1) have none."""
+    """Makes the compiled function `kernel` save to its cache under the lock; plain functions (NUMBA_DISABLE_JIT=1) have none."""
     file = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
     if isinstance(file, IndexDataCacheFile):
         file.__class__ = LockedCacheFile

@@ -1,9 +1,9 @@
 """The only place where functions are compiled.
 
-numba's disk cache notices an edit of the file a function stands in, but not an edit of another file whose function was compiled
-into it: old physics would run silently. So each server's cache folder carries a hash of every source file its kernels can be
-made of, and any edit of one of them starts a fresh folder; laws that other distributions declare are among them. A function
-of the project from a file outside that set is refused.
+numba's disk cache detects an edit of the file that contains a function, but not an edit of another file whose function was
+compiled into it: old physics would run silently. So the cache folder of each server carries a hash of every source file that its
+kernels can be made of, including laws that other distributions declare. Any edit of one of these files starts a fresh folder. A
+function of the project from a file outside this set is refused.
 """
 
 import hashlib
@@ -35,7 +35,7 @@ def sources(package):
 
 
 def _added(package):
-    """Files of the laws that other distributions add: the whole package a law stands in, for it may import from there."""
+    """Files of laws that other distributions add: the whole package of each law, because the law may import from it."""
     points = [point for point in entry_points(group="colluvium.effects") if point.name.startswith(_ADDED.get(package, "-"))]
     found = set()
     for name in {point.module.partition(".")[0] for point in points} - set(_OURS):
@@ -51,7 +51,7 @@ def _added(package):
 def cache_folder(package):
     """Folder of the compiled kernels of `package` for exactly these sources and this compiler.
 
-    It lies below NUMBA_CACHE_DIR where that is set, else below the user's cache folder.
+    It is below NUMBA_CACHE_DIR if that is set, else below the user's cache folder.
     """
     digest = hashlib.sha256(f"{numba.__version__} {sys.version_info[:3]}".encode())
     for path in sources(package):
@@ -64,12 +64,12 @@ def cache_folder(package):
 
 
 def jit(function=None, *, package=None, borrows=False, **options):
-    """Compile `function` with the project's settings: cached on disk, without the interpreter lock, IEEE arithmetic.
+    """Compiles `function` with the project's settings: cached on disk, without the interpreter lock, IEEE arithmetic.
 
     `error_model="numpy"` (a division by zero gives inf, no exception) lets loops vectorise; fast-math stays off so that
     results have the same bits in every run. Use as `kernel = jit(plain_function)` or as a decorator. `package` names the
-    server whose cache folder takes the kernel; by default the package the function stands in. `borrows`: the function makes no
-    arrays and keeps none, so that references need not be counted, which in loops over short blocks costs more than the work.
+    server whose cache folder takes the kernel; by default the package that contains the function. `borrows`: the function makes
+    no arrays and keeps none, so references need not be counted; in loops over short blocks the counting costs more than the work.
     """
     if function is None:
         return lambda f: jit(f, package=package, borrows=borrows, **options)
@@ -84,10 +84,10 @@ def jit(function=None, *, package=None, borrows=False, **options):
 
 
 def by_type(stand_in):
-    """Give the plain function `stand_in` a compiled form that depends on the types of its arguments.
+    """Gives the plain function `stand_in` a compiled form that depends on the types of its arguments.
 
     Used as a decorator of a function that gets these types (numba's) and returns the function to be compiled in place of
-    `stand_in`. With NUMBA_DISABLE_JIT=1 `stand_in` itself runs. What it compiles goes into the kernel that calls it and is
-    cached with that: it must stand in a file of `sources`.
+    `stand_in`. With NUMBA_DISABLE_JIT=1 `stand_in` itself runs. The compiled function becomes part of the kernel that calls it
+    and is cached with that kernel, so it must be in a file of `sources`.
     """
     return overload(stand_in, jit_options={"error_model": "numpy"})

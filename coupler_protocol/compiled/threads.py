@@ -1,7 +1,7 @@
-"""Threads that share the heavy half of a step: the one that asks, and others that wait for work.
+"""Threads that share the expensive half of a step: the calling thread, and others that wait for work.
 
-Kernels hold no interpreter lock, so plain threads do: there is no run-time library to choose, and nothing to pay where one
-thread is enough. The work is cut into parts whose outcome does not depend on which thread takes them or how many there are.
+Kernels hold no interpreter lock, so plain threads are enough: there is no run-time library to choose and no cost with one thread.
+The work is divided into parts whose result does not depend on which thread takes them or how many threads there are.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -12,18 +12,18 @@ _own = local()
 
 
 def set_size(count):
-    """Threads of this process that share a step, from now on."""
+    """Sets the number of threads of this process that share a step."""
     global _size
     _size = count
 
 
 def size():
-    """Threads that share a step."""
+    """Number of threads that share a step."""
     return _size
 
 
 def _others(count):
-    """Threads that serve the asking one alone: crews wait for each other awake, so two that begin at once must not share any."""
+    """Threads that serve the calling thread only: crews wait actively, so two that begin together must not share a thread."""
     teams = _own.__dict__
     if count not in teams:
         teams[count] = ThreadPoolExecutor(count, thread_name_prefix="team")
@@ -31,7 +31,7 @@ def _others(count):
 
 
 def each(work, parts):
-    """[work(*part) for part in parts], each part in a thread of its own; an exception of any of them is raised here."""
+    """Returns [work(*part) for part in parts], each part in a separate thread; raises the exception of any part."""
     if len(parts) == 1:
         return [work(*parts[0])]
     others = _others(len(parts) - 1)

@@ -1,7 +1,7 @@
-"""Words of memory through which compiled threads talk while they wait awake (numba offers none on a processor).
+"""Words of memory through which compiled threads communicate while they wait actively (numba has none for processors).
 
-A value is stored after all that was written before it (release), and what is read after a value was loaded is at least as new
-(acquire). `give_way` lets another thread have the processor. All three also run uncompiled.
+A value is stored after everything that was written before it (release); everything read after a value was loaded is at least as
+new as the value (acquire). `give_way` yields the processor to another thread. All three functions also run uncompiled.
 Source: LLVM Language Reference, "Atomic Memory Ordering Constraints"; IEEE Std 1003.1, sched_yield.
 """
 
@@ -25,7 +25,7 @@ def address(context, builder, signature, arguments):
 
 @intrinsic
 def load(typing, words, number):
-    """words[number] as another thread stored it last; words (n,) int64."""
+    """Returns words[number] as another thread stored it last; words (n,) int64."""
 
     def code(context, builder, signature, arguments):
         return builder.load_atomic(address(context, builder, signature, arguments), "acquire", ALIGNED)
@@ -35,7 +35,7 @@ def load(typing, words, number):
 
 @intrinsic
 def store(typing, words, number, value):
-    """words[number] = value for the other threads."""
+    """Sets words[number] = value for the other threads."""
 
     def code(context, builder, signature, arguments):
         builder.store_atomic(arguments[2], address(context, builder, signature, arguments), "release", ALIGNED)
@@ -46,7 +46,7 @@ def store(typing, words, number, value):
 
 @intrinsic
 def give_way(typing):
-    """Let another thread that is ready have this processor."""
+    """Yields this processor to another thread that is ready."""
 
     def code(context, builder, signature, arguments):
         call = cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.IntType(32), []), "sched_yield")
@@ -59,13 +59,13 @@ def give_way(typing):
 if numba.config.DISABLE_JIT:
 
     def load(words, number):
-        """words[number]."""
+        """Returns words[number]."""
         return words[number]
 
     def store(words, number, value):
-        """words[number] = value."""
+        """Sets words[number] = value."""
         words[number] = value
 
     def give_way():
-        """Let another thread have the interpreter."""
+        """Yields the interpreter to another thread."""
         time.sleep(0.0)  # os.sched_yield would keep it

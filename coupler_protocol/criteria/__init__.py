@@ -1,1 +1,1 @@
-"""What counts as a shear band and as a stable step: the same on both sides and in reports."""
+"""Criteria for shear bands, their states and stable steps: the same on both sides and in reports."""

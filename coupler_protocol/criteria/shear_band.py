@@ -2,9 +2,9 @@
 
 Cells are the zones and, inside windows, bins as large as zones. The *toe* is the ground in the lowest quarter of the slope's
 height, the *crest* the level ground on top. Cells are neighbours when they share a corner. The *level* of a connection is the
-highest shear strain L such that cells strained by at least L make it; a band counts from COUNTED on.
+highest shear strain L such that cells strained by at least L make it; a band counts if its level is COUNTED or more.
 
-The continuum ends stages by this rule and reports read it off recorded frames: one rule, the same answer.
+The continuum ends stages by this rule, and reports apply the same rule to recorded frames.
 """
 
 from typing import NamedTuple
@@ -15,18 +15,18 @@ COUNTED = 0.01
 
 
 class Surface(NamedTuple):
-    """Zones of the uncut grid that lie on the ground, by what their place on the slope is."""
+    """Zones of the uncut grid at the ground surface of toe and crest."""
 
-    toe: np.ndarray  # (.., 2) their middles [m]
+    toe: np.ndarray  # (.., 2) centres [m]
     crest: np.ndarray
 
 
 class Cells(NamedTuple):
-    """Zones and, behind them, the bins of the windows at one moment."""
+    """Zones and, after them, the bins of the windows at one moment."""
 
-    xy: np.ndarray  # (n, 2) middles at the start [m]
+    xy: np.ndarray  # (n, 2) centres at the start [m]
     strain: np.ndarray  # (n,) engineering shear strain
-    rank: np.ndarray  # (n,) 0: a zone, else the window of the bin
+    rank: np.ndarray  # (n,) 0 for a zone, else the window of the bin
     pairs: np.ndarray  # (p, 2) cells that share a corner
 
 
@@ -59,11 +59,11 @@ def ground(xy: np.ndarray, corners: np.ndarray) -> Surface:
 
 
 def cells(xy: np.ndarray, corners: np.ndarray, strain: np.ndarray, windows=()) -> Cells:
-    """Cells of zones (A, 4) with gridpoints (N, 2) [m] and strains (A,), and of windows: (rank, middles (b, 2), strains (b,)).
+    """Cells of zones (A, 4) with gridpoints (N, 2) [m] and strains (A,), and of windows: (rank, centres (b, 2), strains (b,)).
 
-    Two share a corner where their middles lie within one and a half cells each way.
+    Two cells share a corner if the distance of their centres is at most one and a half cells in x and in y.
     """
-    from scipy.spatial import cKDTree  # here and below: only where a band is looked for, for it takes long to load
+    from scipy.spatial import cKDTree  # imported only where a band is computed, because it loads slowly
 
     size = np.median(np.ptp(xy[corners], axis=1), axis=0)
     parts = [(0, middles(xy, corners), strain), *windows]
@@ -74,21 +74,21 @@ def cells(xy: np.ndarray, corners: np.ndarray, strain: np.ndarray, windows=()) -
 
 
 def toe_to_crest(found: Cells, surface: Surface, without: np.ndarray | None = None) -> float:
-    """The level of the connection between toe and crest; `without` (n,) cells that may not be used."""
+    """Level of the connection between toe and crest; `without` (n,): cells that may not be used."""
     toe, crest = (nearest(found.xy, points) for points in surface)
     strain = found.strain if without is None else np.where(without, -1.0, found.strain)
     return bottleneck(strain, found.pairs, toe, crest)
 
 
 def nearest(xy: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """The cells, by their middles (n, 2), that lie nearest to the points (m, 2)."""
+    """Numbers of the cells with centres (n, 2) that are nearest to the points (m, 2)."""
     from scipy.spatial import cKDTree
 
     return np.unique(cKDTree(xy).query(points)[1])
 
 
 def bottleneck(strain: np.ndarray, pairs: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> float:
-    """The highest of the strains that still connects one of `starts` with one of `ends` (0 where nothing does)."""
+    """Highest of the strains that still connects one of `starts` with one of `ends` (0 if none does)."""
     values = np.unique(strain[strain >= 0.0])
     low, high = -1, len(values)  # values[low] connects, values[high] does not
     while high - low > 1:

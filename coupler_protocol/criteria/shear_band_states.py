@@ -1,14 +1,14 @@
-"""How far the band has come beside windows of discs: it enters one, is through it, is complete.
+"""States of the band at windows of discs: it enters a window, passes through it, is complete.
 
-    enters     it connects the toe with cells of a window
-    through    on to zones beyond the window
-    complete   on to the crest; in a grid without a hole: from toe to crest
+    enters     the band connects the toe with cells of a window
+    through    .. with zones beyond the window
+    complete   .. with the crest; in a grid without a hole: from toe to crest
 
-A state holds where the highest shear strain that still makes its connection is band.COUNTED or more. A bin counts only where it
-is strained twice as much as the window's median, for a window softer than the zones shears everywhere before there is a band. The
-band comes in by the sides of a window that face the toe and goes out by those that face the crest, so each state includes the
-ones before it, and a band that goes round the window is none of them. Of several windows any counts; from one on into another it
-is not followed.
+A state is reached if the highest shear strain that still makes its connection is shear_band.COUNTED or more. A bin counts only if
+its strain is at least twice the median of its window: a window softer than the zones shears everywhere before there is a band.
+The band enters a window by the sides that face the toe and leaves it by those that face the crest. So each state includes the
+earlier ones, and a band around the window is in none of them. Any of several windows counts; the band is not followed from one
+window into another.
 """
 
 from typing import NamedTuple
@@ -21,7 +21,7 @@ ABOVE_MEDIAN = 2.0
 
 
 class Levels(NamedTuple):
-    """Highest shear strains that connect the toe with a window, with the zones beyond it, and through it with the crest."""
+    """Highest shear strains that connect the toe with a window, with zones beyond the window, and through it with the crest."""
 
     enters: float
     through: float
@@ -29,7 +29,7 @@ class Levels(NamedTuple):
 
 
 def levels(found: Cells, surface: Surface) -> Levels:
-    """The levels of the three connections of cells that have windows among them."""
+    """Levels of the three connections; `found` must contain cells of windows."""
     strain, pairs, zones = _layers(found, surface)
     toe, crest = (nearest(found.xy[:zones], points) for points in surface)
     inside = np.arange(zones, len(found.xy))
@@ -38,17 +38,17 @@ def levels(found: Cells, surface: Surface) -> Levels:
 
 
 def holds(state: str, found: Cells, surface: Surface) -> bool:
-    """Whether a state ("enters", "through", "complete") holds in these cells."""
+    """Whether a state ("enters", "through", "complete") is reached in these cells."""
     if not np.any(found.rank):
         return state == "complete" and toe_to_crest(found, surface) >= COUNTED
     return getattr(levels(found, surface), state) >= COUNTED
 
 
 def _layers(found: Cells, surface: Surface) -> tuple[np.ndarray, np.ndarray, int]:
-    """Strains and neighbours of a graph in which what lies beyond a window is reached through it only; number of zones.
+    """Strains and neighbours of a graph in which zones beyond a window are reached only through it; number of zones.
 
-    Every zone stands there twice: before the windows, where the toe is, and beyond them (behind all cells). A bin has
-    the first as neighbours on sides that face the toe, the second on sides that face the crest.
+    The graph contains every zone twice: before the windows, where the toe is, and beyond them (after all cells). The neighbours
+    of a bin are the first on sides that face the toe and the second on sides that face the crest.
     """
     zones, count = int((found.rank == 0).sum()), len(found.xy)
     strain = found.strain.copy()
@@ -72,7 +72,7 @@ def _layers(found: Cells, surface: Surface) -> tuple[np.ndarray, np.ndarray, int
 
 
 def _offset(found: Cells, zone: np.ndarray, bin_: np.ndarray) -> np.ndarray:
-    """(p, 2) which way each zone lies outside the window of the bin beside it: away from the nearest bin, in notches too."""
+    """(p, 2) direction from the window to each zone beside one of its bins: away from the nearest bin, also in notches."""
     from scipy.spatial import cKDTree
 
     away = np.zeros((len(zone), 2))
@@ -84,7 +84,7 @@ def _offset(found: Cells, zone: np.ndarray, bin_: np.ndarray) -> np.ndarray:
 
 
 def _beyond(found: Cells, pairs: np.ndarray) -> np.ndarray:
-    """The zones beyond a window that one of its bins has as neighbours."""
+    """Zones beyond a window that are neighbours of one of its bins."""
     low, high = np.sort(pairs, axis=1).T
     count = len(found.xy)
     return np.unique(high[(high >= count) & (low < count)])

@@ -1,7 +1,7 @@
-"""Highest frequencies of a linearised step, bounded by sums and exactly: how long a step may be.
+"""Longest stable step: the highest frequency of a linearised step, bounded by sums or computed exactly.
 
-Leap-frog is stable while omega^2 dt^2 <= 4 for the largest omega^2 = u.K u / u.M u. Local and combined damping push a body
-that slows down with up to 1 + alpha times its unbalanced force, as if it had a mass M / (1 + alpha):
+Leap-frog is stable if omega^2 dt^2 <= 4 for the largest omega^2 = u.K u / u.M u. Local and combined damping apply to a body
+that slows down up to 1 + alpha times its unbalanced force, as if it had a mass M / (1 + alpha):
 
     dt <= 2 / (omega sqrt(1 + alpha)).                                                   (1)
 
@@ -11,8 +11,9 @@ a node or body (its x and y) or the rotation of a body. With shares theta_cI tha
     k_c (sum_I b_cI . u_I)^2 <= k_c sum_I (b_cI . u_I)^2 / theta_cI,                      (2)
 
 so that u.K u <= sum_I u_I . A_I u_I with A_I = sum_c k_c b_cI b_cI^T / theta_cI, and omega^2 is at most the largest eigenvalue of
-any A_I over the mass of block I. This is Gershgorin's theorem for blocks, spring by spring. Here both sides of a spring take
-half of it: a body the same for its translation and its rotation, where both lengthen the spring, nodes by their |b_cI|.
+any A_I over the mass of block I. This is Gershgorin's theorem for blocks, spring by spring. Here each side of a spring has half
+of the shares: equal shares for translation and rotation of a body if both lengthen the spring, shares in proportion to |b_cI|
+for nodes.
 """
 
 from typing import NamedTuple
@@ -44,7 +45,7 @@ class Sums(NamedTuple):
 
 
 def spring_sums(springs):
-    """Eq (2) for all blocks."""
+    """Sums of Eq (2) for all blocks, from Springs."""
     xx, yy, xy = sum(_side_sums(scipy.sparse.csc_array(B), springs) for B in (springs.first, springs.second))
     largest = 0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy)
     nodes, count = springs.nodes, (len(largest) - springs.nodes) // 2
@@ -85,7 +86,7 @@ def highest(K, mass):
     if len(mass) < 3:
         values, vectors = np.linalg.eigh(scaled.toarray())
     else:
-        start = np.random.default_rng(0).standard_normal(len(mass)) * (scale > 0.0)  # the same answer every time
+        start = np.random.default_rng(0).standard_normal(len(mass)) * (scale > 0.0)  # the same result in every run
         values, vectors = eigsh(scaled, k=1, which="LA", v0=start, tol=1e-9, ncv=min(len(mass), 40))
     return float(values[-1]), scale * vectors[:, -1]
 
@@ -96,12 +97,12 @@ def step(omega2, alpha=0.0):
 
 
 def limit(omega2, alpha, dt, what, xy):
-    """Eq (1) for run.json: longest stable step over the step taken, `dt` [s] (None: static mode), and what sets it, where [m]."""
+    """Eq (1) for run.json: longest stable step over the step in use, `dt` [s] (None: static mode); `what` at `xy` [m] sets it."""
     longest = step(omega2, alpha)
     return {"share": longest if dt is None else longest / dt, "dt": dt, "what": what, "at": [float(x) for x in xy]}
 
 
-def in_words(found):
-    """A limit in words: a multiple of the step in use, in real time also in seconds, and what sets it."""
+def as_text(found):
+    """Text of a limit: a multiple of the step in use, in real time also in seconds, and the object that sets it."""
     seconds = "" if found["dt"] is None else f" = {found['share'] * found['dt']:.3g} s"
     return f"{found['share']:.2f}{seconds} (set by {found['what']} at ({found['at'][0]:.2f}, {found['at'][1]:.2f}) m)"

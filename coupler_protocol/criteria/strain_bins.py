@@ -1,9 +1,9 @@
-"""Strain of a window in bins as large as a zone: what zones show outside it.
+"""Strain of a window in bins as large as a zone, comparable to the strain of zones outside the window.
 
-The displacement gradient G of a bin is the one that fits its discs best (least squares, u = u0 + G (x - x0)). Bins and places are
-those at the start, as the zones' are: a disc stays in its bin while the window deforms.
+The displacement gradient G of a bin is the least-squares fit of its discs, u = u0 + G (x - x0). Bins and positions are those at
+the start, as for zones: a disc stays in its bin while the window deforms.
 
-Discs measure with this while they compute, and reports from recorded frames: the same numbers.
+The discs use this while they compute, and reports apply it to recorded frames: both have the same numbers.
 """
 
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-FEWEST_DISCS = 6  # a gradient has 3 unknowns a direction; fewer than twice as many discs say little
+FEWEST_DISCS = 6  # a gradient has 3 unknowns a direction; a fit with fewer than twice as many discs is unreliable
 FULL = 0.5  # the part of a bin that must lie inside the window
 NONE = -1.0  # in messages: the strain of a bin that has none
 
@@ -26,7 +26,7 @@ class Bins(NamedTuple):
 
     @property
     def used(self) -> np.ndarray:
-        """(B,) bool: bins that lie mostly inside the window."""
+        """(B,) bool: bins that are mostly inside the window."""
         return self.area >= FULL * self.size.prod()
 
     @property
@@ -42,7 +42,7 @@ class Bins(NamedTuple):
         return self.rectangles.mean(axis=1)
 
     def of(self, xy: np.ndarray) -> np.ndarray:
-        """(n,) the bin of each point (n, 2); points outside go to the nearest bin."""
+        """(n,) bin of each point (n, 2); a point outside is in the nearest bin."""
         place = np.floor((xy - self.corner) / self.size).astype(np.int64)
         column, row = np.clip(place, 0, np.array(self.shape) - 1).T
         return row * self.shape[0] + column
@@ -71,7 +71,7 @@ def shear(xy: np.ndarray, values: np.ndarray, bins: Bins) -> np.ndarray:
 
 
 def gradients(xy: np.ndarray, values: np.ndarray, bins: Bins) -> np.ndarray:
-    """(B, 2, 2) least-squares gradient d value_i / d x_j of each bin; NaN where there are too few points."""
+    """(B, 2, 2) least-squares gradient d value_i / d x_j of each bin; NaN if it has too few points."""
     place, count = bins.of(xy), len(bins.area)
 
     def total(weights: np.ndarray) -> np.ndarray:
@@ -88,12 +88,12 @@ def gradients(xy: np.ndarray, values: np.ndarray, bins: Bins) -> np.ndarray:
 
 
 def as_rows(xy: np.ndarray, values: np.ndarray, bins: Bins) -> np.ndarray:
-    """(B, 3) middle x, y [m] and shear strain of each bin, NONE where it has none: what a message carries."""
+    """(B, 3) centre x, y [m] and shear strain of each bin, NONE if it has none, as in messages."""
     found = shear(xy, values, bins)
     return np.column_stack((bins.middles, np.where(bins.used & np.isfinite(found), found, NONE)))
 
 
 def from_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Middles (b, 2) and strains (b,) of the bins that have one."""
+    """Centres (b, 2) [m] and strains (b,) of the bins that have a strain."""
     there = rows[:, 2] >= 0.0
     return rows[there, :2], rows[there, 2]

@@ -1,8 +1,8 @@
-"""CSV files of discs: one disc a line under a head line of column names.
+"""CSV files of discs: one disc a line below a header of column names.
 
-x, y, radius [m] must be there. vx, vy [m/s], spin [rad/s] are motion for stages in real time. material is soil or stone; discs of
-one number in the column `stone` are one stone, -1 or nothing stands for soil. Numbers are written so that they are read with the
-same bits.
+x, y, radius [m] are required. vx, vy [m/s], spin [rad/s] are motion for stages in real time. material is soil or stone; discs of
+one number in the column `stone` are one stone, -1 or an empty entry means soil. Numbers are written so that they are read with
+the same bits.
 """
 
 import csv
@@ -14,7 +14,7 @@ import numpy as np
 
 from coupler_protocol.problems import Problem, SceneError, unfit
 
-PLACE = ("x", "y", "radius")  # columns that must be there
+PLACE = ("x", "y", "radius")  # required columns
 MOTION = ("vx", "vy", "spin")
 MATERIALS = ("soil", "stone")
 COLUMNS = (*PLACE, *MOTION, "material", "stone")
@@ -35,12 +35,12 @@ class DiscFile(NamedTuple):
 
 
 def read(path, key="discs.file"):
-    """The DiscFile at `path`; raises SceneError that names lines and columns."""
+    """Reads the DiscFile at `path`; raises SceneError with the lines and columns that are wrong."""
     path = Path(path)
     if not path.is_file():
         raise unfit(key, f"there is no file {path}", "paths are relative to the working directory")
     try:
-        with open(path, encoding="utf-8-sig", newline="") as file:  # as spreadsheets write it, too
+        with open(path, encoding="utf-8-sig", newline="") as file:  # also with the mark that spreadsheets write
             rows = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if row]
     except (UnicodeDecodeError, csv.Error) as error:
         raise unfit(key, f"{path} is not a CSV table: {error}", f"columns: {', '.join(COLUMNS)}") from None
@@ -76,7 +76,7 @@ def _check_head(path, key, head):
 
 
 def _value(name, text):
-    """The value of one entry; raises ValueError in words."""
+    """Value of one entry; raises ValueError with the reason."""
     if name == "material":
         if text not in MATERIALS:
             raise ValueError(f"material {text!r} is not known: soil or stone")
@@ -114,7 +114,7 @@ def _discs(path, key, table):
 
 
 def write(file, xy, radius, stone=None, motion=None):
-    """Write discs to an open text file, as `read` reads them; stone (n,): numbers or -1, motion (n, 3)."""
+    """Writes discs to an open text file, as `read` reads them; stone (n,): numbers or -1, motion (n, 3)."""
     out = csv.writer(file, lineterminator="\n")
     out.writerow([*PLACE, *(MOTION if motion is not None else ()), "material", "stone"])
     number = np.full(len(radius), -1) if stone is None else np.asarray(stone)

@@ -1,10 +1,9 @@
-"""Datasets of an HDF5 file that only grow, in a way that a killed writer cannot spoil.
+"""Datasets of an HDF5 file that only grow and that remain readable if the writer is killed.
 
 HDF5 stores a dataset in chunks and rewrites a chunk when rows are added to it. A compressed chunk that grows
-moves to another place, and a writer killed before the index of the chunks is on disk takes the rows of
-earlier frames with it. So a chunk that holds rows of an earlier frame is either not compressed, then it is
-rewritten in place by the same bytes (`Rows`), or not touched again, because every block begins a new chunk
-(`Blocks`).
+moves to another place in the file. If the writer is killed before the index of the chunks is on disk, rows of
+earlier frames are lost. So a chunk with rows of an earlier frame is either not compressed and is rewritten in
+place with the same bytes (`Rows`), or is not changed again, because every block begins a new chunk (`Blocks`).
 """
 
 import h5py
@@ -18,7 +17,7 @@ SPARE = 1.1  # room in a chunk for blocks that are somewhat longer than the firs
 
 
 def same_bits(a: np.ndarray, b: np.ndarray) -> bool:
-    """True where two arrays are equal to the last bit (NaN equals NaN, 0.0 differs from -0.0)."""
+    """Whether two arrays are equal to the last bit (NaN equals NaN, 0.0 differs from -0.0)."""
     return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
 
 
@@ -31,7 +30,7 @@ class Rows:
         self._end = 0
 
     def append(self, rows: np.ndarray, start: int | None = None) -> int:
-        """Store rows behind the others, or where the caller says; return where they start."""
+        """Stores rows after the others, or at row `start`; returns the row where they start."""
         if self._data is None:
             self._data = _create(self._group, self._path, rows, ROWS_CHUNK, self._about)
         start = self._end if start is None else start
@@ -41,7 +40,7 @@ class Rows:
 
 
 class Blocks:
-    """A dataset of one compressed block a frame, created with its first. Rows between blocks mean nothing."""
+    """A dataset of one compressed block a frame, created with its first block. Rows between blocks have no meaning."""
 
     def __init__(self, group: h5py.Group, path: str, about: Quantity | None = None) -> None:
         self._group, self._path, self._about = group, path, about
@@ -51,11 +50,11 @@ class Blocks:
         self._chunk = 0
 
     def append(self, block: np.ndarray) -> int:
-        """Store a block at the beginning of a new chunk; return the row where it starts."""
+        """Stores a block at the beginning of a new chunk; returns the row where it starts."""
         if self._data is None:
             fewest, most = BLOCK_CHUNK
             self._chunk = min(max(round(SPARE * len(block)), fewest), most)
-            # gzip is the only filter fast enough that every reader of the format knows
+            # gzip is the only filter that is fast enough and that every reader of the format supports
             gzip = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
             self._data = _create(self._group, self._path, block, self._chunk, self._about, **gzip)
         if block.shape[1:] != self._data.shape[1:]:
@@ -66,7 +65,7 @@ class Blocks:
         return self._start
 
     def share(self, block: np.ndarray) -> int:
-        """As `append`, but a block equal to the one before it is not stored: both start at the same row."""
+        """As `append`, but a block equal to the previous one is not stored: both start at the same row."""
         if self._data is not None and same_bits(block, self._last):
             return self._start
         return self.append(block)
@@ -86,7 +85,7 @@ def _create(
 
 
 def _write(data: h5py.Dataset, start: int, rows: np.ndarray) -> None:
-    """data[start:] = rows, by HDF5's own calls; a frame has fifty of these, and slicing is slow."""
+    """Writes data[start:] = rows by low-level calls of HDF5: a frame has fifty of these, and slicing is slow."""
     data.id.set_extent((start + len(rows), *rows.shape[1:]))
     if len(rows):
         place = data.id.get_space()

@@ -1,14 +1,14 @@
-"""Every quantity a run leaves in its files: what it is called, its unit and its long name.
+"""Every quantity in the files of a run: name, unit and long name.
 
 Names are stable: other programs read them. An array whose name is not in a table here cannot be recorded, so
-no number reaches a file without a unit. Static stages advance with a step of 1, so there "s" counts steps.
+no number is in a file without a unit. The step of static stages is 1, so there "s" counts steps.
 """
 
 from typing import NamedTuple
 
 
 class Quantity(NamedTuple):
-    """What the attributes of a dataset say about its numbers."""
+    """Attributes of a dataset: unit, long name and components of its numbers."""
 
     unit: str
     long_name: str
@@ -100,7 +100,7 @@ HISTORIES = {
 
 
 def quantity(table: dict[str, Quantity], name: str) -> Quantity:
-    """The entry of `name` up to a colon, or an error that says which names there are and where a new one goes."""
+    """Entry of `name` up to a colon; raises an error with the known names and the file where a new one is declared."""
     try:
         return table[name.partition(":")[0]]
     except KeyError:
@@ -111,5 +111,5 @@ def quantity(table: dict[str, Quantity], name: str) -> Quantity:
 
 
 def declare_field(name: str, unit: str, long_name: str) -> None:
-    """Give a field that a law declares to remember a unit and a long name; a name that is in FIELDS keeps its own."""
+    """Declares unit and long name of a law's history; a name that is already in FIELDS keeps its own."""
     FIELDS.setdefault(name, Quantity(unit, long_name))

@@ -1,8 +1,8 @@
-"""Takes frames and histories from a time loop and writes them in a thread of its own: the loop need not wait.
+"""Recording of frames and histories in a separate thread, so that the time loop need not wait.
 
-The caller pays for a copy of the arrays. HDF5 and gzip work without the interpreter lock, beside the next
-steps. At most `QUEUE_FRAMES` frames wait; a loop that records faster than the disk writes is held back, not
-fed from growing memory.
+The caller's cost is a copy of the arrays. HDF5 and gzip work without the interpreter lock, in parallel with the
+next steps. At most `QUEUE_FRAMES` frames wait; a loop that records faster than the disk writes is slowed down,
+so memory does not grow.
 """
 
 import queue
@@ -27,10 +27,10 @@ Arrays = Mapping[str, np.ndarray]
 
 
 class Recorder:
-    """One VTKHDF file of one rank. `kind` is "continuum" or "discrete"; `attributes` go to the file's root,
-    `constants` are arrays that hold for all frames.
+    """One VTKHDF file of one rank.
 
-    `seconds` is the time the caller has spent here, `writer_seconds` the time the thread has worked.
+    `kind` is "continuum" or "discrete"; `attributes` are those of the file's root, `constants` are arrays for all frames.
+    `seconds` is the time that calls have taken, `writer_seconds` the time that the thread has worked.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Recorder:
         point_fields: Arrays,
         cell_fields: Arrays,
     ) -> None:
-        """Record one frame.
+        """Records one frame.
 
         continuum: points = reference coordinates (N, 2) [m], cells = gridpoints (Z, 4) of the zones,
         triangles with the last two equal. discrete: points = centres (N, 2) [m], cells = rows (C, 2) of the
@@ -82,7 +82,7 @@ class Recorder:
         self.seconds += time.perf_counter() - start
 
     def history(self, step: int, **values: float) -> None:
-        """Note values of histories at a step; they reach the file with the next frame, `sync` or `close`."""
+        """Records values of histories at a step; the next frame, `sync` or `close` writes them to the file."""
         for name, value in values.items():
             if name not in self._histories:
                 quantity(HISTORIES, name)
@@ -92,7 +92,7 @@ class Recorder:
             noted.append(value)
 
     def sync(self) -> None:
-        """Wait until everything recorded so far is in the file, safe from the death of this process."""
+        """Waits until everything recorded so far is in the file and survives the end of this process."""
         start = time.perf_counter()
         self._put(None)
         self._queue.join()
@@ -100,7 +100,7 @@ class Recorder:
         self.seconds += time.perf_counter() - start
 
     def close(self) -> None:
-        """Write what is left and close the file. Calling it again does nothing."""
+        """Writes everything that waits and closes the file. A second call does nothing."""
         if not self._thread.is_alive():
             return
         self._queue.put((None, self._take_histories()))
@@ -130,7 +130,7 @@ class Recorder:
             raise RuntimeError(f"recording failed: {self._failure}") from self._failure
 
     def _write(self) -> None:
-        """The thread: write until told to close. After a failure, take and drop, so that nobody waits."""
+        """Writes in the thread until closed. After a failure it takes frames and drops them, so that the caller never waits."""
         while (item := self._queue.get()) is not _CLOSE:
             start = time.perf_counter()
             self._try(self._store, *item)
@@ -139,7 +139,7 @@ class Recorder:
         self._try(self._file.close)
 
     def _try(self, action: Callable[..., None], *args: Any) -> None:
-        """Keep what goes wrong in the thread for the caller, who gets it at the next call."""
+        """Runs `action`; stores its exception, which the caller's next call raises."""
         if self._failure is None:
             try:
                 action(*args)
@@ -156,7 +156,7 @@ class Recorder:
 
 
 def _check(frame: Frame, last: Frame | None) -> None:
-    """Refuse a frame that readers could not make sense of, before anything of it is written."""
+    """Raises ValueError for a frame that readers could not use, before any of it is written."""
     for fields, rows, what in (
         (frame.point_fields, len(frame.points), "points"),
         (frame.cell_fields, len(frame.cells), "cells"),

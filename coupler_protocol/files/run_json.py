@@ -1,4 +1,4 @@
-"""run.json: what was run, where, with which versions, how it ended and where the time went."""
+"""run.json: scene, machine, versions, end of a run and where its time went."""
 
 import json
 import logging
@@ -17,7 +17,7 @@ LIBRARIES = ("colluvium", "numpy", "numba", "scipy", "pyzmq", "msgpack", "h5py",
 
 
 def describe(scene):
-    """The part of run.json that is known at the start."""
+    """Content of run.json that is known at the start."""
     return {
         "title": scene.title,
         "scene_hash": scene.digest(),
@@ -34,10 +34,10 @@ def now():
     return time.strftime("%Y-%m-%dT%H:%M:%S%z")
 
 
-def beginning(out, origin, plugin):
-    """What run.json says about where a run into the folder `out` begins, and about the functions of a user that it calls.
+def origin_content(out, origin, plugin):
+    """Content of run.json about the origin of a run into the folder `out`, and about the user's functions that it calls.
 
-    A run that goes on in the folder of its origin lists in `attempts` how those before it ended.
+    A run that continues in the folder of its origin lists in `attempts` how the earlier attempts ended.
     """
     about = {} if plugin is None else {"plugin": plugin.name}
     if origin is not None:
@@ -48,13 +48,13 @@ def beginning(out, origin, plugin):
 
 
 def _attempts(earlier):
-    """How the run that left `earlier` ended, after those before it."""
+    """The attempts listed in run.json `earlier`, and `earlier` itself."""
     kept = ("start", "end", "seconds", "exit_code", "reason", "plugin", "warnings")
     return [*earlier.get("attempts", []), {key: earlier[key] for key in kept if key in earlier}]
 
 
 def set_aside(out):
-    """Make room for the run.json of a run that goes on; what it says is kept for `attempts`."""
+    """Renames run.json before a run continues in the folder `out`; its content is kept for `attempts`."""
     path = Path(out) / NAME
     if path.exists():
         path.replace(Path(out) / EARLIER)
@@ -77,7 +77,7 @@ def processor():
 
 
 def peak_memory():
-    """Largest resident memory of this process so far [MB]; 0 where the system does not tell."""
+    """Largest resident memory of this process so far [MB]; 0 if the system does not provide it."""
     try:
         import resource
     except ImportError:
@@ -87,7 +87,7 @@ def peak_memory():
 
 
 def write_json(path, content):
-    """Write JSON to a new file and rename it, so that a reader never sees half of it."""
+    """Writes JSON to a new file and renames it, so that a reader never gets half of the file."""
     path = Path(path)
     new = path.with_suffix(path.suffix + ".new")
     new.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
@@ -95,14 +95,14 @@ def write_json(path, content):
 
 
 def write(out, content):
-    """Write run.json into the folder `out`; what does not fit its schema is a fault of this program, and goes into the log."""
+    """Writes run.json into the folder `out`; a deviation from its schema is a fault of this program and is logged."""
     write_json(Path(out) / NAME, content)
     for problem in misfits(content):
         log.error("run.json: %s", problem)
 
 
 def misfits(content):
-    """How the content of a run.json differs from what coupler_protocol.files.run_schema.RunJson declares, a text each."""
+    """Deviations of the content of a run.json from coupler_protocol.files.run_schema.RunJson, one text each."""
     from pydantic import ValidationError
 
     from coupler_protocol.files.run_schema import RunJson
@@ -115,7 +115,7 @@ def misfits(content):
 
 
 def name_the_cause(path, code):
-    """Where run.json has only heard of the other side's failure (exit code PEER), give it the code of that failure."""
+    """Replaces exit code PEER in run.json by `code`, that of the other side's failure."""
     path = Path(path)
     content = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     if content.get("exit_code") == exits.PEER:
@@ -123,9 +123,9 @@ def name_the_cause(path, code):
 
 
 def stage_rows(results, continuum, discrete):
-    """Rows of run.json's `stages`: outcome and seconds of each. discrete: one list of stage times for each rank.
+    """Rows of `stages` in run.json: outcome and seconds of each stage. discrete: one list of stage times for each rank.
 
-    The grid's waiting inside `fill` is the discs' building; in coupled stages it is the wait for their forces.
+    The waiting time of the grid is the time of packing in `fill`, and the wait for forces in coupled stages.
     """
     rows = []
     for result, times in zip(results, continuum, strict=True):
@@ -139,7 +139,7 @@ def stage_rows(results, continuum, discrete):
 
 
 def stage_rows_alone(results, times):
-    """The same rows for discs without a grid; times: of the same stages, and of one more that did not reach its end."""
+    """The same rows for discs without a grid; times: of the same stages, and of one more if it did not reach its end."""
     rows = []
     for result, spent in zip(results, times, strict=False):
         seconds = dict.fromkeys(("continuum", "waiting", "recording", "waiting_discrete"), 0.0)

@@ -1,4 +1,4 @@
-"""What run.json holds: the schema that everything written to it must fit. docs/output.md says what it is for."""
+"""Schema of run.json. docs/output.md describes its use."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ class StageSeconds(_Part):
 
 
 class StageRow(_Part):
-    """A stage that was computed, or in which the run failed (`ended_by` is "" then, and for a stage without steps)."""
+    """A stage that was computed, or in which the run failed (then `ended_by` is "", as for a stage without steps)."""
 
     name: str
     kind: str
@@ -63,14 +63,14 @@ class Doubted(_Part):
 
 
 class BeginsAfter(_Part):
-    """Where a run goes on from."""
+    """Stage of an earlier run after which this run begins."""
 
     run: str
     stage: str
 
 
 class RunJson(_Part):
-    """All of run.json. Where a server was ended from outside there are only exit code, reason and stages."""
+    """All of run.json. If a server was killed, it has only exit code, reason and stages."""
 
     exit_code: int
     reason: str

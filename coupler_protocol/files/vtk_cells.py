@@ -1,4 +1,4 @@
-"""Zones, discs and contacts in VTK's words: connectivity, offsets, cell types, rows of fields.
+"""Zones, discs and contacts as VTK cells: connectivity, offsets, cell types, rows of fields.
 
 A continuum is an UnstructuredGrid of quads and triangles. A discrete domain is PolyData: every disc is a
 vertex, every contact a line between the centres of its discs.
@@ -13,7 +13,7 @@ TRIANGLE, QUAD = 5, 9  # VTK's numbers of cell types
 
 
 def cell_groups(kind: str, points: np.ndarray, cells: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Connectivity and offsets of each group of cells, by the prefix of the group in the file."""
+    """{prefix of a group in the file: (connectivity, offsets)} of the groups of cells."""
     if kind == "continuum":
         corners = np.where(is_triangle(cells), 3, 4)
         used = np.arange(4) < corners[:, None]
@@ -28,17 +28,17 @@ def cell_groups(kind: str, points: np.ndarray, cells: np.ndarray) -> dict[str, t
 
 
 def is_triangle(zones: np.ndarray) -> np.ndarray:
-    """A triangle is written as a quad whose last two gridpoints are the same."""
+    """(Z,) whether a zone is a triangle: a quadrilateral whose last two gridpoints are the same."""
     return zones[:, 3] == zones[:, 2]
 
 
 def zone_types(zones: np.ndarray) -> np.ndarray:
-    """VTK's type of each zone."""
+    """(Z,) VTK cell type of each zone."""
     return np.where(is_triangle(zones), TRIANGLE, QUAD).astype(np.uint8)
 
 
 def cell_rows(kind: str, points: np.ndarray, fields: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Cell fields, a row a cell. VTK counts vertices first: contact fields begin with empty rows."""
+    """Cell fields, one row a cell. VTK counts vertices first, so contact fields begin with empty rows."""
     if kind == "continuum":
         return dict(fields)
     rows = {}

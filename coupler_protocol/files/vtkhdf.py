@@ -1,10 +1,10 @@
-"""A VTKHDF file that grows by one frame at a time and that ParaView opens as it is.
+"""A VTKHDF file that grows by one frame at a time and that ParaView can open.
 
-Layout: VTKHDF file format 2.0 of Kitware (docs.vtk.org, "VTKHDF file format"). All frames lie one behind the
-other in the same datasets; the group `Steps` holds, for each frame, the row where it starts. Three habits
-make a file survive the death of its writer: rows of earlier frames are never moved (column.py), every frame
-ends with a flush, and only when all its arrays are safe does `NSteps` count it. `libver` is held at a version
-whose files carry no "open for writing" mark that a crash would leave.
+Layout: VTKHDF file format 2.0 of Kitware (docs.vtk.org, "VTKHDF file format"). All frames follow each other in
+the same datasets; the group `Steps` holds the row where each frame starts. A file remains readable if its writer
+is killed, for three reasons: rows of earlier frames are never moved (growing_datasets.py), every frame ends with
+a flush, and `NSteps` counts a frame only after all its arrays are in the file. `libver` is fixed at a version
+whose files have no "open for writing" mark, which a crash would leave behind.
 """
 
 from collections.abc import Mapping
@@ -21,11 +21,11 @@ from coupler_protocol.files.vtk_cells import TOPOLOGIES, cell_groups, cell_rows,
 VERSION = (2, 0)
 HISTORY_ROW = np.dtype([("step", "<i8"), ("value", "<f8")])
 FRAME_TYPES = {"step": "<i8", "time": "<f8", "stage": "S64", "gravity_factor": "<f8"}
-SHOWN_BY_VTK = ("step", "gravity_factor")  # as field data, to write beside a picture; VTK cannot read texts
+SHOWN_BY_VTK = ("step", "gravity_factor")  # as field data, for annotations in ParaView; VTK cannot read texts
 
 
 class FrameInfo(NamedTuple):
-    """When a frame was taken."""
+    """Step, time, stage and gravity factor of a frame."""
 
     step: int
     time: float
@@ -52,7 +52,7 @@ class VtkHdfFile:
         self._file.attrs.update({**attributes, "kind": kind})
         self._vtk = self._file.create_group("VTKHDF")
         self._vtk.attrs["Version"] = VERSION
-        self._vtk.attrs["Type"] = np.bytes_(TOPOLOGIES[kind])  # of fixed length, as older readers demand
+        self._vtk.attrs["Type"] = np.bytes_(TOPOLOGIES[kind])  # of fixed length, as older readers need it
         self._steps = self._vtk.create_group("Steps")
         self._steps.attrs["NSteps"] = 0
         for name, values in constants.items():
@@ -67,7 +67,7 @@ class VtkHdfFile:
         self._file.flush()
 
     def append(self, frame: Frame) -> None:
-        """Store a frame; when this returns, the operating system has it, whatever happens to this process."""
+        """Stores a frame; when this returns, the operating system has the data even if this process ends."""
         starts = self._store_shape(frame.points, frame.cells)
         cell_fields = cell_rows(self._kind, frame.points, frame.cell_fields)
         for place, fields in (("PointData", frame.point_fields), ("CellData", cell_fields)):
@@ -91,32 +91,32 @@ class VtkHdfFile:
         self._file.flush()
 
     def append_history(self, name: str, steps: list[int], values: list[float]) -> None:
-        """Add rows to a history; they are safe after the next `append` or `flush`."""
+        """Adds rows to a history; they are in the file after the next `append` or `flush`."""
         rows = np.empty(len(steps), HISTORY_ROW)
         rows["step"], rows["value"] = steps, values
         self._column(Rows, f"Histories/{name}", quantity(HISTORIES, name)).append(rows)
 
     def flush(self) -> None:
-        """Hand everything to the operating system."""
+        """Passes all data to the operating system."""
         self._file.flush()
 
     def close(self) -> None:
-        """Flush and close the file."""
+        """Flushes and closes the file."""
         self._file.close()
 
     def _store_shape(self, points: np.ndarray, cells: np.ndarray) -> dict[str, Any]:
-        """Rows where points and cells of a frame start; those of the last frame are not stored again."""
+        """Stores points and cells of a frame unless they equal those of the last one; returns the rows where they start."""
         if self._shape is None or not all(map(same_bits, (points, cells), self._shape)):
             self._shape_starts = self._store_part(points, cells)
             self._shape = (points, cells)
         return dict(self._shape_starts)
 
     def _store_part(self, points: np.ndarray, cells: np.ndarray) -> dict[str, Any]:
-        """Store points and cells as a new part, VTK's word for a piece of a mesh (here all of it)."""
+        """Stores points and cells as a new part, VTK's term for a piece of a mesh (here the whole mesh)."""
         first_cells, first_ids = [], []
         for prefix, (ids, offsets) in cell_groups(self._kind, points, cells).items():
             first_ids.append(self._column(Blocks, f"VTKHDF/{prefix}Connectivity").share(ids))
-            # readers seek the offsets of part p at row (first cell + p): a part has an offset more than cells
+            # readers expect the offsets of part p at row (first cell + p): a part has one offset more than cells
             first = self._column(Blocks, f"VTKHDF/{prefix}Offsets").append(offsets) - self._parts
             first_cells.append(first)
             self._append_one(f"{prefix}NumberOfCells", len(offsets) - 1)
@@ -135,7 +135,7 @@ class VtkHdfFile:
         }
 
     def _append_one(self, path: str, value: Any) -> None:
-        """Add one row, a number or a list of numbers, to a small dataset."""
+        """Adds one row, a number or a list of numbers, to a small dataset."""
         self._column(Rows, f"VTKHDF/{path}").append(np.array([value]))
 
     def _column(self, kind: type, path: str, about: Quantity | None = None) -> Any:

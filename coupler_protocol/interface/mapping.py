@@ -1,6 +1,6 @@
-"""Across the interface: velocities of segment nodes to control discs, forces of control discs to segment nodes.
+"""Mapping across the interface: velocities of nodes to control discs, forces of control discs to nodes.
 
-Both directions stand side by side because each is the transpose of the other. For a disc at x_p on the segment with nodes
+Both directions are in one file because each is the transpose of the other. For a disc at x_p on the segment with nodes
 x0, x1 (length l, unit tangent t from 0 to 1, normal n = (-t_y, t_x)):
 
     xi    = clip((x_p - x0).t / l, 0, 1)      e = x_p - x(xi)      omega = n.(v1 - v0) / l
@@ -10,11 +10,11 @@ x0, x1 (length l, unit tangent t from 0 to 1, normal n = (-t_y, t_x)):
 
 so that F0.v0 + F1.v1 = P.v_p + M_p spin_p for every velocity: power, force and moment are conserved.
 
-A disc on a node takes the node's velocity and the length-weighted mean of the spins of its two segments; its force goes to the
-node and its moment is split with the same weights into the couples of both segments.
+A disc on a node has the node's velocity and the length-weighted mean of the spins of its two segments; its force acts on the
+node and its moment is divided with the same weights between the couples of both segments.
 
-The named option `paper` is the mapping of the paper's equations (1)-(12) with their printed signs mended.
-The discrete server owns both compiled functions: only node velocities and node forces travel.
+The option `paper` is the mapping of the paper's equations (1)-(12) with corrected signs.
+The discrete server calls both compiled functions: messages contain only velocities and forces of nodes.
 """
 
 import numpy as np
@@ -22,29 +22,32 @@ import numpy as np
 from coupler_protocol.compiled.jit import jit
 
 
+@jit(package="dem_server", forceinline=True)
+def segment(x, a):
+    """Segment a of the closed chain of nodes x (K,2): its second node, vector from the first to it [m], length squared [m2]."""
+    b = (a + 1) % x.shape[0]
+    lx = x[b, 0] - x[a, 0]
+    ly = x[b, 1] - x[a, 1]
+    return b, lx, ly, lx * lx + ly * ly
+
+
 @jit(package="dem_server")
 def velocities_to_discs(x, v, seg0, seg1, w0, node, xd, vd, spin, paper):
-    """Motion of the control discs from the motion of the segment nodes.
+    """Writes the motion of the control discs that follows from the motion of the nodes: vd (R,2) [m/s] and spin (R,) [1/s].
 
-    x, v (K,2): node positions [m] and velocities [m/s]. seg0, seg1 (R,): the segment (index of its first node) a disc lies
-    on, and for a disc on a node the segment before it (seg0) and after it (seg1). w0 (R,): weight of seg0's spin (1 for a
-    disc between nodes). node (R,): the node a disc lies on, -1 for a disc between nodes. xd (R,2): disc positions [m].
-    Writes vd (R,2) [m/s] and spin (R,) [1/s]. `paper`: equations (11)-(12), no spin.
+    x, v (K,2): node positions [m] and velocities [m/s]. seg0, seg1 (R,): segment (index of its first node) of a disc between
+    nodes; for a disc on a node the segment before it (seg0) and after it (seg1). w0 (R,): weight of the spin of seg0 (1 for a
+    disc between nodes). node (R,): node of a disc, -1 for a disc between nodes. xd (R,2): disc positions [m].
+    `paper`: equations (11)-(12), no spin.
     """
-    K = x.shape[0]
     for p in range(xd.shape[0]):
         a = seg0[p]
-        b = (a + 1) % K
-        lx = x[b, 0] - x[a, 0]
-        ly = x[b, 1] - x[a, 1]
-        ll = lx * lx + ly * ly
+        b, lx, ly, ll = segment(x, a)
         omega = (lx * (v[b, 1] - v[a, 1]) - ly * (v[b, 0] - v[a, 0])) / ll
         if node[p] >= 0:
             c = seg1[p]
-            d = (c + 1) % K
-            mx = x[d, 0] - x[c, 0]
-            my = x[d, 1] - x[c, 1]
-            other = (mx * (v[d, 1] - v[c, 1]) - my * (v[d, 0] - v[c, 0])) / (mx * mx + my * my)
+            d, mx, my, mm = segment(x, c)
+            other = (mx * (v[d, 1] - v[c, 1]) - my * (v[d, 0] - v[c, 0])) / mm
             omega = w0[p] * omega + (1.0 - w0[p]) * other
             vx = v[node[p], 0]
             vy = v[node[p], 1]
@@ -66,11 +69,8 @@ def velocities_to_discs(x, v, seg0, seg1, w0, node, xd, vd, spin, paper):
 
 @jit(package="dem_server")
 def _couple(F, x, a, M):
-    """Add the couple that turns segment a with moment M [N m] to the forces F of its two nodes."""
-    b = (a + 1) % x.shape[0]
-    lx = x[b, 0] - x[a, 0]
-    ly = x[b, 1] - x[a, 1]
-    ll = lx * lx + ly * ly
+    """Adds the couple of moment M [N m] of segment a to the forces F of its two nodes."""
+    b, lx, ly, ll = segment(x, a)
     F[a, 0] += M * ly / ll
     F[a, 1] -= M * lx / ll
     F[b, 0] -= M * ly / ll
@@ -79,18 +79,14 @@ def _couple(F, x, a, M):
 
 @jit(package="dem_server")
 def forces_to_nodes(x, seg0, seg1, w0, node, xd, P, Mp, F, paper):
-    """Nodal forces from the contact forces P (R,2) [N] and moments Mp (R,) [N m] on the control discs.
+    """Writes nodal forces F (K,2) [N] from contact forces P (R,2) [N] and moments Mp (R,) [N m] on the control discs.
 
-    Arguments as in `velocities_to_discs`; writes F (K,2) [N]. `paper`: equations (1)-(12), mended; Mp is not carried over.
+    Other arguments as in `velocities_to_discs`. `paper`: equations (1)-(12), corrected; they do not transfer Mp.
     """
-    K = x.shape[0]
     F[:, :] = 0.0
     for p in range(xd.shape[0]):
         a = seg0[p]
-        b = (a + 1) % K
-        lx = x[b, 0] - x[a, 0]
-        ly = x[b, 1] - x[a, 1]
-        ll = lx * lx + ly * ly
+        b, lx, ly, ll = segment(x, a)
         rx = xd[p, 0] - x[a, 0]
         ry = xd[p, 1] - x[a, 1]
         if paper:

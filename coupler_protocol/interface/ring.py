@@ -1,10 +1,10 @@
-"""Geometry of the interface: the closed loop of segments and the ring of control discs upon it.
+"""Geometry of the interface: the closed loop of segments and the ring of control discs on it.
 
-The window's rim is a closed chain of zone edges, counter-clockwise, seen by both sides as K nodes and K segments (segment i
-runs from node i to node i + 1). A control disc sits on every node and k - 1 more on each segment, all centres on the line and
-touching: equal segments of length l carry discs of radius l / (2k) with k = round(l / 2R), at least 2. Uniform traction then
-reaches the nodes exactly. Segments of different length get their own k; a disc on a node takes the smaller of both neighbours'
-radii, and its neighbours keep the spacing l / k.
+The rim of a window is a closed chain of zone edges, counter-clockwise. Both sides describe it by K nodes and K segments (segment
+i runs from node i to node i + 1). There is a control disc on every node, and k - 1 more on each segment. All centres are on the
+line and discs touch: on equal segments of length l the radius is l / (2k) with k = round(l / 2R), at least 2. A uniform traction
+is then mapped to the nodes exactly. Segments of different length have different k; a disc on a node has the smaller radius of
+both segments, and its neighbours keep the spacing l / k.
 """
 
 from typing import NamedTuple
@@ -18,8 +18,8 @@ from coupler_protocol.geometry import polygon_area, segment_vectors
 class Ring(NamedTuple):
     """Control discs on the rim. K nodes, R discs, ordered along the loop.
 
-    seg0, seg1, w0, node are what `coupler_protocol.interface.mapping` reads: the segment of a disc (for a disc on a node the one
-    before it), the segment after it, the share of seg0 in its spin, and the node it sits on or -1.
+    seg0, seg1, w0, node are arguments of `coupler_protocol.interface.mapping`: the segment of a disc (for a disc on a node the
+    one before it), the segment after it, the share of seg0 in its spin, and its node or -1.
     """
 
     nodes: NDArray[np.float64]  # (K,2) [m] positions of the rim's nodes when the ring was made
@@ -29,7 +29,7 @@ class Ring(NamedTuple):
     seg1: NDArray[np.int64]  # (R,)
     w0: NDArray[np.float64]  # (R,)
     node: NDArray[np.int64]  # (R,)
-    arc: NDArray[np.float64]  # (R,) [m] length of rim each disc stands for
+    arc: NDArray[np.float64]  # (R,) [m] length of rim that belongs to each disc
 
 
 def build_ring(nodes, radius):
@@ -51,7 +51,7 @@ def build_ring(nodes, radius):
     r_seg = length / (2.0 * k)
 
     before = np.roll(np.arange(K), 1)
-    on_node = k.sum()  # discs between nodes come in the same walk; R = sum(k)
+    on_node = k.sum()  # discs between nodes are numbered in the same order; R = sum(k)
     xy = np.empty((on_node, 2))
     r = np.empty(on_node)
     seg0, seg1, node = (np.empty(on_node, dtype=np.int64) for _ in range(3))
@@ -76,7 +76,7 @@ def build_ring(nodes, radius):
 
 
 def inner_share(ring_xy):
-    """Share of each control disc's area inside the ring (R,): the chain's interior angle over a full turn."""
+    """Share (R,) of the area of each control disc inside the ring: the interior angle of the chain over a full turn."""
     ahead = np.roll(ring_xy, -1, axis=0) - ring_xy
     back = np.roll(ring_xy, 1, axis=0) - ring_xy
     cross = ahead[:, 0] * back[:, 1] - ahead[:, 1] * back[:, 0]
@@ -86,7 +86,7 @@ def inner_share(ring_xy):
 def node_shares(ring):
     """Shares N (R,2) of a disc's force on the two nodes of its segment and their indices (R,2).
 
-    The first is the segment's first node; a disc on a node gives everything to it.
+    The first node is the segment's first; a disc on a node has the shares 1 and 0.
     """
     K = len(ring.nodes)
     first = np.where(ring.node >= 0, ring.node, ring.seg0)

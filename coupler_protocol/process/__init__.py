@@ -1,1 +1,1 @@
-"""What every process does beside computing: command line, signals, progress, plugins, trace."""
+"""Command line, signals, progress, plugins and trace of every process."""

@@ -1,4 +1,4 @@
-"""What both servers' command lines share: options, log file, and one exit code for each kind of end."""
+"""Common parts of the command lines of both servers: options, log file, and one exit code for each kind of end."""
 
 import argparse
 import logging
@@ -14,11 +14,10 @@ from coupler_protocol.problems import SceneError
 
 
 def common_options(parser):
-    """Options that every command that computes a scene takes."""
+    """Adds the options of every command that computes a scene."""
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
-    parser.add_argument("--quiet", action="store_true", help="no progress")
-    parser.add_argument("--threads", metavar="N", type=positive, default=1, help="threads of each process (default 1)")
+    process_options(parser)
     parser.add_argument("--force", action="store_true", help="write into OUT even if results are there")
     parser.add_argument(
         "--from",
@@ -29,15 +28,21 @@ def common_options(parser):
     )
 
 
+def process_options(parser):
+    """Options of every command that starts processes which compute."""
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+    parser.add_argument("--threads", metavar="N", type=positive, default=1, help="threads of each process (default 1)")
+
+
 def positive(text):
-    """A whole number from 1, for options."""
+    """Type of options for a whole number from 1; raises ArgumentTypeError."""
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1")
     return int(text)
 
 
 def origin(text):
-    """A place to go on from, for options."""
+    """Type of options for an Origin; raises ArgumentTypeError."""
     try:
         return Origin.parse(text)
     except ValueError as error:
@@ -57,21 +62,21 @@ def server_parser(name, description):
 
 
 def plugin_option(parser):
-    """The option for functions of a user."""
+    """Adds the option for a plugin file of a user."""
     parser.add_argument("--plugin", metavar="FILE", help="Python file with on_step(moment) or on_stage(moment) (docs/plugins.md)")
 
 
 def plugin(options):
-    """The plugin that the options ask for, or None."""
+    """The Plugin of the options, or None."""
     from coupler_protocol.process.plugin import from_file
 
     return None if options.plugin is None else from_file(options.plugin)
 
 
 def prepare_folder(path, own_files, force, origin=None):
-    """Make the run directory; raises EnvironmentFailed if it holds results of this process and `force` is not given.
+    """Makes the run directory; raises EnvironmentFailed if it contains results of this process and `force` is not given.
 
-    A run that goes on in the directory of its `origin` leaves what is there.
+    A run that continues in the directory of its `origin` keeps the files there. Returns the path.
     """
     path = Path(path)
     if origin is not None and origin.continues(path):
@@ -89,7 +94,7 @@ def prepare_folder(path, own_files, force, origin=None):
 
 
 def log_to(path):
-    """Write the log of this process to a file."""
+    """Writes the log of this process to a file."""
     handler = logging.FileHandler(path, mode="a", encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     root = logging.getLogger()
@@ -98,12 +103,12 @@ def log_to(path):
 
 
 def set_threads(count):
-    """Threads that share a step of this process; must come before models are built."""
+    """Sets the number of threads that share a step of this process; must be called before models are built."""
     threads.set_size(count)
 
 
-def ended(name, work):
-    """Run `work()` and turn its end into an exit code; says on standard error what happened and whose fault it is."""
+def exit_code_of(name, work):
+    """Runs `work()`; returns the exit code of its end, and prints the error and whose fault it is to standard error."""
     try:
         work()
     except SceneError as error:

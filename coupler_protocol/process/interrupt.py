@@ -1,4 +1,4 @@
-"""Stopping at a safe point: a request is only noted, and the run asks for it where its state is whole."""
+"""Stops at safe points: a request is only stored, and the run checks it when its state is complete."""
 
 import contextlib
 import os
@@ -11,23 +11,23 @@ GRACE = 20.0  # seconds a requested stop may take before the process ends itself
 
 
 class StopRequest:
-    """Whether somebody asked this run to stop, and why."""
+    """Request to stop this run, with its reason."""
 
     def __init__(self):
         self.reason = None
 
     def ask(self, reason):
-        """Ask the run to stop at its next safe point."""
+        """Requests the run to stop at its next safe point."""
         self.reason = self.reason or reason
 
     def check(self):
-        """Raise Interrupted if a stop was asked for."""
+        """Raises Interrupted if a stop was requested."""
         if self.reason is not None:
             raise Interrupted(self.reason)
 
 
 def stop_on_signals(stop):
-    """Let Ctrl-C and a polite kill ask for a stop; the second one takes effect at once."""
+    """Makes SIGINT and SIGTERM request a stop; the second signal takes effect immediately."""
 
     def ask(number, frame):
         if stop.reason is not None:
@@ -39,10 +39,10 @@ def stop_on_signals(stop):
 
 
 def stop_with_parent(stop):
-    """Ask for a stop when standard input closes, and end the process if that takes too long: no orphan stays behind."""
+    """Requests a stop when standard input closes, and ends the process after GRACE: no process outlives the launcher."""
 
     def watch():
-        with contextlib.suppress(OSError):  # there is none: gone as well
+        with contextlib.suppress(OSError):  # no standard input: the launcher is gone as well
             while os.read(0, 4096):  # not sys.stdin: its lock must be free when the interpreter ends
                 pass
         stop.ask("the launcher is gone")

@@ -1,10 +1,10 @@
-"""Functions of a user that are called while a side computes, and may read and change what it computes with.
+"""Functions of a user that are called while a side computes, and may read and change its model and state.
 
     on_step(moment)     after every so many steps
     on_stage(moment)    at the end of each stage, before its State is saved
 
-A `Moment` shows one side: the grid (rank 0) or a window (from 1). What the functions change is what the run goes on with. In one
-process they are called in the thread of each side, so two calls may happen at the same time. A side without a plugin has None.
+A `Moment` is one side after a step: the grid (rank 0) or a window (from 1). The run continues with the changes of the functions.
+In one process they are called in the thread of each side, so two calls may run at the same time.
 """
 
 import importlib.util
@@ -17,7 +17,7 @@ from coupler_protocol.files.restart import FUNCTIONS
 
 
 class Moment(NamedTuple):
-    """One side after a step. model, state: those of fdm_server.model or dem_server.model; arrays may be written into."""
+    """One side after a step. model, state: of fdm_server.model or dem_server.model; their arrays may be changed."""
 
     rank: int
     stage: str
@@ -27,7 +27,7 @@ class Moment(NamedTuple):
 
 
 class Plugin(NamedTuple):
-    """What is called; `every`: steps between calls of on_step."""
+    """Functions that are called; `every`: steps between calls of on_step."""
 
     name: str
     on_step: Callable[[Moment], None] | None = None
@@ -35,12 +35,12 @@ class Plugin(NamedTuple):
     every: int = 1
 
     def step(self, moment: Moment) -> None:
-        """Call on_step where it is due."""
+        """Calls on_step if it is due. Raises EnvironmentFailed if it fails."""
         if self.on_step is not None and moment.step % self.every == 0:
             self._call(self.on_step, moment)
 
     def stage(self, moment: Moment) -> None:
-        """Call on_stage."""
+        """Calls on_stage. Raises EnvironmentFailed if it fails."""
         if self.on_stage is not None:
             self._call(self.on_stage, moment)
 
@@ -55,7 +55,7 @@ class Plugin(NamedTuple):
 
 
 def from_functions(on_stage=None, on_step=None) -> Plugin | None:
-    """The plugin of `colluvium.run`: on_stage a function, on_step a pair (steps between calls, function)."""
+    """Plugin of `colluvium.run`, None without functions: on_stage a function, on_step a pair (steps between calls, function)."""
     if on_stage is None and on_step is None:
         return None
     every, function = on_step or (1, None)
@@ -65,9 +65,9 @@ def from_functions(on_stage=None, on_step=None) -> Plugin | None:
 
 
 def from_file(path: str | Path) -> Plugin:
-    """The plugin in a Python file: functions on_step and on_stage, or one of them, and EVERY, the steps between calls (1).
+    """Plugin of a Python file: functions on_step and on_stage, or one of them, and EVERY, the steps between calls (1).
 
-    Raises EnvironmentFailed where the file cannot be run, or has neither function.
+    Raises EnvironmentFailed if the file cannot be run, or has neither function.
     """
     spec = importlib.util.spec_from_file_location("colluvium_plugin", path)
     try:

@@ -1,4 +1,4 @@
-"""How far a server is, told at most a few times a second: lines for a person, or JSON lines for the launcher's picture."""
+"""Progress of a server, reported a few times a second at most: lines for a reader, or JSON lines for the launcher."""
 
 import json
 import sys
@@ -14,7 +14,7 @@ class Progress:
         self._next, self._begin = 0.0, time.monotonic()
 
     def __call__(self, stage, text="", step=0, of=None, ratio=None, factor=None, now=False):
-        """Report, unless the last report is too recent (`now` reports always)."""
+        """Reports, unless the last report is too recent; `now`: always."""
         time_now = time.monotonic()
         if time_now < self._next and not now:
             return
@@ -28,7 +28,7 @@ class Progress:
                 print(json.dumps(row), flush=True)
             elif self.form == "plain":
                 print(f"{time_now - self._begin:7.1f} s  {as_line(row)}", file=sys.stderr, flush=True)
-        except BrokenPipeError:  # nobody reads it any more: no reason to end a run
+        except BrokenPipeError:  # no reader is left, which is not a reason to end a run
             self.form = "none"
 
 

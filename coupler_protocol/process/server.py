@@ -1,4 +1,4 @@
-"""What a server's main does, and how a run that it conducts leaves run.json: once for the grid and for discs alone."""
+"""The main function of servers, and run.json of the runs that they conduct, for the grid and for discs alone."""
 
 import logging
 import time
@@ -9,7 +9,7 @@ from coupler_protocol.files import run_json
 from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
 
-STOPPED = "stopped"  # stage and phase of the State that is saved where a run fails
+STOPPED = "stopped"  # stage and phase of the State that is saved if a run fails
 
 
 def main(name, parser, serve, argv=None):
@@ -20,25 +20,25 @@ def main(name, parser, serve, argv=None):
     stop_on_signals(stop)
     if options.tether:
         stop_with_parent(stop)
-    return command_line.ended(name, lambda: serve(options, stop))
+    return command_line.exit_code_of(name, lambda: serve(options, stop))
 
 
 def reason_of(error):
-    """Why a run ended, in words."""
+    """Text of the reason for the end of a run."""
     return str(error) or type(error).__name__
 
 
-def conduct(make_side, scene, out, progress, origin=None, plugin=None, tell=lambda reason: None):
-    """Run the side that conducts the stages of a scene; writes scene.json, and run.json however it ends.
+def run_side(make_side, scene, out, progress, origin=None, plugin=None, notify=lambda reason: None):
+    """Runs the side that conducts the stages of a scene; writes scene.json, and run.json in any case.
 
-    make_side() returns the side: run() gives the reason for the end, save(stage, phase) the path of its State, summary() what it
-    knows for run.json; `state` is None where there is nothing to save. origin, plugin: as of the side; tell(reason): what others
-    must hear of a failure. On failure State is saved and the exception goes on.
+    make_side() returns the side: run() gives the reason for the end, save(stage, phase) the path of its State, summary() its part
+    of run.json; `state` is None if there is nothing to save. origin, plugin: as of the side; notify(reason) tells others of a
+    failure. On failure State is saved and the exception is raised again.
     """
     from coupler_protocol.scene.rules.between_tables import listed_doubts
 
     out, begin = Path(out), time.perf_counter()
-    about = run_json.describe(scene) | run_json.beginning(out, origin, plugin)
+    about = run_json.describe(scene) | run_json.origin_content(out, origin, plugin)
     about |= {"doubts": found} if (found := listed_doubts(scene)) else {}
     for doubt in found:
         logging.getLogger(__name__).warning("%s: %s; %s", *doubt.values())
@@ -46,11 +46,11 @@ def conduct(make_side, scene, out, progress, origin=None, plugin=None, tell=lamb
     try:
         side = make_side()
         run_json.write_json(out / "scene.json", scene.resolved())
-        reason, code = exits.physics(side.run), exits.DONE
+        reason, code = exits.end_as_physics(side.run), exits.DONE
         progress("done", reason, now=True)
     except BaseException as error:
         reason, code = reason_of(error), exits.code_of(error)
-        tell(reason)
+        notify(reason)
         if side is not None and side.state is not None:
             logging.getLogger(__name__).info("state saved to %s", side.save(STOPPED, STOPPED))
         raise

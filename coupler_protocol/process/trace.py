@@ -1,4 +1,4 @@
-"""Where the wall time of a process goes: seconds of every stage, and a trace of its first steps, one row an interval.
+"""Wall time of a process: seconds of every stage, and a trace of its first steps with one row for each interval.
 
 A process computes, waits for the other side, or records. `NAME.trace.csv` in the run directory has the columns
 
@@ -7,8 +7,8 @@ A process computes, waits for the other side, or records. `NAME.trace.csv` in th
     activity  computing, waiting or recording
     begin, end  [s] of time.perf_counter
 
-Intervals follow one another without gaps within a step. Linux and macOS count perf_counter from the machine's start for all
-processes, so files of processes of one machine have one time; of two machines they do not.
+Intervals follow one another without gaps within a step. On Linux and macOS perf_counter counts from the machine's start for all
+processes, so files of one machine have the same time axis; files of two machines do not.
 """
 
 import csv
@@ -20,7 +20,7 @@ COLUMNS = ("stage", "step", "activity", "begin", "end")
 
 @dataclass
 class StageTimes:
-    """Seconds of one stage on one side; `steps` are those of the stage."""
+    """Seconds of one stage on one side; `steps`: of the stage."""
 
     name: str
     steps: int = 0
@@ -41,12 +41,12 @@ class Stopwatch:
         self._last = time.perf_counter()
 
     def begin(self, name):
-        """Start a stage."""
+        """Starts a stage."""
         self.stages.append(StageTimes(name))
         self._last = time.perf_counter()
 
-    def to(self, column):
-        """Book the time since the last booking under `column` of the present stage."""
+    def add_to(self, column):
+        """Books the time since the last booking under `column` of the present stage."""
         now = time.perf_counter()
         stage = self.stages[-1]
         setattr(stage, column, getattr(stage, column) + now - self._last)
@@ -54,7 +54,7 @@ class Stopwatch:
 
 
 class Trace(Stopwatch):
-    """A Stopwatch that keeps the intervals it books in the first `steps` steps of every stage."""
+    """A Stopwatch that stores its intervals in the first `steps` steps of every stage."""
 
     def __init__(self, steps):
         super().__init__()
@@ -62,14 +62,14 @@ class Trace(Stopwatch):
         self._done = 0  # steps of the stage that were done when the present one began
 
     def begin(self, name):
-        """Start a stage."""
+        """Starts a stage."""
         super().begin(name)
         self._done = 0
 
-    def to(self, column):
-        """Book the time since the last booking, and keep when that was. With its recording a step is over."""
+    def add_to(self, column):
+        """Books the time since the last booking, and stores the interval. A step ends with its booking under recording."""
         begin = self._last
-        super().to(column)
+        super().add_to(column)
         stage = self.stages[-1]
         if self._done < self.steps:
             self.rows.append((stage.name, stage.steps, column, begin, self._last))
@@ -77,7 +77,7 @@ class Trace(Stopwatch):
             self._done = stage.steps
 
     def write(self, path):
-        """Write the file."""
+        """Writes the file."""
         with open(path, "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(COLUMNS)
@@ -85,5 +85,5 @@ class Trace(Stopwatch):
 
 
 def stopwatch(steps):
-    """A Stopwatch; with `steps` (None: no trace) one that keeps intervals."""
+    """A Stopwatch, or with `steps` (None: no trace) a Trace."""
     return Stopwatch() if steps is None else Trace(steps)

@@ -1,1 +1,1 @@
-"""The scene file: declared tables, the reader that finds every problem at once, stages in time."""
+"""The scene file: declared tables, the reader that reports all problems at once, stages in time."""

@@ -1,8 +1,8 @@
-"""How an effect declares the keys it reads from a scene: name, unit, bounds, meaning.
+"""Declaration of the keys that an effect reads from a scene: name, unit, bounds, meaning.
 
-A table in the scene is an effect in the kernel. The class that reads the table stands in the same file as the equation it
-switches on; the scene reader finds it through the entry-point group `colluvium.effects`, whose names say where the table
-belongs (`material.mohr_coulomb`, `grain.bond`, `damping`, ...).
+A table in the scene is an effect in the kernel. The class that reads the table is in the same file as the equation that it
+switches on. The scene reader finds it through the entry-point group `colluvium.effects`; the names in this group are the places
+of the tables (`material.mohr_coulomb`, `grain.bond`, `damping`, ...).
 """
 
 from typing import Any, ClassVar, NamedTuple, get_args
@@ -60,7 +60,7 @@ def _is_number(text: str) -> bool:
 
 
 class Effect(Table):
-    """A table that switches on an effect. The docstring's first line says what the effect is."""
+    """A table that switches on an effect. The first line of its docstring describes the effect."""
 
     source: ClassVar[str] = ""
 
@@ -68,19 +68,19 @@ class Effect(Table):
 def quantity(
     default: Any = ..., *, unit: str = "-", meaning: str, usual: tuple[float, float] | None = None, **bounds: Any
 ) -> Any:
-    """Declare one key: its unit, what it means and its bounds (pydantic's ge, gt, le, lt, min_length, ...).
+    """Declares one key: its unit, its meaning and its bounds (pydantic's ge, gt, le, lt, min_length, ...).
 
-    usual: least and largest value, beside 0, that soil and rock have; others are doubted (coupler_protocol.scene.rules.units).
+    usual: smallest and largest value of soil and rock, beside 0; others are doubted (coupler_protocol.scene.rules.units).
     """
-    extra = {"unit": unit} | ({"usual": list(usual)} if usual else {})
+    extra: dict[str, Any] = {"unit": unit} | ({"usual": list(usual)} if usual else {})
     return Field(default, description=meaning, json_schema_extra=extra, **bounds)
 
 
 class History(NamedTuple):
-    """An array in which a law remembers something: its name in State, `components` numbers per `place`, what it means.
+    """A history array of a law: its name in State, `components` numbers for each `place`, its meaning.
 
-    place: "pair", "zone" or "gridpoint"; what carries arrays of that place (a new contact list, a removed zone, a checkpoint, a
-    frame) carries this one by its declaration. recorded: its name in frames; "": in none.
+    place: "pair", "zone" or "gridpoint". All that handles arrays of this place (a new contact list, a removed zone, a checkpoint,
+    a frame) handles this array by its declaration. recorded: its name in frames; "": in none.
     """
 
     name: str
@@ -93,7 +93,7 @@ class History(NamedTuple):
 
 
 def increasing(value):
-    """A pair whose first number is not larger than the second; for AfterValidator."""
+    """Returns a pair of numbers; raises ValueError if the first is larger than the second. For AfterValidator."""
     if value[0] > value[1]:
         raise ValueError("the first number must not be larger than the second")
     return value

@@ -1,11 +1,11 @@
-"""Where two resolved scenes differ: in a handshake, and where a run goes on from an earlier one."""
+"""Differences of two resolved scenes, for handshakes and for runs that continue an earlier one."""
 
 OF = "'s"  # of the continuum's
 SIDES = ("the discrete side", "the continuum" + OF)
 
 
 def first_difference(a, b, whose=SIDES, path=""):
-    """The first key at which two resolved scenes differ, with both values; None when there is none. whose: owners of a and b."""
+    """Text with the first key at which two resolved scenes differ and both values, or None. whose: owners of a and b."""
     if isinstance(a, dict) and isinstance(b, dict):
         for key in sorted(a.keys() | b.keys()):
             if key not in a or key not in b:
@@ -24,5 +24,5 @@ def first_difference(a, b, whose=SIDES, path=""):
 
 
 def both_values(a, b, whose=SIDES):
-    """Two values that should be equal, each with its owner, in words."""
+    """Text with two values that should be equal, each with its owner."""
     return f"{a!r} on {whose[0]}, {b!r} on {whose[1]}"

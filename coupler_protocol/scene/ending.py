@@ -1,6 +1,6 @@
-"""When a stage ends: at whichever of its conditions comes first, but never inside a ramp or a handover."""
+"""End of a stage: the first of its conditions that is fulfilled, but never inside a ramp or a hand-over."""
 
-SUSTAINED = 5  # looks in a row at which all ratios must be below the limit
+SUSTAINED = 5  # checks in a row at which all ratios must be below the limit
 
 
 class Ending:
@@ -11,11 +11,11 @@ class Ending:
         self._below = 0
 
     def out_of_steps(self, steps):
-        """Reason to end where the stage's steps are used up, or ""."""
+        """Reason to end if `steps` are all steps of the stage, or ""."""
         return f"{steps} steps" if self.until.steps is not None and steps >= self.until.steps else ""
 
     def out_of_time(self, time, dt):
-        """Reason to end where the stage's seconds are used up after `time`, to half a step `dt` [s], or ""."""
+        """Reason to end if `time` [s] is the time of the stage, to half a step `dt` [s], or ""."""
         return f"{time:.6g} s" if self.until.time is not None and time >= self.until.time - 0.5 * dt else ""
 
     def reached(self, steps, ratios, displacement):

@@ -1,4 +1,4 @@
-"""From a TOML file to a scene, or to the list of all that is wrong with it."""
+"""Reader of TOML files: a scene, or the list of all its problems."""
 
 import difflib
 import json
@@ -14,7 +14,7 @@ from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.scene import scene_class
 from coupler_protocol.scene.toml_lines import line_of, locate
 
-FROM_SET = 0  # stands for a line where the command line gave the value
+FROM_SET = 0  # in place of a line, for values from the command line
 ALIKE = 0.7  # similarity of a mistyped key and the one that was probably meant
 DRY = "there is no pore water: the ground is dry, or computed in total stresses"
 NOT_COMPUTED = dict.fromkeys(("water", "groundwater", "pore_pressure", "phreatic", "water_table"), DRY) | dict.fromkeys(
@@ -23,10 +23,9 @@ NOT_COMPUTED = dict.fromkeys(("water", "groundwater", "pore_pressure", "phreatic
 
 
 def read_scene(path, overrides=()):
-    """Read the scene at `path`, TOML or the resolved scene.json of a run; `overrides` are KEY=VALUE texts ("seed=2").
+    """Reads the scene at `path`, TOML or the resolved scene.json of a run; `overrides` are KEY=VALUE texts ("seed=2").
 
-    Raises SceneError with every problem found: file, line, key, reason, remedy. Raises OSError where the file is there and
-    cannot be read.
+    Raises SceneError with all problems: file, line, key, reason, remedy. Raises OSError if the file exists but cannot be read.
     """
     path = Path(path)
     try:
@@ -53,7 +52,7 @@ def read_scene(path, overrides=()):
 
 
 def build_scene(data, file="scene", lines=None):
-    """Make a scene from plain data (nested dictionaries and lists); raises SceneError."""
+    """Makes a scene from plain data (nested dictionaries and lists); raises SceneError."""
     lines = lines or {}
     try:
         scene = scene_class().model_validate(data)
@@ -66,7 +65,7 @@ def build_scene(data, file="scene", lines=None):
 
 
 def _place(file, lines, path) -> tuple[str, int | None]:
-    """File and line of a key, or where else its value came from."""
+    """File and line of a key, or the other source of its value."""
     line = line_of(lines, path)
     return ("--set", None) if line == FROM_SET else (file, line)
 
@@ -78,7 +77,7 @@ def _syntax_problem(path, error):
 
 
 def _problem(error, file, lines):
-    """One of pydantic's errors in our words."""
+    """Problem of one of pydantic's errors, with our reason and remedy."""
     path, kind = tuple(error["loc"]), error["type"]
     reason, remedy = error["msg"], ""
     if kind == "refused":
@@ -132,7 +131,7 @@ def _field_at(path):
 
 
 def _model_at(path):
-    """The table class that holds the last key of `path`, or None."""
+    """Table class that contains the last key of `path`, or None."""
     model = scene_class()
     for part in path:
         if isinstance(part, int):
@@ -165,7 +164,7 @@ def _meaning(path):
 
 
 def _override(data, text, lines):
-    """Put one KEY=VALUE into `data`; items of a list go by their number or their name; returns problems."""
+    """Sets one KEY=VALUE in `data`; items of a list have their number or their name as key. Returns problems."""
     key, equals, value = text.partition("=")
     path = tuple(int(p) if p.isdecimal() else p for p in key.strip().split("."))
     if not equals or not key.strip():
@@ -189,6 +188,6 @@ def _override(data, text, lines):
 
 
 def _numbered(place, part):
-    """The number of the item that is called `part`, where `place` is a list that has one; else `part`."""
+    """Number of the item with the name `part` if `place` is a list with such an item; else `part`."""
     names = [item.get("name") if isinstance(item, dict) else None for item in place] if isinstance(place, list) else []
     return names.index(part) if part in names else part

@@ -1,17 +1,19 @@
-"""A scene: what is computed, read from a TOML file into an immutable object.
+"""A scene: the computation that a TOML file describes, as an immutable object.
 
-Tables of effects are not listed here. Each stands with its equation in a server's effect file and is found through the
-entry-point group `colluvium.effects`; the name of the entry point says where the table belongs.
+Tables of effects are not listed here. Each is in an effect file of a server, with its equation, and is found through the
+entry-point group `colluvium.effects`; the name of the entry point is the place of the table.
 """
 
 import hashlib
 import json
 from functools import cache
 from importlib.metadata import entry_points
+from itertools import pairwise
 from typing import Literal
 
 from pydantic import Field, create_model, model_validator
 
+from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.scene.declare import Table, quantity
 from coupler_protocol.scene.tables.boundary import Boundary, InitialStress
 from coupler_protocol.scene.tables.discs import Discs
@@ -27,15 +29,29 @@ DAMPING = "damping of the grid in this stage (none: that of the scene); in real 
 
 @cache
 def declared_effects():
-    """All effects that are installed: {place in the scene: class that declares the table's keys}."""
-    found = entry_points(group="colluvium.effects")
-    return {point.name: point.load() for point in sorted(found, key=lambda p: p.name)}
+    """All effects that are installed: {place in the scene: class that declares the table's keys}.
+
+    Raises EnvironmentFailed where two distributions declare an effect for the same place: one of them would be lost.
+    """
+    found = sorted(entry_points(group="colluvium.effects"), key=lambda point: (point.name, _distribution(point)))
+    twice = [
+        f"{one.name} is declared by the installed distributions {_distribution(one)!r} and {_distribution(other)!r}"
+        for one, other in pairwise(found)
+        if one.name == other.name
+    ]
+    if twice:
+        raise EnvironmentFailed(f"{'; '.join(twice)}: uninstall one of them, or let it declare another place")
+    return {point.name: point.load() for point in found}
 
 
 def distribution_of(place):
-    """Name of the distribution that declares the effect of this place; "" where nobody says."""
-    point = next((p for p in entry_points(group="colluvium.effects") if p.name == place), None)
-    return point.dist.name if point is not None and point.dist is not None else ""
+    """Name of the distribution that declares the effect of this place; "" where none does."""
+    return next((_distribution(point) for point in entry_points(group="colluvium.effects") if point.name == place), "")
+
+
+def _distribution(point):
+    """Name of the distribution of an entry point; "" where the entry point has none."""
+    return "" if point.dist is None else point.dist.name
 
 
 def _effect_fields(place):
@@ -48,9 +64,10 @@ def _effect_fields(place):
 
 
 class Window(Table):
-    """Zones that become a hole and are computed by one discrete process: columns and rows, or the zones with their
-    centres in a polygon, convex or not. At least one zone remains between a window and the sides, the ground surface and
-    other windows. Without a grid: the polygon that discs fill.
+    """Zones that become a hole and are computed by one discrete process.
+
+    They are given by columns and rows, or by a polygon, convex or not, around their centres. At least one zone remains between a
+    window and the sides, the ground surface and other windows. Without a grid: the polygon that discs fill.
     """
 
     name: str = quantity(meaning="name of the window", min_length=1)
@@ -160,11 +177,11 @@ class SceneBase(Table):
     stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
 
     def resolved(self):
-        """The scene as plain data, every default filled in."""
+        """The scene as plain data, with all defaults."""
         return self.model_dump(mode="json")
 
     def digest(self):
-        """Hash of the resolved scene: equal where both sides would compute the same."""
+        """Hash of the resolved scene: equal for scenes with the same results."""
         return hashlib.sha256(json.dumps(self.resolved(), sort_keys=True).encode()).hexdigest()
 
     def name_of_stage(self, index):

@@ -1,4 +1,4 @@
-"""Gravity and boundaries over the stages: what each inherits, and gravity at any step."""
+"""Gravity and boundaries over the stages: values that stages inherit, and gravity at any step."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ from coupler_protocol.scene.stage_kinds import of
 
 
 class Leg(NamedTuple):
-    """Gravity during one stage: factor goes linearly from `start` to `end` over `over` steps, then stays."""
+    """Gravity during one stage: the factor changes linearly from `start` to `end` over `over` steps, then is constant."""
 
     gravity: float  # [m/s2] at factor 1
     start: float
@@ -25,16 +25,16 @@ class Leg(NamedTuple):
 
 
 def leg_of(stage, gravity, factor):
-    """The Leg of a stage that begins where `gravity` [m/s2] acted with `factor`."""
+    """Leg of a stage; gravity [m/s2], factor: at the end of the previous stage."""
     ramp = stage.gravity_factor
     gravity = gravity if stage.gravity is None else stage.gravity
     return Leg(gravity, factor, factor, 0) if ramp is None else Leg(gravity, factor, ramp.to, ramp.over)
 
 
 def plan(scene):
-    """A Leg for every stage, each run to its end. Gravity and its factor stay for later stages, except those of discarded stages.
+    """A Leg for every stage, each run to its end. Later stages inherit gravity and factor, except from discarded stages.
 
-    A stage that ends inside its ramp leaves less: the continuum takes `leg_of` from what was reached.
+    If a stage ends inside its ramp, the continuum uses `leg_of` with the factor that was reached.
     """
     gravity, factor, legs = 0.0, 1.0, []
     for stage in scene.stage:
@@ -45,19 +45,19 @@ def plan(scene):
 
 
 def large_strain(scene, stage):
-    """Whether a stage computes in large strain. Equilibrium finds the stress in the shape that the scene draws: never there."""
+    """Whether a stage computes in large strain; never in an equilibrium, which finds the stress in the shape of the scene."""
     if scene.grid is None:
         return False
     return not of(stage).drawn and (scene.grid.large_strain or stage.large_strain is True)
 
 
-def acting(scene, index):
-    """The boundaries that act in the stage with this number, in order; those of a discarded stage act there only."""
+def acting_boundaries(scene, index):
+    """Boundaries that act in the stage with this number, in order; those of a discarded stage act only in it."""
     stages = scene.stage[: index + 1]
     return [*scene.boundary, *(b for i, s in enumerate(stages) if i == index or not s.discard for b in s.boundary)]
 
 
-def beginning(scene, index):
-    """The boundaries that begin in the stage with this number; the scene's own in the first that computes the grid and stays."""
+def new_boundaries(scene, index):
+    """Boundaries that begin in the stage with this number; those of the scene begin in the first kept stage with a grid."""
     first = all(not of(stage).computes or stage.discard for stage in scene.stage[:index])
     return [*(scene.boundary if first else []), *scene.stage[index].boundary]

@@ -1,6 +1,6 @@
-"""The kinds of stages, one row each: what lists, rules and both servers go by.
+"""Kinds of stages, one row each, for lists, rules and both servers.
 
-fdm_server/procedure/kinds.py has what the grid does in each kind; a test sees that every kind of a grid stands there.
+fdm_server/procedure/kinds.py has a function of the grid for each kind; a test checks that it contains all kinds of a grid.
 """
 
 from typing import NamedTuple
@@ -14,15 +14,15 @@ class Kind(NamedTuple):
     grid: bool = True  # in scenes with a grid
     alone: bool = False  # in scenes of discs alone
     computes: bool = True  # takes steps; else it ends by itself and gravity stays
-    before_couple: bool = False  # the grid alone: not once discs are coupled
-    window: bool = False  # needs a window, and comes once
-    needs: str = ""  # the kind that must have come before
-    drawn: bool = False  # computes in the shape that the scene draws: never in large strain
+    before_couple: bool = False  # the grid alone: not after discs are coupled
+    window: bool = False  # needs a window, and is allowed once
+    needs: str = ""  # kind of a stage that must come before
+    drawn: bool = False  # computes in the shape of the scene: never in large strain
     begins_drawn: bool = False  # begins in that shape
     band: bool = False  # may end by the state of the band (strains count from the end of the equilibrium)
     boundaries: bool = False  # boundaries may change
-    discard: bool = False  # its outcome may be forgotten
-    table: str = ""  # the table that says what it does; nothing else changes then
+    discard: bool = False  # its result may be discarded
+    table: str = ""  # its table; then nothing else changes
     keys: tuple[str, ...] = ()  # keys that only this kind has
 
 
@@ -58,7 +58,7 @@ NAMES = tuple(BY_NAME)
 
 
 def named(**wanted):
-    """Names of the kinds whose fields have these values, in order: named(band=True)."""
+    """Names of the kinds whose fields have these values, in order; `band=True` gives the kinds that may end by a band."""
     return tuple(kind.name for kind in KINDS if all(getattr(kind, field) == value for field, value in wanted.items()))
 
 

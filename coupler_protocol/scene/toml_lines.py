@@ -1,16 +1,16 @@
-"""Where each key of a TOML text stands, for messages: the standard reader gives values without line numbers."""
+"""Line numbers of the keys of a TOML text, for messages: the standard reader gives values without line numbers."""
 
 import re
 
 _HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]]+?)\s*\]")
 _KEY = re.compile(r"^\s*((?:[A-Za-z0-9_\-]+|\"[^\"]*\")(?:\s*\.\s*(?:[A-Za-z0-9_\-]+|\"[^\"]*\"))*)\s*=")
 _TEXT = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|#.*$")
-# All texts and comments; those of several lines matter, the others keep their quotation marks from being mistaken for them.
+# All texts and comments: texts of several lines are needed, the others so that their quotation marks are not misread.
 _LONG_TEXT = re.compile(r"\"\"\"(?:[^\\]|\\.)*?\"{3,5}|'''.*?'{3,5}|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'|#[^\n]*", re.DOTALL)
 
 
 def _only_line_ends(found):
-    """Texts of several lines lose their content; all others stay as they are."""
+    """Replacement of a text: a text of several lines without its content; others unchanged."""
     return '""' + "\n" * found[0].count("\n") if "\n" in found[0] else found[0]
 
 
@@ -21,7 +21,7 @@ def _parts(dotted):
 def locate(text):
     """Line number (from 1) of every table and key, by its path: ("material", 0, "density") -> 12.
 
-    Keys inside inline tables and arrays have no entry of their own; ask `line_of`, which falls back to what encloses them.
+    Keys inside inline tables and arrays have no entry; `line_of` returns the line of the enclosing key.
     """
     lines: dict[tuple, int] = {}
     counts: dict[tuple, int] = {}
@@ -43,7 +43,7 @@ def locate(text):
 
 
 def _with_indices(parts, counts, new_item):
-    """The path of a table header with the list positions TOML leaves implicit put in."""
+    """Path of a table header with the list positions that are implicit in TOML."""
     path: tuple = ()
     for place, part in enumerate(parts):
         path += (part,)
@@ -55,7 +55,7 @@ def _with_indices(parts, counts, new_item):
 
 
 def line_of(lines, path):
-    """Line of `path`, or of the closest thing that encloses it; None where nothing does."""
+    """Line of `path`, or of the innermost enclosing table or key; None without one."""
     path = tuple(path)
     while path:
         if path in lines:

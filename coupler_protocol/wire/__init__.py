@@ -1,1 +1,1 @@
-"""Messages between the two sides: what is said, as bytes, over which link, and whose turn it is."""
+"""Messages between the two sides: content, bytes, links and turns."""

@@ -1,6 +1,6 @@
 """Messages as bytes: one frame each, a fixed header of 40 bytes and a payload.
 
-Step messages carry raw little-endian float64, never narrowed: what arrives is bit-equal to what left. All others carry msgpack.
+Step messages contain raw little-endian float64, so received numbers have the bits of the sent ones. All others contain msgpack.
 Header and msgpack limits are described in docs/protocol.md.
 """
 
@@ -23,15 +23,15 @@ MAX_DEPTH, MAX_ITEMS, MAX_TEXT = 32, 100_000, 1 << 20  # of control messages: ta
 
 
 class WireError(PeerLost):
-    """A frame that must not be believed; the text says which part of it. Where nobody can ask for it again, the run ends."""
+    """An invalid frame; the text names the invalid part. If the frame cannot be repeated, the run ends."""
 
 
 class VersionError(WireError):
-    """A sound frame of another version of the protocol."""
+    """A valid frame of another version of the protocol."""
 
 
 class StepFrame:
-    """A step message in one buffer that is used for every step: `scalars` and `values` are views into its payload."""
+    """A step message in one buffer that is reused in every step: `scalars` and `values` are views into its payload."""
 
     def __init__(self, kind, session, rank, n_scalars, n_values):
         self.kind, self.session, self.rank = kind, session, rank
@@ -40,11 +40,11 @@ class StepFrame:
         self.scalars, self.values = numbers[:n_scalars], numbers[n_scalars:]
 
     def seal(self, sequence):
-        """Write header and checksum; returns the bytes to send."""
+        """Writes header and checksum; returns the bytes to send."""
         return _seal(self.buffer, self.kind, self.session, self.rank, sequence)
 
     def accept(self, frame):
-        """Take the payload of a received frame; raises WireError for another length or a number that is not finite."""
+        """Copies the payload of a received frame; raises WireError for another length or a number that is not finite."""
         if len(frame) != len(self.buffer):
             raise WireError(f"{messages.NAMES[self.kind]} has {len(frame)} bytes, {len(self.buffer)} were agreed")
         self.buffer[HEADER.size :] = frame[HEADER.size :]
@@ -60,7 +60,7 @@ def _seal(buffer, kind, session, rank, sequence, flags=0):
 
 
 def control_frame(kind, session, rank, sequence, content):
-    """A message other than a step, its content (dictionary of plain values and bytes) as msgpack."""
+    """Frame of a control message, with its content (dictionary of plain values and bytes) as msgpack; raises ValueError."""
     frame = bytearray(HEADER.size) + msgpack.packb(content)
     if len(frame) > MAX_FRAME:
         raise ValueError(f"{messages.NAMES[kind]} of {len(frame)} bytes: no frame may have more than {MAX_FRAME}")
@@ -75,9 +75,9 @@ def sent_again(frame):
 
 
 def open_header(frame):
-    """(kind, session, rank, flags, sequence) of a frame whose magic, length, checksum and version are right.
+    """(kind, session, rank, flags, sequence) of a frame with valid magic, length, checksum and version.
 
-    Raises WireError otherwise.
+    Raises VersionError for another version, WireError for other deviations.
     """
     if len(frame) < HEADER.size:
         raise WireError(f"a frame of {len(frame)} bytes is shorter than a header")
@@ -97,12 +97,12 @@ def open_header(frame):
 
 
 def kind_of(frame):
-    """The kind a frame claims to be, unchecked; 0 where it is too short to say."""
+    """Kind in the header of a frame, unchecked; 0 if the frame is too short."""
     return HEADER.unpack_from(frame)[2] if len(frame) >= HEADER.size else 0
 
 
 def content_of(frame):
-    """The content of a control frame, with the keys and types that messages.CONTENT promises; raises WireError otherwise."""
+    """Content of a control frame, with the keys and types of messages.CONTENT; raises WireError otherwise."""
     kind = kind_of(frame)
     name = messages.NAMES[kind] if kind < len(messages.NAMES) else "?"
     try:
@@ -126,7 +126,7 @@ def content_of(frame):
 
 
 def _plain_only(content, name):
-    """Tables have texts as keys, numbers are finite, nothing is nested too deeply, and there are no other types."""
+    """Raises WireError for tables with keys other than texts, numbers that are not finite, deep nesting, and other types."""
     open_values = [(content, 0)]
     while open_values:
         value, depth = open_values.pop()
@@ -145,7 +145,7 @@ def _plain_only(content, name):
 
 
 def _misfit(value, wanted, place):
-    """Where and how a value is not what messages.CONTENT asks for, or ""."""
+    """Text of the place and the deviation of a value from messages.CONTENT, or ""."""
     if isinstance(wanted, list):
         if not isinstance(value, list):
             return f"{place} is not a list"

@@ -1,4 +1,4 @@
-"""How both sides find out that they compute the same thing: HELLO, then WELCOME or REJECT."""
+"""Handshake, by which both sides agree that they compute the same scene: HELLO, then WELCOME or REJECT."""
 
 import secrets
 import time
@@ -12,14 +12,14 @@ from coupler_protocol.wire import frames, messages
 
 
 def _begins(resume):
-    """Where a side begins, in words; `resume` is that key of HELLO."""
+    """Text of the beginning of a side; `resume` is that key of HELLO."""
     if not isinstance(resume, dict):
         return "begins at the start"
     return f"goes on after stage {resume.get('after')!r} (session {resume.get('session')!r})"
 
 
 def _objection(hello, scene, resume):
-    """Why a HELLO cannot be accepted, or None."""
+    """Reason for rejecting a HELLO, or None."""
     if hello["package"] != version("colluvium"):
         return f"versions differ: {both_values(hello['package'], version('colluvium'))}"
     if hello["float"] != "<f8":
@@ -34,17 +34,17 @@ def _objection(hello, scene, resume):
 
 
 def welcome_all(hub, scene, rims, resume=None):
-    """Wait until every rank has said HELLO and send each its WELCOME with the nodes of its window's rim.
+    """Waits for HELLO of every rank and sends WELCOME with the nodes of its window's rim.
 
-    rims: {rank: (K,2) positions [m], counter-clockwise}; resume: what HELLO must say about where the run begins. A HELLO that
-    does not fit is answered with REJECT and its reason. Raises PeerLost when somebody is missing for longer than the clock for
+    rims: {rank: (K,2) positions [m], counter-clockwise}; resume: the key `resume` that HELLO must contain, or None. A HELLO that
+    does not fit is answered with REJECT and the reason. Raises PeerLost if a rank is missing for longer than the clock for
     arrivals.
     """
     session = secrets.randbits(63) | 1
     missing = set(hub.conversations)
     deadline = time.monotonic() + hub.clocks.arrival
     while missing:
-        heard = hub.hear_hello()
+        heard = hub.receive_hello()
         if heard is None:
             if time.monotonic() > deadline:
                 ranks = " and ".join(map(str, sorted(missing)))
@@ -53,14 +53,14 @@ def welcome_all(hub, scene, rims, resume=None):
         sender, rank, frame = heard
         objection = hub.objection(rank, hub.conversations.keys() - missing) or _heard_objection(frame, scene, resume)
         if objection:
-            hub.turn_away(sender, rank, objection)
+            hub.reject(sender, rank, objection)
             continue
         hub.transport.admit(sender, rank)
         missing.discard(rank)
         deadline = time.monotonic() + hub.clocks.arrival
         conversation = hub.conversations[rank]
         conversation.begin(session)
-        conversation.say_control(
+        conversation.send_control(
             messages.WELCOME,
             {
                 "session": session,
@@ -79,15 +79,15 @@ def _heard_objection(frame, scene, resume):
 
 
 def resume_from(after, session):
-    """The key `resume` of HELLO: stage after which this side goes on, and session of its checkpoint (0: it needs none)."""
+    """Key `resume` of HELLO: stage after which this side continues, and session of its checkpoint (0: it needs none)."""
     return {"after": after, "session": session}
 
 
 def join(conversation, scene, resume=None):
-    """Say HELLO and wait for the WELCOME; returns the positions (K,2) [m] of the rim's nodes. Raises PeerLost if rejected."""
+    """Sends HELLO and waits for WELCOME; returns the positions (K,2) [m] of the rim's nodes. Raises PeerLost if rejected."""
     hello = {"package": version("colluvium"), "float": "<f8", "scene": scene.resolved()}
-    conversation.say_control(messages.HELLO, hello if resume is None else hello | {"resume": resume})
-    kind, frame = conversation.hear((messages.WELCOME, messages.REJECT), within=conversation.clocks.arrival)
+    conversation.send_control(messages.HELLO, hello if resume is None else hello | {"resume": resume})
+    kind, frame = conversation.receive((messages.WELCOME, messages.REJECT), within=conversation.clocks.arrival)
     content = frames.content_of(frame)
     if kind == messages.REJECT:
         raise PeerLost(f"the continuum refused this process: {content['reason']}")

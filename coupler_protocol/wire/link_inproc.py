@@ -7,7 +7,7 @@ import threading
 class InprocTransport:
     """One end of a set of queues; the methods are those of `coupler_protocol.wire.link_tcp`.
 
-    users: {name of an end: the thread that speaks through it}, shared by all ends; an end without a live thread is not connected.
+    users: {name of an end: the thread that uses it}, shared by all ends; an end without a live thread is not connected.
     """
 
     endpoint = "inproc"
@@ -17,14 +17,14 @@ class InprocTransport:
         self._rank, self._name = {}, {0: 0}
 
     def send(self, frame, rank=0):
-        """Put a copy of the frame into the peer's queue."""
+        """Puts a copy of the frame into the peer's queue."""
         self._here()
         outbox = self.outboxes.get(self._name.get(rank, rank))
         if outbox is not None:
             outbox.put((self.me, bytes(frame)))
 
     def receive(self, seconds):
-        """(sender, frame) or None after `seconds` of silence."""
+        """Waits for a frame; returns (sender, frame), or None after `seconds` without one."""
         self._here()
         try:
             sender, frame = self.inbox.get(timeout=seconds)
@@ -33,17 +33,17 @@ class InprocTransport:
         return self._rank.get(sender, sender), memoryview(frame)
 
     def admit(self, sender, rank):
-        """Frames of this sender are from `rank` from now on."""
+        """Assigns later frames of this sender to `rank`."""
         self._rank = {s: r for s, r in self._rank.items() if r != rank}
         self._rank[sender], self._name[rank] = rank, sender
 
     def connected(self, rank=0):
-        """Whether the thread on the other end lives and has not closed it."""
+        """Whether the thread of the other end is alive and has not closed it."""
         user = self.users.get(self._name.get(rank, rank), self)
         return user is self or (user is not None and user.is_alive())
 
     def close(self):
-        """Nobody speaks through this end any more."""
+        """Closes this end."""
         self.users[self.me] = None
 
     def _here(self):

@@ -1,11 +1,11 @@
 """Transport over TCP with ZeroMQ: the continuum binds a ROUTER, each discrete process connects a DEALER.
 
-A transport carries frames and knows ranks and nothing of what the frames say:
+A transport transmits frames between ranks, whatever their content:
 
-    send(frame, rank)             give a frame to the peer (dropped while there is none: the conversation sends again)
+    send(frame, rank)             sends a frame to the peer (dropped without a peer: the conversation sends it again)
     receive(seconds)              (sender, frame) or None; the frame is valid until the next call
-    admit(sender, rank)           frames of this sender are from `rank` from now on
-    connected(rank)               whether a peer hangs on the other end, as far as the last frames tell
+    admit(sender, rank)           assigns later frames of this sender to `rank`
+    connected(rank)               whether a peer is connected, according to the last frames
     close()
 
 `link_inproc` has the same for two threads of one process.
@@ -25,18 +25,18 @@ from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.wire.frames import MAX_FRAME
 
 HEARTBEAT, HEARTBEAT_TIMEOUT, LINGER = 1000, 5000, 1000  # ms
-# One message is under way at a time, but ZeroMQ hands the room of delivered ones back in batches and late: with room for 8, a
-# send that must not block finds the queue full now and then, the message is dropped, and the step costs a time-out.
+# One message is under way at a time, but ZeroMQ frees the room of delivered messages late and in batches: with room for 8, a
+# send that must not block sometimes finds the queue full, the message is dropped, and the step costs a time-out.
 HIGH_WATER = 1000
-# A thread that has gone to sleep is woken late, several times a step. So a side that waits stays awake for this long [s], giving
-# the processor to whoever asks for it (ZeroMQ's own thread first of all): a round trip of 170 us became one of 75.
+# A sleeping thread is woken late, several times a step. So a waiting side stays awake for this time [s] and yields the processor
+# to other threads (mainly that of ZeroMQ): this reduced a round trip from 170 to 75 us.
 AWAKE = 5e-4
 MAX_PORT = 65535
 _EVENTS = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED  # no more than needed: a full monitor stops ZeroMQ's thread
 
 
 class _Socket:
-    """What both ends have in common: options, and the buffer frames arrive in."""
+    """Common part of both ends: options, and the buffer for received frames."""
 
     def __init__(self, kind, endpoint):
         self.context = zmq.Context()
@@ -48,7 +48,7 @@ class _Socket:
         s.ipv6 = "[" in endpoint
         if not os.environ.get("COLLUVIUM_NO_HEARTBEAT"):  # for breakpoints in a debugger
             s.heartbeat_ivl, s.heartbeat_timeout = HEARTBEAT, HEARTBEAT_TIMEOUT
-        # Room for the largest frame, so that none is ever cut off; the system gives memory only to the part that is used.
+        # Room for the largest frame, so that none is truncated; the system allocates memory only for the part that is used.
         self._buffer = np.empty(MAX_FRAME, np.uint8).data
         self._timeout = None
 
@@ -58,13 +58,13 @@ class _Socket:
             self._timeout = seconds
 
     def _stay_awake(self):
-        """Return as soon as a frame is there, or after a moment without one."""
+        """Returns as soon as a frame is available, or after a short time without one."""
         until = time.perf_counter() + AWAKE
         while not int(self.socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN and time.perf_counter() < until:
             os.sched_yield()
 
     def _take(self):
-        """The next frame, in a buffer that is used again."""
+        """The next frame, in a buffer that is reused."""
         return self._buffer[: self.socket.recv_into(self._buffer)]
 
     def _open(self, call, endpoint, doing):
@@ -78,26 +78,26 @@ class _Socket:
             raise EnvironmentFailed(f"cannot {doing} {endpoint}: {error}") from None
 
     def close(self):
-        """Close the socket; frames still waiting get a second to leave."""
+        """Closes the socket; waiting frames have one second to be sent."""
         self.socket.close()
         self.context.term()
 
 
 class HubTransport(_Socket):
-    """The continuum's end: listens, and knows each rank by the routing id of the process that claimed it."""
+    """End of the continuum: listens, and has for each rank the routing id of the process that claimed it."""
 
     def __init__(self, endpoint):
         super().__init__(zmq.ROUTER, endpoint)
         self.socket.router_handover = True
-        self.socket.router_mandatory = True  # a frame for somebody who is gone is an error, not silence
+        self.socket.router_mandatory = True  # a frame for a peer that has gone is an error, not silence
         self._open(self.socket.bind, endpoint, "listen on")
         self.endpoint = self.socket.getsockopt_string(zmq.LAST_ENDPOINT).rstrip("\0")
         self._route, self._rank, self._gone = {}, {}, set()
 
     def send(self, frame, rank):
-        """Send to the process that holds `rank`, or to a sender not admitted yet."""
+        """Sends to the process of `rank`, or to a sender that is not admitted yet."""
         route = self._route.get(rank, rank)
-        if isinstance(route, int):  # nobody holds this rank
+        if isinstance(route, int):  # no process has this rank
             return
         try:
             self.socket.send_multipart([route, frame], zmq.NOBLOCK)
@@ -111,7 +111,7 @@ class HubTransport(_Socket):
                 self._gone.add(rank)
 
     def receive(self, seconds):
-        """(rank, or the sender's routing id while it has none; frame), or None after `seconds` of silence."""
+        """Waits for a frame; returns (rank, or routing id of a sender without rank; frame), or None after `seconds`."""
         self._wait(seconds)
         self._stay_awake()
         try:
@@ -124,18 +124,18 @@ class HubTransport(_Socket):
         return self._rank.get(sender, sender), frame
 
     def admit(self, sender, rank):
-        """Bind the sender's routing id to `rank`; whoever held it before is a stranger again."""
+        """Assigns `rank` to the sender's routing id; the earlier process of the rank loses it."""
         self._rank = {s: r for s, r in self._rank.items() if r != rank}
         self._route[rank], self._rank[sender] = sender, rank
         self._gone.discard(rank)
 
     def connected(self, rank):
-        """Whether the last frame for `rank` found somebody to go to."""
+        """Whether the last frame for `rank` had a receiver."""
         return rank in self._route and rank not in self._gone
 
 
 class RankTransport(_Socket):
-    """A discrete process's end, with an unguessable routing id."""
+    """End of a discrete process, with a random routing id."""
 
     def __init__(self, endpoint):
         super().__init__(zmq.DEALER, endpoint)
@@ -147,12 +147,12 @@ class RankTransport(_Socket):
         self.endpoint = endpoint
 
     def send(self, frame, rank=0):
-        """Send to the continuum."""
+        """Sends to the continuum."""
         with contextlib.suppress(zmq.Again):
             self.socket.send(frame, zmq.NOBLOCK)
 
     def receive(self, seconds):
-        """(0, frame), or None after `seconds` of silence."""
+        """Waits for a frame; returns (0, frame), or None after `seconds` without one."""
         self._wait(seconds)
         self._stay_awake()
         try:
@@ -161,7 +161,7 @@ class RankTransport(_Socket):
             return None
 
     def admit(self, sender, rank):
-        """There is only one peer."""
+        """Does nothing: there is only one peer."""
 
     def connected(self, rank=0):
         """Whether the continuum is connected."""
@@ -170,14 +170,14 @@ class RankTransport(_Socket):
         return self._up
 
     def close(self):
-        """Close the socket; frames still waiting get a second to leave."""
+        """Closes the socket; waiting frames have one second to be sent."""
         self.socket.disable_monitor()
         self.monitor.close(0)
         super().close()
 
 
 def any_port(endpoint):
-    """ZeroMQ's way of asking for any free port, for tcp://HOST:0."""
+    """Endpoint by which ZeroMQ chooses a free port, for tcp://HOST:0; other endpoints unchanged."""
     return endpoint[:-1] + "*" if endpoint.endswith(":0") else endpoint
 
 
@@ -192,7 +192,10 @@ def is_loopback(endpoint):
 
 
 def endpoint_from(text, seconds):
-    """An endpoint as given, or read from the file of that name once it exists (a server writes its own to OUT/endpoint)."""
+    """Endpoint as given, or from the file of that name as soon as it exists (a server writes its endpoint to OUT/endpoint).
+
+    Raises EnvironmentFailed if there is no endpoint after `seconds`.
+    """
     if text.startswith("tcp://"):
         return text
     if re.fullmatch(r"[^/]+:\d+", text):

@@ -1,11 +1,12 @@
-"""Whose turn it is: one conversation between the continuum and one discrete process, the same over every transport.
+"""Turns of one conversation between the continuum and one discrete process, the same over every transport.
 
-The discrete side speaks, the continuum answers with the same sequence number, the next turn has the next number. Silence makes
-a side send its last words again, marked as such; whoever gets words marked so that it has answered already, answers again with
-the same bytes. So a lost or doubled message changes nothing, and a long phase of one side costs the other only patience.
+The discrete side sends a message, the continuum answers with the same sequence number, and the next turn has the next number.
+After a time without a message a side sends its last message again with the flag AGAIN. A side that has already answered such a
+message sends the same bytes again. So a lost or doubled message changes nothing, and during a long phase of one side the other
+only waits.
 
-A peer counts as lost when it was not connected for `give_up` seconds, or, connected, owed a step for ten times as long. A peer
-whose messages cannot be believed many times in a row is given up as well.
+A peer is lost if it was not connected for `give_up` seconds, or if it is connected and owes a step for ten times as long. A peer
+with many invalid messages in a row is also given up.
 """
 
 import logging
@@ -15,17 +16,17 @@ from coupler_protocol.exits import PeerLost
 from coupler_protocol.wire import frames, messages
 
 log = logging.getLogger(__name__)
-SLICE = 0.2  # seconds between looks at the clocks and the stop request while waiting
+SLICE = 0.2  # seconds between checks of the clocks and of the stop request while waiting
 REFUSALS = 50  # messages of one turn that may be refused
-STRANGERS = 20  # refused messages of strangers that are logged
-MAX_HELLO = 4 << 20  # bytes a stranger may say
+STRANGERS = 20  # refused messages of unknown senders that are logged
+MAX_HELLO = 4 << 20  # largest message of an unknown sender in bytes
 
 
 class Clocks:
-    """How long silence is borne [s].
+    """Time-outs [s].
 
-    timeout: before words are said again; give_up: before a peer that is not connected counts as lost; owed: for the step of one
-    that is; arrival: for the other side to start.
+    timeout: until a message is sent again; give_up: until a peer that is not connected is lost; owed: for a step of a connected
+    peer; arrival: for the other side to start.
     """
 
     def __init__(self, link):
@@ -37,55 +38,55 @@ class Clocks:
 
 
 class Conversation:
-    """One side of the exchange with one peer. `rank` is the discrete process's rank on both sides."""
+    """One side of the exchange with one peer. `rank` is that of the discrete process on both sides."""
 
     def __init__(self, transport, rank, peer, clocks, stop):
         self.transport, self.rank, self.peer = transport, rank, peer
         self.clocks, self.stop = clocks, stop
-        self.answers = peer != 0  # the continuum answers: its words end a turn, and the discrete side has heard them then
+        self.answers = peer != 0  # the continuum answers: its message ends a turn
         self.session = 0
         self.sequence = 0  # number of the turn
-        self.waited = 0.0  # seconds spent waiting since somebody last set this to zero
+        self.waited = 0.0  # seconds spent waiting since this was last set to zero
         self.repeated = 0  # messages sent again
-        self.refused = 0  # frames not believed
+        self.refused = 0  # frames refused
         self._last = b""
         self._inbox = []
-        self._quiet_until = 0.0  # no words are said again before, asked or not
+        self._quiet_until = 0.0  # time before which no message is sent again
         self._refused_now = 0
         self._name = "the continuum" if peer == 0 else f"the discrete process of rank {rank}"
 
     def begin(self, session):
-        """Start from the first turn, with the session that both sides will name in every frame."""
+        """Starts with the first turn, and with the session of all later frames."""
         self.session, self.sequence = session, 0
         self._inbox.clear()
 
-    # -- saying ------------------------------------------------------------------------------------------------------
+    # -- sending -----------------------------------------------------------------------------------------------------
 
-    def say(self, frame):
-        """Send the sealed frame of this turn; it is kept until the next one for saying it again. An answer ends the turn."""
+    def send(self, frame):
+        """Sends the sealed frame of this turn, and keeps it until the next one to send it again. An answer ends the turn."""
         self._last = frame
         self.transport.send(frame, self.peer)
         self.sequence += self.answers
 
-    def say_step(self, frame):
-        """Say a coupler_protocol.wire.frames.StepFrame."""
-        self.say(frame.seal(self.sequence))
+    def send_step(self, frame):
+        """Sends a coupler_protocol.wire.frames.StepFrame."""
+        self.send(frame.seal(self.sequence))
 
-    def say_control(self, kind, content):
-        """Say a message other than a step with the current turn's number."""
-        self.say(frames.control_frame(kind, self.session, self.rank, self.sequence, content))
+    def send_control(self, kind, content):
+        """Sends a control message with the number of the current turn."""
+        self.send(frames.control_frame(kind, self.session, self.rank, self.sequence, content))
 
-    def tell(self, kind, content):
-        """Say something that asks for no answer and takes no turn (a failure)."""
+    def notify(self, kind, content):
+        """Sends a message without answer and turn (a failure)."""
         self.transport.send(frames.control_frame(kind, self.session, self.rank, self.sequence, content), self.peer)
 
-    # -- hearing -----------------------------------------------------------------------------------------------------
+    # -- receiving ---------------------------------------------------------------------------------------------------
 
-    def hear(self, kinds, in_step=False, within=None):
-        """Wait for one of `kinds` with the current turn's number; returns (kind, frame).
+    def receive(self, kinds, in_step=False, within=None):
+        """Waits for one of `kinds` with the number of the current turn; returns (kind, frame).
 
-        A connected peer may take as long as it needs, but in_step no longer than a step is owed, or `within` seconds.
-        Raises PeerLost after too long a silence or when the peer says that it failed, Interrupted when a stop was asked for.
+        The time of a connected peer is unlimited, except with in_step (Clocks.owed) or `within` [s].
+        Raises PeerLost after a time-out or a FAILURE of the peer, Interrupted if a stop was requested.
         """
         self.stop.check()
         begin = looked = said = alive = time.monotonic()
@@ -98,12 +99,12 @@ class Conversation:
                 if received is not None:
                     sender, frame = received
                     if sender == self.peer:
-                        kind = self._believe(frame, kinds)
+                        kind = self._accepted_kind(frame, kinds)
                         if kind is not None:
                             self.sequence += not self.answers
                             return kind, frame
                     else:
-                        self._elsewhere(sender, frame)
+                        self._other_sender(sender, frame)
                 now = time.monotonic()
                 if received is not None and now - looked < self.clocks.slice:
                     continue
@@ -111,22 +112,22 @@ class Conversation:
                 self.stop.check()
                 if now - said > self.clocks.timeout:
                     said = now
-                    self.say_again()
+                    self.send_again()
                 if self.transport.connected(self.peer):
                     alive = now
-                self._patience(now - begin, now - alive, limit)
+                self._check_silence(now - begin, now - alive, limit)
         finally:
             self.waited += time.monotonic() - begin
 
-    def _patience(self, waited, silent, limit):
-        """Raise PeerLost when the peer was away for too long, or has let us wait for longer than `limit`."""
+    def _check_silence(self, waited, silent, limit):
+        """Raises PeerLost if the peer was not connected for too long, or if the wait is longer than `limit` [s]."""
         if silent > self.clocks.give_up:
             raise PeerLost(f"{self._name} was lost: not connected for {silent:.1f} s (give_up = {self.clocks.give_up:g} s)")
         if limit is not None and waited > limit:
             raise PeerLost(f"{self._name} was lost: no answer for {waited:.1f} s")
 
-    def say_again(self):
-        """Say the last words again, marked as such; returns whether there is a peer to hear them."""
+    def send_again(self):
+        """Sends the last message again, with the flag AGAIN; returns whether the peer is connected."""
         self._repeat(frames.AGAIN)
         return self.transport.connected(self.peer)
 
@@ -136,8 +137,8 @@ class Conversation:
             self._quiet_until = time.monotonic() + 0.5 * self.clocks.timeout
             self.transport.send(frames.sent_again(self._last) if flags else self._last, self.peer)
 
-    def _believe(self, frame, kinds):
-        """The kind of a frame that is what this turn waits for; None for one that is dealt with here."""
+    def _accepted_kind(self, frame, kinds):
+        """Kind of a frame for which this turn waits; None for other frames, which are handled here. Raises PeerLost."""
         try:
             kind, session, rank, flags, sequence = frames.open_header(frame)
             if rank != self.rank:
@@ -150,7 +151,7 @@ class Conversation:
             self._refuse(error)
             return None
         if kind in messages.ONE_WAY and kind not in kinds:
-            self.stop.check()  # both sides were asked to stop, and the other was quicker
+            self.stop.check()  # both sides were requested to stop, and the other ended first
             raise PeerLost(f"{self._name} ended: {_reason(frame)}")
         if sequence == self.sequence and kind in kinds:
             return kind
@@ -168,8 +169,8 @@ class Conversation:
         if self._refused_now >= REFUSALS:
             raise PeerLost(f"{self._name} cannot be understood: {self._refused_now} messages refused, the last because {why}")
 
-    def _elsewhere(self, sender, frame):
-        """A frame of somebody else on a shared transport."""
+    def _other_sender(self, sender, frame):
+        """Handles a frame of another sender on a shared transport."""
         log.warning("a message from %r was refused: no other process is expected here", sender)
 
 
@@ -181,39 +182,39 @@ def _reason(frame):
 
 
 class Hub:
-    """The continuum's side: one conversation for each rank over one transport."""
+    """Conversations of the continuum: one for each rank over one transport."""
 
     def __init__(self, transport, ranks, clocks, stop):
         self.transport, self.clocks, self.stop = transport, clocks, stop
         self.conversations = {r: _HubConversation(self, r) for r in ranks}
         self._strange = 0
 
-    def tell_all(self, kind, content):
-        """Say something one-way to every rank."""
+    def notify_all(self, kind, content):
+        """Sends a message without answer to every rank."""
         for conversation in self.conversations.values():
-            conversation.tell(kind, content)
+            conversation.notify(kind, content)
 
-    def hear_hello(self):
-        """The next HELLO of a stranger: (sender, rank, frame), or None after a slice of time without one."""
+    def receive_hello(self):
+        """Waits for HELLO of an unknown sender: returns (sender, rank, frame), or None after a slice of time without one."""
         self.stop.check()
         received = self.transport.receive(self.clocks.slice)
         if received is None:
             return None
         sender, frame = received
         if sender in self.conversations:
-            self.conversations[sender].keep(frame)
+            self.conversations[sender].store(frame)
             return None
-        rank = self.stranger(sender, frame)
+        rank = self.claimed_rank(sender, frame)
         return None if rank is None else (sender, rank, bytes(frame))
 
-    def stranger(self, sender, frame):
-        """The rank that a stranger claims with a HELLO; None for all other frames, which are turned away here."""
+    def claimed_rank(self, sender, frame):
+        """Rank that an unknown sender claims with HELLO; None for all other frames, which are refused here."""
         try:
             if len(frame) > MAX_HELLO:
                 raise frames.WireError(f"{len(frame)} bytes are too many")
             kind, _, rank, _, _ = frames.open_header(frame)
         except frames.VersionError as error:
-            self.turn_away(sender, 0, str(error))
+            self.reject(sender, 0, str(error))
             return None
         except frames.WireError as error:
             self._strange += 1
@@ -223,42 +224,42 @@ class Hub:
         if kind == messages.HELLO:
             return rank
         if kind not in messages.ONE_WAY:
-            self.turn_away(sender, rank, "this continuum does not know this process: it belongs to another run")
+            self.reject(sender, rank, "this continuum does not know this process: it belongs to another run")
         return None
 
-    def turn_away(self, sender, rank, reason):
-        """REJECT for somebody who claims `rank`."""
+    def reject(self, sender, rank, reason):
+        """Sends REJECT to a sender that claims `rank`."""
         log.warning("a process that claims rank %d was rejected: %s", rank, reason)
         self.transport.send(frames.control_frame(messages.REJECT, 0, rank, 0, {"reason": reason}), sender)
 
     def objection(self, rank, taken):
-        """Why a stranger cannot have `rank`, or None. taken: ranks that have a holder."""
+        """Reason why an unknown sender cannot have `rank`, or None. taken: ranks with a process."""
         if rank not in self.conversations:
             return f"the scene has ranks {sorted(self.conversations)}, not {rank}"
-        if rank in taken and self.conversations[rank].say_again():
+        if rank in taken and self.conversations[rank].send_again():
             return f"rank {rank} is taken and its holder lives"
         return None
 
 
 class _HubConversation(Conversation):
-    """A conversation that shares its transport with its sisters: what is for them goes into their inboxes."""
+    """A conversation that shares its transport with others: it puts their frames into their inboxes."""
 
     def __init__(self, hub, rank):
         super().__init__(hub.transport, rank, rank, hub.clocks, hub.stop)
         self.hub = hub
 
-    def keep(self, frame):
-        """Keep a frame that came while somebody else was waited for; a failure is heard at once."""
+    def store(self, frame):
+        """Stores a frame that was received during the wait for another rank; a failure is handled immediately."""
         if frames.kind_of(frame) in messages.ONE_WAY:
-            self._believe(frame, ())
+            self._accepted_kind(frame, ())
         else:
             self._inbox.append((self.peer, bytes(frame)))
 
-    def _elsewhere(self, sender, frame):
+    def _other_sender(self, sender, frame):
         if sender in self.hub.conversations:
-            self.hub.conversations[sender].keep(frame)
+            self.hub.conversations[sender].store(frame)
             return
-        rank = self.hub.stranger(sender, frame)
+        rank = self.hub.claimed_rank(sender, frame)
         if rank is not None:
             gone = f"rank {rank} lost its process, which cannot be replaced while the run goes on"
-            self.hub.turn_away(sender, rank, self.hub.objection(rank, self.hub.conversations) or gone)
+            self.hub.reject(sender, rank, self.hub.objection(rank, self.hub.conversations) or gone)

@@ -1,21 +1,21 @@
-"""What is said. The discrete side speaks first, the continuum answers; docs/protocol.md shows the conversation and the bytes.
+"""Messages. The discrete side sends first, the continuum answers; docs/protocol.md has the conversation and the bytes.
 
     discrete                          continuum
     HELLO     scene, versions, rank   WELCOME   interface, clocks       or REJECT with a reason
-    PACKED    what the packing is     FIELD     stress of the zones that become a hole
+    PACKED    report of the packing   FIELD     stress of the zones that become a hole
     READY     half masses at nodes    GO        gravity of the first step
     FORCE     forces at rim nodes     VELOCITY  velocities of rim nodes      once a step
-    FORCE                             STOP      why the run ends
+    FORCE                             STOP      reason for the end
     FAREWELL  timings
 
-A run that goes on from the end of a stage says so in HELLO (key `resume`). Where the discs existed then, PACKED and FIELD are
-left out; where both sides were coupled, GO follows READY at once.
+If a run continues from the end of a stage, HELLO has the key `resume`. If the discs existed then, PACKED and FIELD are left out;
+if both sides were coupled, GO follows READY immediately.
 
-The first FORCE of a stage in real time says how long a step the discs can take, the VELOCITY that answers it how long the
-steps of the stage are.
+The first FORCE of a stage in real time contains the longest step of the discs, and the VELOCITY that answers it the step of the
+stage.
 
-Where a stage may end by the state of the band, GO says how long bins are (key `bin`), and the FORCE that answers a VELOCITY with
-the flag STRAIN carries the window's strain in such bins as well (coupler_protocol.criteria.strain_bins.as_rows).
+If a stage may end by the state of the band, GO contains the length of bins (key `bin`), and the FORCE after a VELOCITY with the
+flag STRAIN also contains the window's strain in such bins (coupler_protocol.criteria.strain_bins.as_rows).
 """
 
 from typing import NamedTuple
@@ -28,10 +28,10 @@ NAMES = (
     "?", "HELLO", "WELCOME", "REJECT", "PACKED", "FIELD", "READY", "GO", "FORCE", "VELOCITY", "STOP", "FAREWELL",
     "FAILURE",
 )  # fmt: skip
-ONE_WAY = (FAILURE, REJECT)  # ask for no answer
-SESSIONLESS = (HELLO, REJECT, FAILURE)  # may come before a session is agreed
+ONE_WAY = (FAILURE, REJECT)  # without an answer
+SESSIONLESS = (HELLO, REJECT, FAILURE)  # possible before a session is agreed
 
-# What a control message must hold, at least: key -> type, [rows of a list]. A float may be written as an integer.
+# Required content of control messages: key -> type, [rows of a list]. A float may be written as an integer.
 CONTENT = {
     HELLO: {"package": str, "float": str, "scene": dict},
     WELCOME: {"session": int, "rim": bytes, "dt": float, "exchange_every": int},
@@ -45,17 +45,17 @@ CONTENT = {
     FAILURE: {"reason": str},
 }
 
-OPTIONAL = {GO: {"bin": float}}  # what it may hold besides, with the types it has then
+OPTIONAL = {GO: {"bin": float}}  # optional content, with its types
 
 RECORD, END_OF_STAGE, CHECKPOINT, STRAIN = 1, 2, 4, 8
 
 
 class Order(NamedTuple):
-    """Scalars of VELOCITY: which step this is and what to do after it."""
+    """Scalars of VELOCITY: the step, and actions after it."""
 
     stage: float  # index of the stage
     step: float  # steps since the run began, this one included
-    gravity: float  # [m/s2] for the NEXT step (the discrete side moves its free discs before it hears again)
+    gravity: float  # [m/s2] for the NEXT step (the discrete side moves its free discs before the next VELOCITY)
     gravity_factor: float  # of this step
     dt: float  # [s], 1 in static mode; the same for all steps of a stage
     interval: float  # steps since the last exchange, this one included: the velocities are their means
@@ -63,13 +63,13 @@ class Order(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """Scalars of FORCE: how the discs fare."""
+    """Scalars of FORCE: condition of the discs."""
 
-    ratio: float  # unbalanced force ratio of the free discs (that of the last look)
-    dt_limit: float  # [s] longest step that the discs took into the stage, decided before its first one; 1 in static mode
+    ratio: float  # unbalanced force ratio of the free discs, at the last step with histories
+    dt_limit: float  # [s] longest step of the discs at the beginning of the stage; 1 in static mode
     kinetic: float  # [J] (in scaled masses in static mode)
     stored: float  # [J] in contact springs
-    power: float  # [W] sum of P.v over the rim as the discs see it: P at the beginning of the step, v in it
+    power: float  # [W] sum of P.v over the rim on the side of the discs: P at the beginning of the step, v in it
     broken: float  # bonds broken since the window was filled
     warnings: float  # count of capped velocities and the like
     height: float  # [kg m] sum over the free discs of weight (as mass) times y

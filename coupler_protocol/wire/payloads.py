@@ -1,6 +1,6 @@
-"""What stands where in the arrays of messages, once for both sides: a rim of K nodes, B bins of strain, n zones.
+"""Layout of the arrays in messages, for both sides: a rim of K nodes, B bins of strain, n zones.
 
-FORCE     Answer, P (K,2) [N], sums (K,) [N/m] of the mass rule, and where they were asked for B rows x, y, shear strain
+FORCE     Answer, P (K,2) [N], sums (K,) [N/m] of the mass rule, and with the flag STRAIN B rows x, y, shear strain
 VELOCITY  Order, velocities (K,2) [m/step or m/s]
 FIELD     a row a zone: x, y [m], area [m2], stresses xx, yy, xy [Pa], density [kg/m3]
 READY     mass (K,) [kg] of the ring's inner shares
@@ -25,7 +25,7 @@ class ForceFrame(StepFrame):
 
     @property
     def answer(self):
-        """The scalars, an Answer."""
+        """The scalars as an Answer."""
         return messages.Answer(*self.scalars.tolist())
 
 
@@ -38,7 +38,7 @@ class VelocityFrame(StepFrame):
 
     @property
     def order(self):
-        """The scalars, an Order."""
+        """The scalars as an Order."""
         return messages.Order(*self.scalars.tolist())
 
 
@@ -66,7 +66,7 @@ def field_rows(place, area, stress, density):
 
 
 def field_content(rows, gravity, insitu):
-    """FIELD of rows (n,7). gravity [m/s2]; insitu: whether the discs are brought to that stress."""
+    """Content of FIELD with rows (n,7). gravity [m/s2]; insitu: whether the discs are brought to this stress."""
     return {"field": pack_array(rows), "gravity": gravity, "insitu": insitu}
 
 
@@ -76,7 +76,7 @@ def field_of(content):
 
 
 def ready_content(inner_mass, report):
-    """READY. inner_mass (K,) [kg]; report: what the window became."""
+    """Content of READY. inner_mass (K,) [kg]; report: of the window."""
     return {"inner_mass": pack_array(inner_mass), "report": report}
 
 

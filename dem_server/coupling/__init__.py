@@ -1,1 +1,1 @@
-"""The window seen from the grid: control discs of the ring, their springs, guard and strain."""
+"""Interface of a window to the grid: control discs of the ring, their springs, guard and strain."""

@@ -1,4 +1,4 @@
-"""What a window says to the continuum and hears from it once they are coupled: FORCE, and VELOCITY or STOP."""
+"""Messages between a coupled window and the continuum: FORCE is sent, VELOCITY or STOP is received."""
 
 import numpy as np
 
@@ -9,25 +9,25 @@ from coupler_protocol.wire.payloads import ForceFrame, VelocityFrame
 
 
 class GridTalk:
-    """Step messages of a window with K nodes on its rim; bins: how many a FORCE with strain has, 0 where none is asked for."""
+    """Step messages of a window with K nodes on its rim; bins: number of bins in a FORCE with strain, 0 if there is none."""
 
     def __init__(self, conversation, nodes, bins=0):
         self.conversation = conversation
         self._force, self._velocity = ForceFrame(conversation, nodes), VelocityFrame(conversation, nodes)
         self._force_and_strain = ForceFrame(conversation, nodes, bins)
-        self.velocity = np.zeros((nodes, 2))  # as the last VELOCITY said
+        self.velocity = np.zeros((nodes, 2))  # of the last VELOCITY
 
-    def say_forces(self, force, sums, answer, strain=None):
-        """FORCE: nodal forces (K,2) [N], sums (K,) [N/m] of the mass rule, an Answer, strain (B,3) where it was asked for."""
+    def send_forces(self, force, sums, answer, strain=None):
+        """Sends FORCE: nodal forces (K,2) [N], sums (K,) [N/m] of the mass rule, an Answer, strain (B,3) if it was requested."""
         frame = self._force if strain is None else self._force_and_strain
         frame.force[:], frame.sums[:], frame.scalars[:] = force, sums, answer
         if strain is not None:
             frame.strain[:] = strain
-        self.conversation.say_step(frame)
+        self.conversation.send_step(frame)
 
-    def hear_answer(self):
-        """Wait for VELOCITY, whose velocities are in `velocity` then, or STOP; returns (Order or None, reason to stop or "")."""
-        kind, frame = self.conversation.hear((messages.VELOCITY, messages.STOP), in_step=True)
+    def receive_order(self):
+        """Waits for VELOCITY and copies it to `velocity`, or for STOP; returns (Order or None, reason to stop or "")."""
+        kind, frame = self.conversation.receive((messages.VELOCITY, messages.STOP), in_step=True)
         if kind == messages.STOP:
             return None, content_of(frame)["reason"]
         try:
@@ -39,9 +39,9 @@ class GridTalk:
 
 
 def steps_between(order, gravity, last):
-    """Orders of the steps before the last one that a VELOCITY is for; gravity, last [m/s2]: in the first step and in the last.
+    """Yields Orders of the steps of a VELOCITY before its last one; gravity, last [m/s2]: in the first step and in the last.
 
-    Nothing is ordered after them; between the first and the last step gravity changes linearly.
+    Their flags are 0; between the first and the last step gravity changes linearly.
     """
     steps = int(order.interval)
     for n in range(1, steps):

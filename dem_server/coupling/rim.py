@@ -1,20 +1,20 @@
-"""The ring's motion and what goes back to the grid: the only place where discs and the rim's nodes meet.
+"""Motion of the ring, and its forces and masses on the nodes of the rim.
 
-Mass rule of the interface. A rim node knows nothing of the contact springs hung on it, so each is given
+Mass rule of the interface. The mass of a rim node does not include the contact springs attached to it, so each node gets
 additional mass (dt = 1)
 
     M_I += largest eigenvalue of sum_c k_c w_c b_cI b_cI^T / |b_cI|,    w_c = sum_J |b_cJ|           (1)
 
-over the springs of the ring's contacts: b_cI . u_I is how far the motion u_I of node I moves the control disc's end of spring c,
+over the springs of the ring's contacts: b_cI . u_I is the displacement of the control disc's end of spring c by u_I of node I,
 
     normal spring     b = N n + L (n . k x e)          N: share of node I in the disc's translation,
     shear spring      b = N t + L (t . k x e + l)      L . u_I: its part of the spin, e, l: offset from the segment, lever
     turning spring    b = L                            of the contact on the disc
 
 (rolling resistance, bending of parallel bonds). A node takes half of each spring, the disc on the other end the other half,
-as between two discs; then omega^2 <= 2 for these springs and masses, and what damping asks for, 1 + alpha < 2, is there
+as between two discs. Then omega^2 <= 2 for these springs and masses, which leaves the factor 1 + alpha < 2 that damping needs
 (coupler_protocol/criteria/stable_step.py, Eq (2); `tests/physics/test_interface_limit.py`). In real time no mass is added: the
-same sums times dt^2 bound the step (fdm_server/coupling/common_step.py), and the nodes carry the mass of the control discs' inner
+same sums times dt^2 limit the step (fdm_server/coupling/common_step.py), and the nodes have the mass of the control discs' inner
 shares.
 """
 
@@ -31,7 +31,7 @@ from dem_server.model import MOMENT, SPIN, VX
 
 @jit
 def _move_ring(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper, dt):
-    """One step of the control discs and of the nodes that carry them."""
+    """Moves the nodes and their control discs by one step."""
     velocities_to_discs(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper)
     for p in range(x.shape[0]):
         x[p, 0] += v[p, 0] * dt
@@ -42,11 +42,11 @@ def _move_ring(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper, dt):
 
 
 class RimState(NamedTuple):
-    """What changes on a rim of K nodes."""
+    """State of a rim of K nodes."""
 
     nodes: np.ndarray  # (K,2) [m] present positions
     sums: np.ndarray  # (K,) [N/m] of the mass rule: additional masses [kg] at dt = 1
-    builds: int  # lists built when the sums were
+    builds: int  # number of contact lists built when the sums were computed
 
 
 class Rim:
@@ -56,12 +56,12 @@ class Rim:
         self.ring = ring
         self.nodes, self._sums, self._builds = state or (ring.nodes.copy(), np.zeros(len(ring.nodes)), -1)
         self.force = np.zeros_like(self.nodes)
-        self._carried = np.zeros((len(ring.radius), 3))  # forces [N] and moments [N m] on the control discs that it came from
+        self._carried = np.zeros((len(ring.radius), 3))  # forces [N] and moments [N m] on control discs, as last mapped
         self.paper = mapping == "paper"
         self._where = (ring.seg0, ring.seg1, ring.w0, ring.node)
 
     def saved(self):
-        """What of it belongs into a checkpoint."""
+        """RimState for a checkpoint."""
         return RimState(self.nodes, self._sums, self._builds)
 
     @property
@@ -70,12 +70,12 @@ class Rim:
         return len(self.ring.radius)
 
     def move(self, state, velocity):
-        """Move the control discs with the nodes' velocities (K,2) [m/step or m/s] over the step State.dt."""
+        """Moves the control discs with the nodes' velocities (K,2) [m/step or m/s] over the step State.dt."""
         R = self.discs
         _move_ring(self.nodes, velocity, *self._where, state.x[:R], state.v[:R], state.spin[:R], self.paper, state.dt)
 
     def nodal_forces(self, state):
-        """Contact forces on the ring, carried to the nodes (K,2) [N]; the array is used again."""
+        """Forces (K,2) [N] on the nodes, mapped from the contact forces on the ring; the array is reused."""
         R = self.discs
         where = self._where
         forces_to_nodes(self.nodes, *where, state.x[:R], state.force[:R], state.moment[:R], self.force, self.paper)
@@ -83,27 +83,27 @@ class Rim:
         return self.force
 
     def power(self, state):
-        """Power [W] of the contact forces that were carried to the nodes last, in the present velocities of the discs."""
+        """Power [W] of the contact forces of the last `nodal_forces` in the present velocities of the control discs."""
         return float(np.sum(self._carried * state.disc[: self.discs, VX : SPIN + 1]))
 
     def inner_mass(self, state):
-        """Mass (K,) [kg/m] of the control discs' inner shares, at the nodes: weight, in real time inertia, of the grid."""
+        """Mass (K,) [kg/m] at the nodes of the control discs' inner shares: weight of the grid, in real time also its inertia."""
         share, index = node_shares(self.ring)
         return _gathered(share * state.weight[: self.discs, None], index, len(self.nodes))
 
     def stiffness_sums(self, model, state):
-        """Sums (K,) [N/m] of the mass rule above; computed anew when the contact list has changed."""
+        """Sums (K,) [N/m] of the mass rule above; recomputed when the contact list has changed."""
         if state.builds != self._builds:
             self._builds = state.builds
             self._sums = self._mass_rule(state, ring_contacts(model, state))
         return self._sums
 
     def contacts_changed(self):
-        """Forget the sums: bonds were added, or the step is another one."""
+        """Marks the sums as out of date, after bonds were added or the step has changed."""
         self._builds = -1
 
     def _mass_rule(self, state, contacts):
-        """Eq (1); a disc depends on three nodes: the ends of its segment and, if it is on a node, of the next one."""
+        """Sums (K,) of Eq (1); a disc depends on three nodes: the ends of its segment and, if it is on a node, of the next."""
         ring, K, c = self.ring, len(self.nodes), contacts.disc
         node = np.stack([ring.seg0, (ring.seg0 + 1) % K, (ring.seg1 + 1) % K], axis=1)
         N, L = self._translation(node), self._spin()
@@ -133,7 +133,7 @@ class Rim:
         return np.where(self.ring.node[:, None] >= 0, [0.0, 1.0, 0.0], between)
 
     def _spin(self):
-        """L (R, 3, 2) [1/m]: spin of the discs by unit velocities of the same nodes."""
+        """L (R, 3, 2) [1/m]: spin of the discs for unit velocities of the same nodes."""
         ring, vector = self.ring, segment_vectors(self.nodes)
         over = np.column_stack([-vector[:, 1], vector[:, 0]]) / np.einsum("kx,kx->k", vector, vector)[:, None]  # n / l
         before, after = ring.w0[:, None] * over[ring.seg0], (1.0 - ring.w0)[:, None] * over[ring.seg1]

@@ -1,11 +1,11 @@
-"""Guard of the ring: how far it has opened, and whether a disc has left it.
+"""Guard of the ring: the widest gap between control discs, and discs that have left the ring.
 
-Control discs go where the grid takes them. Where it stretches the rim, gaps open between one and the next,
+Control discs move with the grid. If the grid stretches the rim, gaps open between neighbouring control discs,
 
     gap = |x_(p+1) - x_p| - r_p - r_(p+1),                                       (1)
 
-and a disc of radius r can be squeezed out through a gap of 2 r. A gap above one smallest radius is worth a warning. A disc whose
-centre has left the polygon of the ring's centres by more than its radius is lost: the grid has no place for it.
+and a disc of radius r can be squeezed out through a gap of 2 r. A gap above one smallest radius causes a warning. A disc whose
+centre is outside the polygon of the ring's centres by more than its radius is lost: no zone of the grid takes it.
 """
 
 from typing import NamedTuple
@@ -25,7 +25,7 @@ class Opening(NamedTuple):
 
 
 class RingGuard:
-    """Watches one window. `widest`: the widest opening since the last call of `begin`, `warned`: whether it deserves it."""
+    """Guard of one window. `widest`: widest opening since the last call of `begin`; `warned`: whether it caused a warning."""
 
     def __init__(self, model, state):
         self.smallest = float(state.radius[model.ring :].min())
@@ -33,13 +33,13 @@ class RingGuard:
         self.begin()
 
     def begin(self):
-        """A stage begins."""
+        """Begins a stage."""
         self.widest, self.warned = Opening(0.0, np.zeros(2)), False
 
-    def look(self, model, state):
-        """Measure the ring, and find lost discs where the contact list is new; returns a warning the first time it is due, or "".
+    def check(self, model, state):
+        """Measures the ring, and looks for lost discs if the contact list is new; returns a warning the first time, else "".
 
-        A disc cannot get anywhere without a new list. Raises ArithmeticError where one is lost.
+        A disc cannot leave the ring without a new list. Raises ArithmeticError if a disc is lost.
         """
         gaps = ring_gaps(model, state)
         widest = int(gaps.argmax())
@@ -49,21 +49,21 @@ class RingGuard:
             self._builds = state.builds
             lost = lost_discs(model, state)
             if len(lost):
-                raise ArithmeticError(self._words_of_loss(model, state, gaps, lost))
+                raise ArithmeticError(self._loss_as_text(model, state, gaps, lost))
         due = bool(gaps[widest] > self.smallest) and not self.warned
         self.warned |= due
         return (
-            f"the ring has opened: a gap of {self.in_words(self.widest)} (r: smallest disc radius; 2 r lets a disc escape)"
+            f"the ring has opened: a gap of {self.as_text(self.widest)} (r: smallest disc radius; 2 r lets a disc escape)"
             if due
             else ""
         )
 
-    def in_words(self, found):
-        """Width and place of an opening."""
+    def as_text(self, found):
+        """Text with width and place of an Opening."""
         x, y = found.place
         return f"{found.width / self.smallest:.2g} r at ({x:.4g}, {y:.4g})"
 
-    def _words_of_loss(self, model, state, gaps, lost):
+    def _loss_as_text(self, model, state, gaps, lost):
         disc = int(lost[0])
         (x, y), radius = state.x[disc].tolist(), state.radius[disc]
         near = int(np.hypot(*(state.x[: model.ring] - state.x[disc]).T).argmin())
@@ -71,18 +71,18 @@ class RingGuard:
         return (
             f"{len(lost)} disc{'s have' if len(lost) > 1 else ' has'} left the ring: disc {disc} (radius {radius:.4g} m) is at "
             f"({x:.4g}, {y:.4g}), beyond control disc {near}, beside which the ring is open by {max(beside, 0.0):.3g} m; "
-            f"its widest gap is {self.in_words(opening(model, state, gaps, int(gaps.argmax())))}"
+            f"its widest gap is {self.as_text(opening(model, state, gaps, int(gaps.argmax())))}"
         )
 
     def report(self, stage):
-        """What run.json says of a stage in which a warning was due; None for others."""
+        """Content of run.json for a stage with a warning; None for others."""
         if not self.warned:
             return None
         return {"stage": stage, "radii": self.widest.width / self.smallest, "place": self.widest.place.tolist()}
 
 
 def ring_gaps(model, state):
-    """Gap (R,) [m] from each control disc to the next, Eq (1); negative where they overlap."""
+    """Gap (R,) [m] from each control disc to the next, Eq (1); negative if they overlap."""
     return gaps_between(state.disc, model.ring)
 
 
@@ -104,7 +104,7 @@ def opening(model, state, gaps, disc):
 
 
 def lost_discs(model, state):
-    """Numbers of the free discs whose centre lies outside the ring by more than their radius, the farthest first."""
+    """Numbers of the free discs whose centre is outside the ring by more than their radius, the farthest first."""
     ring = state.x[: model.ring].copy()
     out = model.ring + np.flatnonzero(outside(ring, state.disc, model.ring))
     if not len(out):
@@ -116,9 +116,9 @@ def lost_discs(model, state):
 
 @jit
 def outside(polygon, disc, first):
-    """Which of the discs first.. (n - first,) have their centre outside a polygon (P,2): a ray to the right crosses it evenly.
+    """(n - first,) whether a disc from `first` on has its centre outside a polygon (P,2): a ray to the right crosses it evenly.
 
-    Edges are sorted into level strips, of which each disc needs one.
+    Edges are sorted into horizontal strips, so each disc needs only the edges of one strip.
     """
     P = len(polygon)
     low, high = polygon[:, 1].min(), polygon[:, 1].max()

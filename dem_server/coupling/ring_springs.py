@@ -1,4 +1,4 @@
-"""The ring seen from the continuum: what hangs on each control disc."""
+"""Springs of the contacts of the ring's control discs."""
 
 from typing import NamedTuple
 
@@ -26,10 +26,10 @@ def ring_contacts(model, state):
     """Springs of the ring for the interface's mass rule.
 
     Bonds and dashpots are included (a dashpot counts with twice its constant over dt, as in dem_server/step/masses.py). As for
-    the discs' own masses, all listed pairs count, so that no contact can close unnoticed; they change when the list is built
-    (`state.builds`) or bonds are made. Bonds that break only take springs away.
+    the masses of discs, all listed pairs count, so that no contact can close unnoticed. The pairs change when the list is built
+    (`state.builds`) or bonds are made. Bonds that break only remove springs.
     """
     pairs = listed_pairs(state)
-    which = pairs.disc_a < model.ring  # of a pair the first disc has the lower number, and none has both on the ring
+    which = pairs.disc_a < model.ring  # the first disc of a pair has the lower number, and no pair has both discs on the ring
     pairs = type(pairs)(*(column[which] for column in pairs))
     return RingContacts(pairs.disc_a, pairs.normal, levers(state, pairs)[0], *pair_stiffnesses(model, state, pairs))

@@ -1,4 +1,4 @@
-"""What the window says of its strain where the continuum asks for it, in bins behind the forces of a FORCE."""
+"""Strain of a window in bins, which a FORCE contains after the forces if the continuum requests it."""
 
 from coupler_protocol.criteria import strain_bins
 
@@ -12,7 +12,7 @@ class WindowStrain:
         self.bins = columns * rows
 
     def measure(self, state):
-        """Middle and shear strain (B, 3) of each bin, to the bit what a report finds in the frame of this step."""
+        """Centre [m] and shear strain (B, 3) of each bin, with the same bits as a report computes from the frame of this step."""
         start = self._start(state)
         bins = strain_bins.bins_over(start[: self.ring], self.length)
         return strain_bins.as_rows(start, state.displacement, bins)

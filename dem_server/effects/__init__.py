@@ -1,9 +1,9 @@
-"""The discs' law: which effects act at a contact and on a disc, in acting order, with their parameters.
+"""The discs' law: the effects at contacts and on discs, in acting order, with their parameters.
 
-A material of the discs is a *grain*: an object with `density`, `spring` and a table for each effect it has (`friction`,
-`bond`, `rolling`, `dashpot`, `parallel_bond`; missing or None: it has not), such as the scene's `discs.soil`. Discs carry
-the number of their material, contacts the number of their *kind of pair* `kind = a * materials + b`, and every effect
-keeps one array over kinds. None stands for an effect that is absent: numba compiles it away, and its arrays are never made.
+A material of the discs is a *grain*: an object with `density`, `spring` and a table for each of its effects (`friction`,
+`bond`, `rolling`, `dashpot`, `parallel_bond`; missing or None: absent), such as the scene's `discs.soil`. Discs have the
+number of their material, contacts have the number of their *kind of pair* `kind = a * materials + b`, and every effect
+has one array over kinds. An absent effect is None: numba compiles it away, and its arrays are never made.
 """
 
 from types import NoneType
@@ -40,7 +40,7 @@ class Law(NamedTuple):
 
 
 def _table_classes():
-    """Class of the table of each effect that acts at contacts, by its name, in acting order."""
+    """{name of an effect that acts at contacts: class of its table}, in acting order."""
     hints = {name: get_args(hint) or (hint,) for name, hint in get_type_hints(Law).items() if name != "damping"}
     return {name: next(cls for cls in classes if cls is not NoneType) for name, classes in hints.items()}
 
@@ -49,14 +49,14 @@ TABLES = _table_classes()
 
 
 def grains_of(discs, ring=None):
-    """Materials by number; `ring` None: the ring takes the properties of whichever disc touches it."""
+    """Materials by number; `ring` None: a contact with the ring has the properties of the other disc."""
     return [ring, discs.soil] if discs.stone is None else [ring, discs.soil, discs.stone]
 
 
 def pairs_of(grains, tables=()):
-    """The Pair of every kind of pair, in the order of `kind`; None takes after its partner.
+    """The Pair of every kind of pair, in the order of `kind`; a grain that is None has the properties of its partner.
 
-    tables: the scene's `discs.pair`; each goes before the combination of the two materials it names.
+    tables: the scene's `discs.pair`; each takes precedence over the combination of its two materials.
     """
     own = {frozenset(table.between): table for table in tables}
     some = next(g for g in grains if g is not None)

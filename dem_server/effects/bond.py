@@ -1,4 +1,4 @@
-"""Contact bond: glue of vanishing size that carries tension and shear until one of its strengths is passed.
+"""Contact bond: glue of vanishing size that carries tension and shear until one of its strengths is exceeded.
 
     holds:   no slip limit, Fn may be tensile
     -Fn  > Fnb:   broken in tension, both forces drop to zero                    (1)
@@ -38,7 +38,7 @@ class BondTable(NamedTuple):
 
 
 def bond_table(pairs):
-    """Table of the kinds of pairs; a disc without a bond table is not bonded to anything. None if none is."""
+    """Table of the kinds of pairs; a disc without a bond table has no bonds. None if no kind has bonds."""
     found = by_kind(pairs, "bond", weaker)
     if found is None:
         return None

@@ -25,6 +25,6 @@ class DampingTable(NamedTuple):
 
 
 def damped(force, velocity, alpha):
-    """Unbalanced force (or moment) together with its damping force, Eq (1); selects, not branches."""
+    """Unbalanced force (or moment) plus its damping force, Eq (1); with selects instead of branches."""
     sign = (1.0 if velocity > 0.0 else 0.0) - (1.0 if velocity < 0.0 else 0.0)
     return force - alpha * abs(force) * sign

@@ -1,22 +1,22 @@
-"""Viscous dashpots beside the springs of a contact, given by the fraction of critical damping.
+"""Viscous dashpots parallel to the springs of a contact, given by the fraction of critical damping.
 
     cn = 2 beta_n sqrt(m kn),   cs = 2 beta_s sqrt(m ks),   m = mi mj / (mi + mj)     (1)
     Fn' = Fn - cn vn,           Fs' = Fs - cs vs                                      (2)
 
-vn: rate of the gap, vs: rate of slip; m of a disc in a clump is the clump's mass, that of a held disc
-infinite. With `tension = false` Fn' is not allowed to pull: Fn' >= 0. In slip |Fs'| <= mu Fn. The limits of
-friction and bonds are those of the spring forces, and so are the recorded forces. In static mode
-masses and velocities are those of the scaled motion.
+vn: rate of the gap, vs: rate of slip; m of a disc in a clump is the clump's mass, that of a held disc is
+infinite. With `tension = false` Fn' must not pull: Fn' >= 0. In slip |Fs'| <= mu Fn. Limits of friction and
+bonds, and recorded forces, are for the spring forces. In static mode masses and velocities are those of the
+scaled motion.
 
-Two discs that collide part with e times their speed; with s = sqrt(|1 - beta^2|)
+Two discs that collide separate with e times their speed; with s = sqrt(|1 - beta^2|)
 
     tension:            e = exp(-pi beta / s)                                     (3)
     none, beta < 1:     e = exp(-beta / s (pi - atan2(2 beta s, 1 - 2 beta^2)))   (4)
     none, beta > 1:     e = exp(-beta / s ln((beta + s) / (beta - s)))            (5)
 
-and e = exp(-2) without tension at beta = 1. A table that gives the restitution e gets the beta for which these hold. Of two
-materials the smaller fraction counts, that is the larger restitution: the damping that both have. It is compared for the
-`tension` of the pair, so that a pair of equal restitutions has that restitution.
+and e = exp(-2) without tension at beta = 1. A table with the restitution e gets the beta for which these equations give e. For
+two materials the smaller fraction counts, so the larger restitution: the damping that both have. Fractions are compared for the
+`tension` of the pair, so a pair of equal restitutions has this restitution.
 Sources: Schwager & Poeschel (2007), Granular Matter 9, 465-469 (both e); Itasca, PFC2D 3.1 Theory, "Mechanical
 damping".
 """
@@ -55,7 +55,7 @@ class Dashpot(Effect):
         return self
 
     def fraction(self, tension):
-        """beta_n of Eqs (1) at contacts whose dashpot may pull or not."""
+        """beta_n of Eqs (1) [-]; tension: whether the dashpot of the contact may pull."""
         return self.normal if self.restitution is None else fraction_of(self.restitution, tension)
 
 
@@ -71,7 +71,7 @@ class DashpotTable(NamedTuple):
 
 
 def dashpot_table(pairs, spring):
-    """Table of the kinds of pairs with the stiffnesses `spring`; a disc without dashpots has none with others either."""
+    """Table of the kinds of pairs with the stiffnesses `spring`; a contact has dashpots if both discs have them."""
     found = by_kind(pairs, "dashpot", weaker)
     if found is None:
         return None
@@ -84,7 +84,7 @@ def dashpot_table(pairs, spring):
 
 
 def weaker(a, b):
-    """The smaller fractions of two tables; it may pull if both allow it."""
+    """Table with the smaller fractions of two tables; it may pull if both may."""
     tension = a.tension and b.tension
     return Dashpot(normal=min(a.fraction(tension), b.fraction(tension)), shear=min(a.shear, b.shear), tension=tension)
 

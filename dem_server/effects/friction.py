@@ -11,7 +11,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from coupler_protocol.scene.declare import Effect, quantity
-from dem_server.effects.pairs import by_kind
+from dem_server.effects.pairs import smaller_of_kind
 
 
 class Friction(Effect):
@@ -29,17 +29,15 @@ class FrictionTable(NamedTuple):
 
 def friction_table(pairs):
     """Table of the kinds of pairs; a disc without a friction table is smooth. None if all are."""
-    found = by_kind(pairs, "friction", lambda a, b: min(a, b, key=lambda table: table.coefficient))
-    if found is None:
-        return None
-    return FrictionTable(np.array([table.coefficient if table else 0.0 for table in found]))
+    coefficient = smaller_of_kind(pairs, "friction", "coefficient")
+    return None if coefficient is None else FrictionTable(coefficient)
 
 
 def slip_limit(coefficient, normal):
-    """Right side of Eq (1) for a compressive normal force [N]."""
+    """Limit mu Fn of Eq (1) [N] for a compressive normal force [N]."""
     return coefficient * normal
 
 
 def clipped(force, limit):
-    """`force` brought within +-`limit` (both in N, limit >= 0)."""
+    """`force` limited to ±`limit` (both in N, limit >= 0)."""
     return min(max(force, -limit), limit)

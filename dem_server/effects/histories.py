@@ -1,8 +1,9 @@
-"""What the pairs of a list remember: the arrays that the effects declare, and all that is done with every one of them.
+"""Histories of pairs: the arrays that the effects declare, and all operations on them.
 
-An effect file declares its arrays once, as `HISTORIES`. From there they are fields of State, are empty at first, go from an old
-list of pairs to a new one, into checkpoints, into frames and, as a `PairHistory`, into the kernels. A dot in the name puts
-several arrays of one effect under one field: `parallel.gap` is field `gap` of State.parallel. An effect that is absent has None.
+An effect file declares its arrays once, as `HISTORIES`. By this declaration they are fields of State, empty at first, are copied
+from an old list of pairs to a new one, to checkpoints, to frames and, as a `PairHistory`, to the kernels. A dot in the name puts
+several arrays of one effect under one field: `parallel.gap` is field `gap` of State.parallel. The field of an absent effect is
+None.
 """
 
 import sys
@@ -30,7 +31,7 @@ def _fields():
 
 
 def _several(name):
-    """Class of a field that holds several arrays, and its name in this module, by which kernels find it again."""
+    """Class of a field with several arrays, and its name in this module, by which kernels find it."""
     parts = [(part, np.ndarray) for part in FIELDS[name]]
     globals()[name.capitalize()] = found = NamedTuple(name.capitalize(), parts)
     found.__module__ = __name__
@@ -45,19 +46,19 @@ OfPairs = make_dataclass(
     [(name, cls | None, field(default=None)) for name, cls in CLASSES.items()],
     kw_only=True,
     namespace={"__module__": __name__},
-)  # the part of State that pairs remember
+)  # the histories of pairs in State
 _arrays_of = attrgetter(*PairHistory._fields)  # called in every step
 
 
 def histories_of(law, reference_gap=True):
-    """Declared histories that pairs under this Law have; `reference_gap`: whether contacts are given one."""
+    """Declared histories of pairs under this Law; `reference_gap`: whether contacts have one."""
     absent = {name for name, there in (("shear", law.has_shear), ("reference_gap", reference_gap)) if not there}
     present = (histories for effect, histories in DECLARED.items() if getattr(law, effect) is not None)
     return [history for histories in present for history in histories if history.name not in absent]
 
 
 def empty(law, reference_gap=True):
-    """Fields of State {name: arrays of no pair} for a Law."""
+    """Fields of State {name: empty arrays} for a Law."""
     there = {history.name for history in histories_of(law, reference_gap)}
     found = {}
     for name, declared in FIELDS.items():
@@ -70,24 +71,24 @@ def empty(law, reference_gap=True):
 
 
 def history_of(state):
-    """The PairHistory of a State: its arrays, not copies."""
+    """The PairHistory of a State, without copies of its arrays."""
     return PairHistory._make(_arrays_of(state))
 
 
 def each_array(change, value):
-    """`change` of an array, or of each array of a named tuple; None stays."""
+    """Applies `change` to an array, or to each array of a named tuple; None remains None."""
     if value is None:
         return None
     return change(value) if isinstance(value, np.ndarray) else type(value)(*(each_array(change, item) for item in value))
 
 
 def copied(state):
-    """A PairHistory of copies."""
+    """A PairHistory of a State with copies of its arrays."""
     return each_array(np.copy, history_of(state))
 
 
 def carry_to_new_list(state, origin):
-    """Give pair p of a new list what pair origin[p] (m,) of the old one knew; zero where that is -1."""
+    """Copies histories from pair origin[p] (m,) of the old list to pair p of a new one; zero if origin[p] is -1."""
     there = origin >= 0
     known = origin[there]
 
@@ -101,7 +102,7 @@ def carry_to_new_list(state, origin):
 
 
 def recorded(state):
-    """Arrays over the listed pairs that frames hold, by the names there."""
+    """Arrays over the listed pairs for frames, by their names in frames."""
     found = {}
     for histories in DECLARED.values():
         for history in histories:

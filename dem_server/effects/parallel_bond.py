@@ -1,14 +1,14 @@
-"""Parallel bond: a disc of cement between two discs that carries force and bending, beside the contact's springs.
+"""Parallel bond: a disc of cement between two discs that carries force and bending, parallel to the contact's springs.
 
 With R = radius * min(ri, rj), cross-section A = 2 R and second moment J = 2 R^3 / 3 (unit thickness), stiffnesses
-per area kn', ks', and g0 the gap when the bond was made (no stress then):
+per area kn', ks', and g0 the gap when the bond was made, without stress:
 
     Fn = -kn' A (g - g0),   Fs <- Fs - ks' A slip,   M <- M - kn' J (wj - wi) dt       (1)
     sigma = -Fn / A + |M| R / J > tension:  broken in tension                          (2)
     tau   = |Fs| / A > shear:               broken in shear                            (3)
 
-Fn is compression positive; Fs and M act on disc j. A broken bond carries nothing and does not heal; the springs of the
-contact stay. A row of discs with bonds of radius 1 bends like a beam of depth 2 R with E = kn' 2 R.
+Fn is compression positive; Fs and M act on disc j. A broken bond has no force and does not heal; the springs of the
+contact remain. A row of discs with bonds of radius 1 bends like a beam of depth 2 R with E = kn' 2 R.
 Source: Potyondy & Cundall (2004), Int. J. Rock Mech. Min. Sci. 41, 1329-1364, Eqs (9)-(16).
 """
 
@@ -57,7 +57,7 @@ HISTORIES = (
 
 
 def parallel_bond_table(pairs):
-    """Table of the kinds of pairs; a disc without parallel bonds has none with others either. None if none has."""
+    """Table of the kinds of pairs; a contact has a parallel bond if both discs have the table. None if no kind has one."""
     found = by_kind(pairs, "parallel_bond", weaker)
     if found is None:
         return None
@@ -69,7 +69,7 @@ def parallel_bond_table(pairs):
 
 
 def weaker(a, b):
-    """Stiffnesses of two halves in series, unchanged between equals; smaller strengths and radius."""
+    """Table with the stiffnesses of two halves in series, unchanged for equal ones, and the smaller strengths and radius."""
     return ParallelBond(
         normal_stiffness=halves(a.normal_stiffness, b.normal_stiffness),
         shear_stiffness=halves(a.shear_stiffness, b.shear_stiffness),
@@ -85,7 +85,7 @@ def halves(a, b):
 
 
 def bond_radius(factor, smaller):
-    """R [m]; smaller: radius of the smaller disc [m]."""
+    """Radius R of the bond [m]; smaller: radius of the smaller disc [m]."""
     return factor * smaller
 
 

@@ -1,4 +1,4 @@
-"""Parameters of all effects of the contact law in one array, and which effects there are, as kernels take them.
+"""Parameters of all effects of the contact law in one array, and the present effects, as arguments of kernels.
 
 Rows are the columns of the effects' tables in acting order (`ROWS`), columns the kinds of pairs. Effects that are absent leave
 their rows at zero; they are not among `present`, so that no kernel reads them.

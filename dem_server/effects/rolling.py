@@ -4,7 +4,7 @@
     |Mr| <= mur Rb max(Fn, 0)                                                    (2)
 
 Mr acts on disc j, -Mr on disc i. A disc rolls down a plane only if the plane is steeper than mur (as a slope).
-The max matters where a bond pulls: a negative limit would turn the moment around at every step.
+The max is for bonds in tension: a negative limit would reverse the moment in every step.
 Sources: Iwashita & Oda (1998), J. Eng. Mech. 124, 285-292; Ai, Chen, Rotter & Ooi (2011), Powder Technol. 206,
 269-282 (the elastic-plastic spring without viscosity); kr as in Itasca, PFC, "Rolling resistance linear model".
 """
@@ -14,7 +14,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from coupler_protocol.scene.declare import Effect, History, quantity
-from dem_server.effects.pairs import by_kind
+from dem_server.effects.pairs import smaller_of_kind
 
 
 class Rolling(Effect):
@@ -35,10 +35,8 @@ class RollingTable(NamedTuple):
 
 def rolling_table(pairs):
     """Table of the kinds of pairs; a disc without a rolling table rolls freely. None if all do."""
-    found = by_kind(pairs, "rolling", lambda a, b: min(a, b, key=lambda table: table.coefficient))
-    if found is None:
-        return None
-    return RollingTable(np.array([table.coefficient if table else 0.0 for table in found]))
+    coefficient = smaller_of_kind(pairs, "rolling", "coefficient")
+    return None if coefficient is None else RollingTable(coefficient)
 
 
 def effective_radius(ri, rj):
@@ -57,5 +55,5 @@ def rolling_moment(kr, turn, before):
 
 
 def rolling_limit(coefficient, radius, normal):
-    """Right side of Eq (2) [N m]; radius: Rb [m], normal: Fn [N]."""
+    """Limit mur Rb max(Fn, 0) of Eq (2) [N m]; radius: Rb [m], normal: Fn [N]."""
     return coefficient * radius * max(normal, 0.0)

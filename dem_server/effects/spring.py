@@ -42,15 +42,15 @@ class SpringTable(NamedTuple):
 
 
 def in_series(ka, kb):
-    """Eq (1) [N/m]; zero if one of the two is zero."""
+    """Stiffness k of Eq (1) [N/m]; zero if one of the two is zero."""
     return ka * kb / (ka + kb) if ka * kb > 0.0 else 0.0
 
 
 def spring_table(pairs, stiffness):
-    """Table of the kinds of pairs; `stiffness` says what the grains' values belong to, "disc" or "contact".
+    """Table of the kinds of pairs; `stiffness`: whether values of grains belong to the "disc" or to the "contact".
 
-    Values that belong to the contact come out unchanged between discs of one material: the harmonic mean. A
-    grain without springs takes those of its partner. Values of a pair's own table are the contact's.
+    Values of the contact are unchanged between discs of one material: the harmonic mean of both. A grain without
+    springs has those of its partner. Values of a table of the pair belong to the contact.
     """
     factor = {"disc": 1.0, "contact": 2.0}[stiffness]
     grains = (grain for pair in pairs for grain in (pair.a, pair.b))
@@ -65,10 +65,10 @@ def spring_table(pairs, stiffness):
 
 
 def normal_force(kn, gap):
-    """First of Eqs (2): `gap` is g - gr [m]; compression positive [N]."""
+    """Normal force Fn of Eqs (2) [N], compression positive; gap: g - gr [m]."""
     return -kn * gap
 
 
 def shear_force(ks, slip, before):
-    """Second of Eqs (2): `slip`: tangential displacement of this step [m], `before`: force so far [N]."""
+    """Shear force Fs of Eqs (2) [N]; slip: tangential displacement of this step [m], before: previous force [N]."""
     return before - ks * slip

@@ -3,8 +3,8 @@
     sigma = -(1/A) sum_c w_c  sym(F_c (x) l_c)                                   (1)
 
 F_c: force on body b, l_c: branch from the centroid of body a (a disc or a clump) to that of b, w_c: share of
-the branch that lies inside the region of area A. Control discs stand on the window's edge, so with all branches
-and the window's area (1) is exactly the mean stress of the window at rest. Sources: Weber (1966), Bull. Liaison
+the branch inside the region of area A. Control discs are on the edge of the window, so with all branches and
+the area of the window (1) is exactly the mean stress of the window at rest. Sources: Weber (1966), Bull. Liaison
 Ponts et Chaussées 20; Christoffersen, Mehrabadi & Nemat-Nasser (1981), J. Appl. Mech. 48, 339-344.
 """
 
@@ -32,13 +32,13 @@ def mean_stress(pairs, area):
 def circle_stress(start, pairs, centres, radius):
     """Stress in circles: (q, 3) xx, yy, xy [Pa].
 
-    start (m, 2): where the branches begin (centroids of the bodies a); centres (q, 2), radius [m].
+    start (m, 2): first points of the branches (centroids of the bodies a) [m]; centres (q, 2), radius [m].
     """
     return stress_along(start, pairs.span, contact_moments(pairs), centres, radius)
 
 
 def stress_along(start, line, moments, centres, radius):
-    """Stress in circles (q, 3) [Pa] from `moments` (m, 3) [N m], each spread along its `line` (m, 2) from `start` (m, 2)."""
+    """Stress in circles (q, 3) [Pa] from `moments` (m, 3) [N m], each distributed over its `line` (m, 2) from `start` (m, 2)."""
     stress = np.empty((len(centres), 3))
     reach = radius + np.hypot(*line.T).max(initial=0.0)
     for q, centre in enumerate(centres):

@@ -1,7 +1,7 @@
 """A coarse grid of overlapping bins: bilinear hat functions that sum to one everywhere in the window.
 
-Averages over a hat and interpolation from the hats use the same weights, so that what is measured in the
-bins and what is put back through them belong together, and nothing jumps at a bin's edge.
+Averages over a hat and interpolation from the hats use the same weights, so measured and applied fields are
+consistent, and no field jumps at the edge of a bin.
 """
 
 from typing import NamedTuple
@@ -17,7 +17,7 @@ class Bins(NamedTuple):
     """Grid of bins.
 
     Corner `low` (2,), spacing `size` (2,) [m], number of nodes `shape` (2,); quadrature `points` (q, 2)
-    inside the window, each standing for the area `share` [m2].
+    inside the window, each with the area `share` [m2].
     """
 
     low: np.ndarray

@@ -1,11 +1,11 @@
-"""What stress a packing can carry: a cone given by its friction, its tip moved out by its bonds.
+"""Strength of a packing: a cone of stresses given by friction, with its tip moved outwards by bonds.
 
     (s1 - s3)/2 <= sin(phi) (pt - sm)                                            (1)
     sin(phi) = 0.85 sin(atan mu),    pt = sum Fnb d / 2A                         (2)
 
-sm: mean stress (tension positive). Discs roll, so friction counts less than at a single contact: biaxial
-tests of mu = 0.55 give phi = 24 degrees, which is the factor in (2). pt is the isotropic tension at which
-all bonds would break together (branch x force over area, all contacts at their strength).
+sm: mean stress (tension positive). Discs roll, so the friction angle of a packing is smaller than that of a
+contact: biaxial tests with mu = 0.55 give phi = 24 degrees, hence the factor in (2). pt is the isotropic
+tension at which all bonds would break together (branch x force over area, all contacts at their strength).
 """
 
 import numpy as np
@@ -35,9 +35,9 @@ def tensile_strength(model, state):
 
 
 def inside_cone(stress, sine, tension=0.0):
-    """Stresses xx, yy, xy (m, 3) brought inside the cone, Eq (1), and the share of them that had to be.
+    """Returns stresses xx, yy, xy (m, 3) [Pa] reduced to the cone, Eq (1), and the share of stresses that were outside.
 
-    The mean stress stays, but where it is tensile it is set to zero.
+    The mean stress stays; a tensile mean stress is set to zero.
     """
     mean = 0.5 * (stress[:, 0] + stress[:, 1])
     half, shear = 0.5 * (stress[:, 0] - stress[:, 1]), stress[:, 2]

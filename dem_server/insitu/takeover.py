@@ -1,4 +1,4 @@
-"""A packing takes the place of zones: their weight, their stress, stones stiff and whole, bonds where discs touch."""
+"""Takeover of zones by a packing: weight and stress of the zones, stiff and rigid or bonded stones, bonds at contacts."""
 
 import logging
 
@@ -9,14 +9,14 @@ from dem_server.step.contact_pass import contact_forces
 from dem_server.stones import bodies
 
 log = logging.getLogger(__name__)
-NOTICED = 0.05  # share of the weight that the zones' stress may miss without a word
+NOTICED = 0.05  # imbalance of the zones' stress, as a share of the weight, above which a warning is logged
 
 
 def take_over(model, state, target, gravity, mesostructure=None, body="clump", matching=True, stressed=True, note=None):
-    """Everything between a marked packing and discs that can be coupled. Returns the new model and what to report.
+    """Prepares a packing, its discs assigned to stones, for coupling; returns the new model and the report.
 
     target (z, 7): x, y, area, xx, yy, xy, density of the zones; gravity [m/s2]; mesostructure: stones of `body`, or None;
-    matching: discs weigh what the zones did; stressed: they are brought to the zones' stress; note(text, fraction): progress.
+    matching: discs get the weight of the zones; stressed: discs are brought to the zones' stress; note(text, fraction): progress.
     """
     report = {}
     if matching:
@@ -29,19 +29,19 @@ def take_over(model, state, target, gravity, mesostructure=None, body="clump", m
             left = 100.0 * found.imbalance_x, 100.0 * found.imbalance_y
             log.warning("the zones' stress does not balance the weight: %+.1f %% of it remains along x, %+.1f %% along y", *left)
     if mesostructure is not None:
-        model = bodies.make(model, state, mesostructure.outlines, body)
+        model = bodies.form_stones(model, state, mesostructure.outlines, body)
         if stressed:
             virtual_strain.come_to_rest(model, state, gravity)
             report["ratio"] = unbalanced_ratio.unbalanced_ratio(model, state, gravity)
             errors = virtual_strain.stress_error(state, aim, mesostructure.outlines).tolist()
             report |= dict(zip(("error_xx", "error_yy", "error_xy"), errors, strict=True))
-        virtual_strain.forget_breakage(state)
+        virtual_strain.reset_broken_bonds(state)
     bond(model, state)
     return model, report
 
 
 def bond(model, state):
-    """Bond all closed contacts whose materials have contact bonds or parallel bonds."""
+    """Bonds all closed contacts whose materials have contact bonds or parallel bonds."""
     if model.law.bond is not None:
         bonds_made.add_bonds(model, state)
     if model.law.parallel_bond is not None:

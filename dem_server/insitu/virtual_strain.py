@@ -1,21 +1,21 @@
-"""Bringing a packing to a given stress field by virtual strain, and bonding it there.
+"""Virtual strain, which brings a packing to a given stress field, and bonding of the packing.
 
-The ring is held. On a coarse grid the missing stress is turned into a strain, which is applied to the
+The ring is held. On a coarse grid the missing stress is converted into a strain, which is applied to the
 contacts, not to the discs:
 
     eps = 0.8 S : (sigma* - sigma)                                               (1)
     gr <- gr - d n.eps.n,    Fs <- Fs - ks d t.eps.n                             (2)
 
-at every contact (d: distance of centres), as if the discs had been strained by eps and put back. Then they
-relax with friction and gravity, and all is repeated. S is the compliance of an isotropic packing strained
-uniformly (Bathurst & Rothenburg 1988, J. Appl. Mech. 55, 17-23):
+at every contact (d: distance of centres), as if the discs had been strained by eps and moved back. Then they
+relax with friction and gravity, and the round is repeated. S is the compliance of an isotropic packing under
+uniform strain (Bathurst & Rothenburg 1988, J. Appl. Mech. 55, 17-23):
 
     C11 + C12 = sum kn d^2 / 2A,    2 G = sum (kn + ks) d^2 / 4A                 (3)
 
-A slope stands by its cohesion: its stress lies outside the cone that friction alone can carry. So the first
-half of the rounds brings the discs as near as friction allows, and in the second half the contacts are
-bonded, round by round, so that the bonds share in carrying sigma*. What lies outside the strength of the
-bonded packing is brought inside first, and the share of it reported.
+A steep slope needs cohesion: its stress is outside the cone that friction alone can carry. So the first half
+of the rounds brings the discs as close as friction allows, and in the second half the contacts are bonded,
+round by round, so that the bonds carry a part of sigma*. Stress outside the strength of the bonded packing is
+reduced to this strength first, and its share is reported.
 """
 
 from typing import NamedTuple
@@ -44,12 +44,12 @@ ROUNDS = 12
 STEPS = 300  # of relaxation a round
 RELAXATION = 0.8  # of the missing stress corrected a round, Eq (1)
 REST = 1e-6  # unbalanced ratio at the end
-BIN = 8.0  # size of a bin and least radius of a measuring circle, in mean radii
-CIRCLE = 0.25  # radius of the measuring circles [m], larger for discs so large that too few fit in
+BIN = 8.0  # size of a bin and smallest radius of a measuring circle, in mean radii
+CIRCLE = 0.25  # radius of the measuring circles [m]; larger if too few discs fit into such a circle
 
 
 class Aim(NamedTuple):
-    """What the discs are compared with: measuring circles, and in each the stress that the packing could carry.
+    """Target of the discs: measuring circles, and in each circle the stress that the packing could carry.
 
     centres (q, 2), radius [m]; stress (q, 3) xx, yy, xy [Pa].
     """
@@ -60,11 +60,11 @@ class Aim(NamedTuple):
 
 
 class Report(NamedTuple):
-    """What came out.
+    """Result of `bring_to_stress`.
 
     Errors of the stress (rms over measuring circles, over mean |yy|); shares of the target beyond the packing's
-    strength and beyond that of friction alone; what the target's force on the window and its weight leave over, over the
-    weight; rounds, unbalanced ratio, coordination number, porosity.
+    strength and beyond that of friction alone; sum of the target's force on the window and the window's weight, over
+    the weight; rounds, unbalanced ratio, coordination number, porosity.
     """
 
     error_xx: float
@@ -81,9 +81,9 @@ class Report(NamedTuple):
 
 
 def match_weight(model, state, target):
-    """Scale the soil's weight, the ring's inner shares included, so that all weighs what the zones did; return the factor.
+    """Scales the weight of the soil, with the ring's inner shares, so that the discs weigh as much as the zones.
 
-    Stones keep their weight.
+    Stones keep their weight. Returns the factor.
     """
     soil = np.ones(model.count, dtype=bool) if state.stone is None else state.stone < 0
     wanted = float(target[:, FIELD.area] @ target[:, FIELD.density]) - float(state.weight[~soil].sum())
@@ -96,10 +96,10 @@ def match_weight(model, state, target):
 
 
 def bring_to_stress(model, state, target, gravity, report=None):
-    """Bring the discs to the stress of the removed zones under `gravity` [m/s2], bonding most of them on the way.
+    """Brings the discs to the stress of the removed zones under `gravity` [m/s2], and bonds most of them in the later rounds.
 
-    target (z, 7): x, y, area, xx, yy, xy, density of the zones (tension positive); report(text, fraction):
-    progress, if wanted. Raises SceneError for zones without any vertical stress.
+    target (z, 7): x, y, area, xx, yy, xy, density of the zones (tension positive); report(text, fraction): called with
+    the progress, or None. Raises SceneError for zones without any vertical stress.
     """
     if not target[:, FIELD.yy].any():
         reason = "the zones of the window carry no stress that their discs could be brought to"
@@ -122,7 +122,7 @@ def bring_to_stress(model, state, target, gravity, report=None):
         if report:
             report(f"in-situ stress, round {round_ + 1} of {ROUNDS}", (round_ + 1) / ROUNDS)
     come_to_rest(model, state, gravity)
-    forget_breakage(state)
+    reset_broken_bonds(state)
     return Report(
         *stress_error(state, aim).tolist(),
         projected=projected,
@@ -137,7 +137,7 @@ def bring_to_stress(model, state, target, gravity, report=None):
 
 
 def aim_of(model, state, target):
-    """The Aim of a window that takes the place of zones `target` (z, 7), from its packing before it was brought there."""
+    """Aim of a window that replaces the zones `target` (z, 7); `state`: its packing before `bring_to_stress`."""
     polygon = state.x[: model.ring].copy()
     size = BIN * float(state.radius[model.ring :].mean())
     centres, radius = measuring_circles(polygon, max(CIRCLE, size))
@@ -146,7 +146,7 @@ def aim_of(model, state, target):
 
 
 def come_to_rest(model, state, gravity):
-    """Relax until the discs are at rest, or hardly come nearer to it any more."""
+    """Relaxes until the discs are at rest, or until their unbalanced ratio hardly decreases."""
     for _ in range(20):
         if unbalanced_ratio(model, state, gravity) <= REST:
             break
@@ -154,17 +154,17 @@ def come_to_rest(model, state, gravity):
 
 
 def relax(model, state, gravity, steps):
-    """`steps` steps with the ring held."""
+    """Takes `steps` steps with the ring held."""
     for _ in range(steps):
         move_free(model, state, gravity)
         contact_forces(model, state)
 
 
 def strain_contacts(model, state, grid, goal):
-    """Eqs (1) to (3); `goal` (nodes, 3): integral of sigma* over each bin. The discs stand still after it."""
+    """Applies Eqs (1) to (3); `goal` (nodes, 3): integral of sigma* over each bin. Sets the velocities to zero."""
     pairs = contacts(state)
     area = grid.area()
-    area = np.maximum(area, 0.25 * area.max())  # bins cut off by the edge: too few contacts to divide by less
+    area = np.maximum(area, 0.25 * area.max())  # bins cut by the edge have too few contacts for a smaller area
     hats = grid.weights(state.x[pairs.disc_a] + 0.5 * pairs.branch)
     missing = RELAXATION * (goal - hats.T @ contact_moments(pairs)) / area[:, None]
     d = np.hypot(*pairs.branch.T)
@@ -186,7 +186,7 @@ def strain_contacts(model, state, grid, goal):
 def measuring_circles(polygon, radius):
     """Centres (q, 2) of circles inside the polygon, and their radius: `radius` if the polygon is wide enough.
 
-    They stand on a square grid and in the middle of the widest place.
+    They are on a square grid and at the centre of the largest inscribed circle.
     """
     outline = shapely.Polygon(polygon)
     widest = shapely.maximum_inscribed_circle(outline, tolerance=1e-3)  # a line from its centre to its edge
@@ -210,8 +210,8 @@ def stress_error(state, aim, outlines=None):
     return np.sqrt(((found - aim.stress) ** 2).mean(axis=0)) / np.abs(aim.stress[:, 1]).mean()
 
 
-def forget_breakage(state):
-    """Bonds that broke while the stress was brought in are no damage: they were never there."""
+def reset_broken_bonds(state):
+    """Sets broken bonds to never bonded and their counts to zero: bonds that break in `bring_to_stress` are not damage."""
     if state.bond_state is not None:
         state.bond_state[state.bond_state != BONDED] = NONE
     state.counters[[TENSION_BREAKS, SHEAR_BREAKS]] = 0

@@ -1,9 +1,9 @@
-"""The stress of the zones that a window replaces: at any point, and whether it bears the window's weight.
+"""Stress of the zones that a window replaces: at any point, and its balance with the weight of the window.
 
     f = int sigma n ds - W e_y,   zero at rest                                   (1)
 
-over the window's rim, n its outward normal, W its weight. A stress that does not fulfil (1) no packing can keep: whatever
-is brought in, the discs will move until their own stress does. "Zones": rows x, y, area, xx, yy, xy, density, tension positive.
+over the window's rim, n its outward normal, W its weight. No packing can keep a stress that does not fulfil (1): the discs move
+until their stress fulfils it. "Zones" are rows x, y, area, xx, yy, xy, density; tension positive.
 """
 
 import numpy as np
@@ -30,7 +30,7 @@ def tractions(rim, field):
 
 
 def imbalance(rim, field, weight):
-    """f of Eq (1) as a share of the `weight` [N]: (2,); without weight of the sum of the tractions."""
+    """f of Eq (1) (2,) as a share of the `weight` [N]; without weight, as a share of the sum of the tractions."""
     force = tractions(rim, field)
     scale = weight if weight > 0.0 else np.hypot(*force.T).sum()
     return (force.sum(axis=0) - [0.0, weight]) / scale if scale > 0.0 else np.zeros(2)

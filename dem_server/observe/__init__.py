@@ -1,1 +1,1 @@
-"""What is measured and recorded of the discs: energies, ratios, wall forces, stable limits."""
+"""Measured and recorded quantities of the discs: energies, ratios, wall forces, stable limits."""

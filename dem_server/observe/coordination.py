@@ -1,4 +1,4 @@
-"""How densely discs stand and how many contacts they have."""
+"""Porosity and coordination number of discs."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from dem_server.pairs import contacts
 
 
 def coordination(model, state, inside=None):
-    """Mean number of contacts of free discs, share of them with fewer than three; `inside` (n,) selects."""
+    """Mean number of contacts of free discs, and share of them with fewer than three; `inside` (n,) selects discs."""
     pairs = contacts(state)
     number = np.bincount(np.concatenate([pairs.disc_a, pairs.disc_b]), minlength=model.count)
     chosen = np.arange(model.count) >= model.ring
@@ -17,7 +17,7 @@ def coordination(model, state, inside=None):
 
 
 def porosity(model, state):
-    """Void share of the window: free discs and inner shares of the ring's against the enclosed area."""
+    """Porosity of the window [-]: free discs and inner shares of the control discs over the enclosed area, from 1."""
     ring = state.x[: model.ring]
     solid = np.pi * state.radius**2
     solid[: model.ring] *= inner_share(ring)

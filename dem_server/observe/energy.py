@@ -29,7 +29,7 @@ def kinetic_kernel(disc, clumps, first):
 
 @jit
 def stored_kernel(disc, first, second, kind, normal, shear, rolled, parallel, spring, parallel_bond):
-    """Elastic energy [J] of all contacts; a pair apart carries no force."""
+    """Elastic energy [J] of all contacts; a pair without contact has no force."""
     total = 0.0
     for p in range(len(first)):
         k, ri, rj = kind[p], disc[first[p], RADIUS], disc[second[p], RADIUS]
@@ -49,7 +49,7 @@ def stored_kernel(disc, first, second, kind, normal, shear, rolled, parallel, sp
 
 @jit
 def over(square, stiffness):
-    """Square of a force over the stiffness of its spring; no spring, no energy."""
+    """Square of a force over the stiffness of its spring; 0 without a spring."""
     return square / stiffness if stiffness > 0.0 else 0.0
 
 

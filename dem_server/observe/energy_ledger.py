@@ -1,18 +1,18 @@
-"""The energy ledger of a window in a coupled stage: where the discs' energy comes from and where it goes.
+"""Energy ledger of the discs of a window in a coupled stage: energies and works.
 
-A recorder: nothing of it exists unless the scene asks for it. Twin of fdm_server/observe/energy_ledger.py. At whole steps n, with
+It exists only if the scene has `record.energy`. Twin of fdm_server/observe/energy_ledger.py. At whole steps n, with
 velocities v- and v+ half a step before and after:
 
     kinetic    T = v- . M v+ / 2 of free discs and clumps, spins included
     stored     U of all contacts (dem_server/observe/energy.py)
 
-Everything else is work since the stage began. Works of forces X go over the displacements du between whole steps by the
+All other terms are works since the stage began. The work of forces X over the displacements du between whole steps follows the
 trapezoidal rule, (X_n + X_n+1)/2 . du:
 
     gravity    of the weights
     ring       of the control discs on the others: minus contact forces and moments on them
-    damping    what local damping and speed caps take: - (M (v+ - v-)/dt - contacts - weight)
-    friction   of the shear and rolling springs on slip; of a spring k, from force X to X', over the way w
+    damping    of local damping and speed caps: - (M (v+ - v-)/dt - contacts - weight)
+    friction   of the shear and rolling springs on slip; of a spring k, from force X to X', over the displacement w
 
                    -(X + X')/2 (w + (X' - X)/k)                                  (1)
 
@@ -21,9 +21,9 @@ trapezoidal rule, (X_n + X_n+1)/2 . du:
 
     error = T - T0 + U - U0 + friction + bonds + damping - masses - gravity - ring
 
-Bodies are booked apart from contacts. The error is round-off where springs are linear and keep their directions, whatever is
-damped, slips in shear or breaks in shear; it shows what the trapezoidal rule does not see of contacts that close, open or turn
-within a step, and what dashpots take.
+Bodies and contacts are booked separately. With linear springs of constant direction the error is round-off, also with damping,
+slip and breakage in shear. The error contains what the trapezoidal rule misses when contacts close, open or turn within a step,
+and the work of dashpots.
 """
 
 import numpy as np
@@ -44,8 +44,8 @@ NAMES = ("kinetic", "stored", "friction", "bonds", "damping", "masses", "gravity
 def body_work(disc, load, weight, clumps, ring, gravity, dt, old, old_body, on_body, half_old, half_new):
     """Works [J] of a step's forces over half the displacements before (`old`) and after it; returns T [J].
 
-    old (n,3), old_body (c,3): velocities and spins before the kick; on_body (c,3): forces and moments on clumps as their discs
-    stood before the motion; half_old, half_new (3,): GRAVITY, RING, DAMPING.
+    old (n,3), old_body (c,3): velocities and spins before the kick; on_body (c,3): forces and moments on clumps before the
+    motion; half_old, half_new (3,): GRAVITY, RING, DAMPING.
     """
     half_old[:] = 0.0
     half_new[:] = 0.0
@@ -91,7 +91,7 @@ def forces_on_clumps(disc, load, weight, clumps, gravity, out):
 
 @jit
 def mass_work(disc, clumps, ring, mass, inertia, body_mass, old, old_body):
-    """Change [J] of the kinetic energy with masses and inertia, which are brought up to date."""
+    """Change [J] of the kinetic energy with masses and inertia; updates the arrays of masses and inertia."""
     total = 0.0
     for i in range(ring, disc.shape[0]):
         if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
@@ -109,10 +109,10 @@ def mass_work(disc, clumps, ring, mass, inertia, body_mass, old, old_body):
 
 
 class Ledger:
-    """The ledger of one stage: `keep`, `book_motion`, `book_contacts` in every step, `values` between the last two.
+    """The ledger of one stage: `copy_before_step`, `book_motion`, `book_contacts` in every step, `values` between the last two.
 
-    `power` [W] is that of the contact forces on the control discs in their velocities half a step later, as the grid sees it
-    at the rim's nodes; `work` [J] its sum since the stage began.
+    `power` [W] is that of the contact forces on the control discs in their velocities half a step later, as at the rim's nodes
+    in the grid; `work` [J] is its sum over time since the stage began.
     """
 
     def __init__(self, model, state):
@@ -127,8 +127,8 @@ class Ledger:
         self.friction = self.bonds = self.masses = self.power = self.work = 0.0
         self.begin = None  # T0 + U0
 
-    def keep(self, state, gravity):
-        """Before velocities change: what they and the step were, and what acts on clumps, whose levers turn with them."""
+    def copy_before_step(self, state, gravity):
+        """Copies velocities, step, and forces on clumps (whose levers turn with them) before velocities change."""
         self.dt = state.dt
         self.old[:] = state.disc[:, VX : SPIN + 1]
         if state.clumps is not None:
@@ -136,22 +136,22 @@ class Ledger:
             forces_on_clumps(state.disc, state.load, state.weight, state.clumps, float(gravity), self.on_body)
 
     def book_motion(self, model, state, gravity, kick):
-        """After all discs have moved, before the contacts follow. kick [s]: how long forces acted, the step but for a first one.
+        """Books the motion, after all discs have moved and before contacts are computed.
 
-        What a step's end will need of the contacts is kept here; the list is brought up to date as contact_forces would.
+        kick [s]: time over which forces acted; it differs from the step only in the first step of a stage.
         """
         self.masses += mass_work(
             state.disc, state.clumps, model.ring, self.mass, self.inertia, self.body_mass, self.old, self.old_body
         )
-        if kick != state.dt:  # velocities count back a whole step
-            count_back(self.old, state.disc, state.dt / kick)
+        if kick != state.dt:  # velocities are extrapolated back by a whole step
+            extrapolate_back(self.old, state.disc, state.dt / kick)
             if state.clumps is not None:
-                count_back(self.old_body, state.clumps.motion, state.dt / kick)
+                extrapolate_back(self.old_body, state.clumps.motion, state.dt / kick)
         self.kinetic = body_work(
             state.disc, state.load, state.weight, state.clumps, model.ring, float(gravity), state.dt, self.old, self.old_body,
             self.on_body, self.half_old, self.half_new,
         )  # fmt: skip
-        if self.begin is None:  # what velocities did before the stage is none of its business
+        if self.begin is None:  # the motion before the stage does not count
             self.begin = self.kinetic + energy.stored(model, state)
             self.half_old[:] = 0.0
             self.masses = 0.0
@@ -160,13 +160,13 @@ class Ledger:
         self.power = float(np.sum(state.load[:R, : MOMENT + 1] * state.disc[:R, VX : SPIN + 1]))
         self.work += self.power * state.dt
 
-    def keep_contacts(self, model, state):
-        """Before contact forces change: what they were, in the order of the list that `contact_forces` will use."""
+    def copy_contacts(self, model, state):
+        """Copies contact histories before contact forces change, in the order of the list that `contact_forces` will use."""
         make_current(model, state)
         self.before = histories.copied(state)
 
     def book_contacts(self, model, state):
-        """After contact forces have changed."""
+        """Books losses of contacts and power of the ring, after contact forces have changed."""
         law, after = model.law, histories.history_of(state)
         friction, bonds = pair_losses(state.disc, state.listed, state.dt, self.before, after, law.spring, law.parallel_bond)
         self.friction += friction
@@ -184,7 +184,7 @@ class Ledger:
         return dict(zip(NAMES, map(float, values), strict=True))
 
 
-def count_back(old, moved, ratio):
-    """Velocities (b,3) a whole step before those of the records `moved` (b,8), from those `ratio` of a step nearer."""
+def extrapolate_back(old, moved, ratio):
+    """Extrapolates velocities `old` (b,3) to a whole step before those of `moved` (b,8); `ratio`: step over their distance."""
     now = moved[:, VX : SPIN + 1]
     old[:] = now - (now - old) * ratio

@@ -1,7 +1,7 @@
-"""What the springs of the listed pairs lose in a step: the part of their work that their energy does not explain.
+"""Energy that the springs of the listed pairs lose in a step: their work minus the change of their stored energy.
 
-Eq (1) of energy_ledger.py, pair by pair, with the motions of contact_law.py: change of the gap, slip, relative turn. Part of the
-recorder `record.energy`; nothing here runs without it.
+Eq (1) of energy_ledger.py for each pair, with the motions of contact_law.py: change of the gap, slip, relative turn. Runs only
+with `record.energy`.
 """
 
 from math import sqrt
@@ -15,7 +15,7 @@ from dem_server.step.contact_law import NOWHERE
 
 @jit
 def lost(k, before, after, way):
-    """Eq (1) [J]: forces [N] `before` and `after` the `way` [m] (or moments and turn); no spring, no energy."""
+    """Loss [J] by Eq (1): forces [N] `before` and `after` the displacement `way` [m] (or moments, turn); 0 without a spring."""
     return -0.5 * (before + after) * (way + (after - before) / k) if k > 0.0 else 0.0
 
 
@@ -40,7 +40,7 @@ def ways(i, j, disc, dt):
 
 @jit
 def lost_of(p, k, before, after, way):
-    """`lost` of pair p with arrays of forces; nothing where the effect is absent."""
+    """`lost` of pair p with arrays of forces; 0 if the effect is absent."""
     if after is None:
         return 0.0
     return lost(k, before[p], after[p], way)
@@ -56,7 +56,7 @@ def breaks_now(p, before, after):
 
 @jit
 def lost_with_parallel_bond(p, k, smaller, ways_of_pair, before, after, parallel_bond):
-    """Energy [J] that goes with the parallel bond of pair p, if that breaks in the step."""
+    """Energy [J] lost with the parallel bond of pair p, if the bond breaks in the step."""
     total = 0.0
     if after is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
         if before.state[p] == BONDED and after.state[p] != BONDED:
@@ -70,7 +70,7 @@ def lost_with_parallel_bond(p, k, smaller, ways_of_pair, before, after, parallel
 
 @jit
 def pair_losses(disc, listed, dt, before, after, spring, parallel_bond):
-    """Losses [J] of all pairs in a step, from the PairHistory `before` to that `after`: of slip and rolling, of broken bonds."""
+    """Losses [J] of all pairs in a step between the PairHistory `before` and `after`: by slip and rolling, by broken bonds."""
     friction = bonds = 0.0
     for p in range(len(listed.first)):
         i, j, k = listed.first[p], listed.second[p], listed.kind[p]

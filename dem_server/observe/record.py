@@ -1,4 +1,4 @@
-"""What a frame of the discs holds. Nothing here runs between frames."""
+"""Content of a frame of the discs. Nothing here runs between frames."""
 
 import numpy as np
 
@@ -9,18 +9,18 @@ from dem_server.pairs import body_centres, contacts
 
 
 def stones(outlines, origin=(0.0, 0.0)):
-    """Constants for the `Recorder`: corners of all stones, one behind the other, and where each begins.
+    """Constants for the `Recorder`: corners of all stones, one stone after the other, and the first row of each.
 
-    origin [m]: the point from which positions of outlines count.
+    origin [m]: the local origin of the outlines.
     """
     start = np.concatenate([[0], np.cumsum([len(outline) for outline in outlines])])
     return {"stone_corners": in_the_scene(np.concatenate(outlines), origin), "stone_start": start}
 
 
 def frame(model, state, origin=(0.0, 0.0)):
-    """Keyword arguments for `Recorder.frame`: positions, contacts and their fields; absent effects leave no field.
+    """Keyword arguments for `Recorder.frame`: positions, contacts and their fields; absent effects have no field.
 
-    origin [m]: the point from which positions of the State count.
+    origin [m]: the local origin of the State.
     """
     pairs = contacts(state)
     ring = np.arange(model.count) < model.ring

@@ -1,13 +1,13 @@
-"""Springs of a window as the contact law has them, and which disc, stone or rim node allows the shortest step.
+"""Springs of a window by the contact law, and the disc, stone or rim node with the shortest stable step.
 
-Of a contact with normal n and tangent t at the levers l_i, l_j of its point (contact_law.py):
+For a contact with normal n and tangent t at the levers l_i, l_j of its point (contact_law.py):
 
     normal spring     n . (u_j - u_i),                        kn (spring + parallel bond)
     shear spring      t . (u_j - u_i) - l_i w_i - l_j w_j,    ks
     turning spring    w_j - w_i,                              kr (rolling resistance + bending of the bond)
 
-Control discs move with the rim's nodes by the mapping, discs of a clump with their clump. Contacts are frozen: none opens,
-closes, slips or turns. A dashpot acts with the velocity half a step back: twice its constant over dt counts as stiffness.
+Control discs move with the rim's nodes by the mapping, discs of a clump with their clump. Contacts are linearised: none opens,
+closes, slips or turns. A dashpot acts with the velocity half a step earlier: twice its constant over dt counts as stiffness.
 """
 
 from typing import NamedTuple
@@ -31,13 +31,13 @@ class Bodies(NamedTuple):
     inertia: np.ndarray  # (b,) [kg m2]
 
     def name(self, body):
-        """A body in words."""
+        """Name of a body for messages."""
         free = np.count_nonzero(self.disc >= 0)
         return f"disc {self.disc[body]}" if body < free else f"stone {body - free}"
 
 
 def bodies_of(model, state):
-    """What moves by itself in a window."""
+    """Bodies of a window: free discs and clumps."""
     disc = np.arange(model.ring, model.count)
     if state.clumps is None:
         return Bodies(disc, state.x[disc], state.mass[disc], state.inertia[disc])
@@ -54,7 +54,7 @@ def bodies_of(model, state):
 def springs_of(model, state, rim=None, listed=False):
     """Springs (coupler_protocol.criteria.stable_step) between the rim's nodes and the bodies.
 
-    listed: of all near pairs, whether they touch or not.
+    listed: springs of all near pairs, also of those that do not touch.
     """
     pairs = listed_pairs(state) if listed else contacts(state)
     kn, ks, kr = pair_stiffnesses(model, state, pairs)
@@ -81,7 +81,7 @@ def _rows(disc, count, columns):
 
 
 def motion_of_discs(model, state, rim):
-    """Motion (3 n) of all discs by that of the rim's nodes and the bodies (2 K + 3 b), sparse; small motions."""
+    """Matrix (3 n, 2 K + 3 b), sparse: small motions of all discs for unit motions of the rim's nodes and the bodies."""
     ring = np.zeros((3 * model.ring, 0)) if rim is None else motion_of_ring(model, state, rim)
     clumps, disc = state.clumps, np.arange(model.ring, model.count)
     body, arm = np.arange(len(disc)), np.zeros((len(disc), 2))
@@ -101,7 +101,7 @@ def motion_of_discs(model, state, rim):
 
 
 def motion_of_ring(model, state, rim):
-    """Motion (3 R, 2 K) of the control discs by unit motions of the nodes, as the mapping has it."""
+    """Matrix (3 R, 2 K): motions of the control discs for unit motions of the nodes, by the mapping."""
     ring, K, R = rim.ring, len(rim.nodes), model.ring
     motion, v, spin = np.empty((3 * R, 2 * K)), np.empty((R, 2)), np.empty(R)
     for k, unit in enumerate(np.eye(2 * K).reshape(2 * K, K, 2)):
@@ -113,7 +113,7 @@ def motion_of_ring(model, state, rim):
 
 
 def safe_limit(model, state, rim):
-    """Limit of the step (coupler_protocol.criteria.stable_step.limit) by discs and stones: all listed pairs closed."""
+    """Limit of the step (coupler_protocol.criteria.stable_step.limit) by discs and stones, with all listed pairs closed."""
     bodies = bodies_of(model, state)
     sums = spring_sums(springs_of(model, state, rim, listed=True))
     own = np.maximum(sums.bodies / bodies.mass, sums.rotations / bodies.inertia)

@@ -1,9 +1,9 @@
-"""Unbalanced force ratio of the discs: how far they are from rest.
+"""Unbalanced force ratio of the discs.
 
     ratio = max |sum F| / mean sum |f|                                           (1)
 
 over the free bodies, discs and clumps; F: resultant of contact forces and weight, f: each of these forces.
-The same words as on the continuum's side.
+The continuum uses the same definition.
 """
 
 from coupler_protocol.compiled.jit import jit

@@ -1,4 +1,4 @@
-"""What the walls do to every disc, for the record.
+"""Forces and virials of walls on every disc, for frames.
 
     force = -sum (Fn n + Fs t),     virial = sum sym(f (x) d n)                  (1)
 

@@ -1,1 +1,1 @@
-"""How discs fill a window or a box: radii, growth, front filling, files."""
+"""Filling of a window or a box with discs: radii, growth, front filling, files."""

@@ -12,7 +12,7 @@ from dem_server.step.contact_pass import contact_forces
 from dem_server.stones import bodies
 from dem_server.stones.mapped import stones_of
 
-STRAIGHT = 0.025  # of the distance of nodes: how far the rim may be from a polygon of short sides
+STRAIGHT = 0.025  # of the distance of nodes: largest distance of the rim from a polygon of short sides
 
 
 def fill(scene, note, of_file=None):
@@ -27,7 +27,7 @@ def fill(scene, note, of_file=None):
 
 
 def packed(scene, note):
-    """The window's polygon, packed as inside a ring, which is then taken away."""
+    """Discs packed in the window's polygon inside a ring, which is then removed."""
     discs, nodes = scene.discs, rim_of(scene.window[0].polygon, 4.0 * scene.discs.radius)
     found = None
     if scene.stones is not None:
@@ -40,9 +40,9 @@ def packed(scene, note):
     report = {"polygon_area": shapely.Polygon(nodes).area} | found_discs.report()
     if found is not None:
         contact_forces(model, state)
-        bodies.mark(model, state, found.outlines, discs.stone.density)
+        bodies.assign_discs(model, state, found.outlines, discs.stone.density)
         report |= bodies.report(model, state, found, nodes)
-        model = bodies.make(model, state, found.outlines, scene.stones.body)
+        model = bodies.form_stones(model, state, found.outlines, scene.stones.body)
     return model, state, found, report
 
 
@@ -58,7 +58,7 @@ def rim_of(polygon, length):
         raise unfit("window.polygon", f"the polygon {fault}", "list its corners in order")
     shape = shapely.geometry.polygon.orient(shapely.Polygon(polygon))
     sides = np.hypot(*np.diff(np.array(shape.exterior.coords), axis=0).T)
-    if sides.min() < 0.5 * length:  # a curve of many short sides: control discs cannot follow them one by one
+    if sides.min() < 0.5 * length:  # a curve of many short sides, which control discs cannot follow one by one
         shape = shape.simplify(STRAIGHT * length)
     corners = np.array(shape.exterior.coords)[:-1]
     nodes = []

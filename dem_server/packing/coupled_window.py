@@ -1,4 +1,4 @@
-"""A window before it meets the slope's stress: its stones, its ring and the packing inside."""
+"""A window before its takeover of stress: stones, ring and packing."""
 
 import numpy as np
 
@@ -12,14 +12,14 @@ from dem_server.stones.mapped import stones_of
 
 
 def drawn_stones(scene, rank, nodes, note=None):
-    """Where stones will be in the window of `rank`, if the scene has any."""
+    """Mesostructure of the window of `rank`, None without stones; nodes (K, 2) [m]: its rim; note(text, fraction): progress."""
     if scene.stones is None:
         return None
     return stones_of(nodes, scene.stones, np.random.default_rng([scene.seed, rank, *b"stones"]), note)
 
 
 def packed_window(scene, rank, nodes, mesostructure=None, note=None):
-    """Model, State, Rim and packing of the window of `rank` with its rim at `nodes` (K, 2) [m]; discs of stones are marked."""
+    """Model, State, Rim and packing of the window of `rank` with its rim at `nodes` (K, 2) [m]; discs are assigned to stones."""
     discs = scene.discs
     ring = build_ring(nodes, discs.radius)
     if discs.file is not None:
@@ -29,5 +29,5 @@ def packed_window(scene, rank, nodes, mesostructure=None, note=None):
     model, state = build_model(ring.xy, ring.radius, found, discs, scene.ring)
     contact_forces(model, state)
     if mesostructure is not None:
-        bodies.mark(model, state, mesostructure.outlines, discs.stone.density)
+        bodies.assign_discs(model, state, mesostructure.outlines, discs.stone.density)
     return model, state, Rim(ring, scene.coupling.mapping), found

@@ -1,7 +1,7 @@
-"""What discs of a file must be before anything is computed: places, overlaps, material; found through `colluvium.rules`.
+"""Rules for discs of a file: positions, overlaps, material; found through `colluvium.rules`.
 
-Overlaps are stored energy, which real time sets free. Where one is larger than BURST of the (smaller) radius a first stage in
-real time is refused: discs would part at about d sqrt(kn / m), d being the overlap.
+Overlaps are stored energy, which becomes motion in real time. With an overlap above BURST of the (smaller) radius, a first
+stage in real time is refused: discs would separate at about d sqrt(kn / m), d being the overlap.
 """
 
 import numpy as np
@@ -11,13 +11,13 @@ from scipy.spatial import cKDTree
 from coupler_protocol.files import disc_csv
 from coupler_protocol.problems import SceneError, unfit
 
-BURST = 0.1  # of the smaller radius: largest overlap of two discs, or of one with a wall, that may begin as it is
-SAME = 1e-6  # of the smaller radius: centres nearer than this are one place, and a contact has no direction
+BURST = 0.1  # of the smaller radius: largest overlap of two discs, or of one with a wall, at the start
+SAME = 1e-6  # of the smaller radius: two centres closer than this are one position, and a contact has no direction
 DEEP = 0.2  # of the smaller radius: largest overlap in the packing of a window, of two discs or of one with the ring
 
 
 def discs_of_a_file_can_begin(scene):
-    """The file of discs is there, is right in every line, and its discs can begin where they are."""
+    """The file of discs exists, is valid in every line, and its discs can begin at their positions."""
     if scene.discs is None or scene.discs.file is None:
         return
     at, path = ("discs", "file"), scene.discs.file
@@ -45,7 +45,7 @@ def discs_of_a_file_can_begin(scene):
 
 
 def pairs_of(xy, radius, stone):
-    """Pairs (m, 2) of discs that overlap, but not of one stone, and by how much (m,) [m]."""
+    """Pairs (m, 2) of discs that overlap, except within one stone, and their overlaps (m,) [m]."""
     pairs = cKDTree(xy).query_pairs(2.0 * radius.max(), output_type="ndarray")
     depth = radius[pairs].sum(axis=1) - np.hypot(*(xy[pairs[:, 1]] - xy[pairs[:, 0]]).T)
     there = depth > 0.0
@@ -55,7 +55,7 @@ def pairs_of(xy, radius, stone):
 
 
 def refuse_same_place(path, found, pairs, depth, smaller):
-    """A contact of two discs in one place has no direction."""
+    """Raises SceneError for two discs at one position: their contact has no direction."""
     same = np.flatnonzero(found.radius[pairs].sum(axis=1) - depth < SAME * smaller)
     if len(same):
         i, j = pairs[same[0]] + 1
@@ -64,7 +64,7 @@ def refuse_same_place(path, found, pairs, depth, smaller):
 
 
 def refuse_on_walls(path, found, walls):
-    """A contact of a wall with a disc whose centre lies on it has no direction."""
+    """Raises SceneError for a disc whose centre is on a wall: their contact has no direction."""
     centres = shapely.points(found.xy)
     for k, wall in enumerate(walls, start=1):
         on = np.flatnonzero(shapely.distance(shapely.LineString(wall.ends), centres) < SAME * found.radius)
@@ -74,7 +74,7 @@ def refuse_on_walls(path, found, walls):
 
 
 def refuse_burst(path, found, pairs, depth, smaller):
-    """Overlaps that would part like an explosion."""
+    """Raises SceneError for overlaps above BURST, which would separate like an explosion in real time."""
     deep = depth / smaller
     if (deep > BURST).any():
         worst = int(deep.argmax())
@@ -85,7 +85,7 @@ def refuse_burst(path, found, pairs, depth, smaller):
 
 
 def refuse_deep(path, depth, smaller):
-    """Discs of a window that overlap wildly are no packing."""
+    """Raises SceneError for discs of a window that overlap by more than DEEP: they are not a packing."""
     deep = depth / smaller
     if (deep > DEEP).any():
         why = f"{path}: {int((deep > DEEP).sum())} pairs of discs overlap by more than {DEEP:g} of the smaller radius, "
@@ -93,7 +93,7 @@ def refuse_deep(path, depth, smaller):
 
 
 def refuse_ring_overlaps(path, found, ring):
-    """Discs of a file that lie deep in the control discs were packed for another window."""
+    """Raises SceneError for overlaps above DEEP with control discs: the discs were packed for another window."""
     reach = float(ring.radius.max() + found.radius.max())
     near = cKDTree(ring.xy).sparse_distance_matrix(cKDTree(found.xy), reach, output_type="ndarray")
     smaller = np.minimum(ring.radius[near["i"]], found.radius[near["j"]])
@@ -106,7 +106,7 @@ def refuse_ring_overlaps(path, found, ring):
 
 
 def refuse_deep_in_walls(path, found, walls):
-    """Overlaps with walls that would throw discs off."""
+    """Raises SceneError for overlaps with walls above BURST, which would eject discs in real time."""
     centres = shapely.points(found.xy)
     for k, wall in enumerate(walls, start=1):
         deep = 1.0 - shapely.distance(shapely.LineString(wall.ends), centres) / found.radius

@@ -5,8 +5,8 @@ Overlaps are stored energy. With the overlap d of two discs of the contact stiff
     E = sum kn d^2 / 2                                                           (1)
 
 is reported. discs_of_a_file.py has the rules of refusal. Before a static stage, discs that overlap by more than BURST of the
-smaller radius are pushed apart by steps from rest, x += F / m, so that none of that energy becomes motion, until no overlap
-exceeds LEFT or the walls prevent it.
+smaller radius are pushed apart by steps from rest, x += F / m, so that none of this energy becomes motion. This ends when no
+overlap exceeds LEFT or when the walls prevent it.
 """
 
 import numpy as np
@@ -18,14 +18,14 @@ from dem_server.step import cycle
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
 
-LEFT = 1e-3  # of the smaller radius: largest overlap that is left of larger ones than BURST
-APART, LOOK = 5000, 50  # steps of drawing apart at most, and after how many it is looked whether they still help
+LEFT = 1e-3  # of the smaller radius: largest overlap that remains
+APART, LOOK = 5000, 50  # largest number of steps, and steps between checks of their progress
 
 
-def draw_apart(model, state):
-    """Draw discs apart that overlap by more than BURST, walls held; returns the model, in static mode, and what is left of it.
+def separate_discs(model, state):
+    """Separates discs if any overlap exceeds BURST, walls held; returns the model, in static mode, and steps and overlap left.
 
-    The shear that the contacts have seen by then is forgotten.
+    The shear forces of all contacts are set to zero.
     """
     deepest = largest_overlap(state)
     if deepest <= BURST:

@@ -1,14 +1,14 @@
 """Boundary inward filling: a front of discs advances from the ring into the window.
 
-Every new disc touches two that are there, first those of the ring, then those of the layers that grow on it.
-Pairs wait in a queue in the order in which they came about; of the next radii the first is taken that fits.
+Every new disc touches two existing discs, first those of the ring, then those of the layers that grow on it.
+Pairs wait in a queue in the order in which they form; of the next radii the first one that fits is taken.
 With discs a, b and the new radius r (Feng, Han & Owen 2003, Int. J. Numer. Meth. Engng 56, 699-713):
 
     u = ra + r,  w = rb + r,  s = (d^2 + u^2 - w^2) / 2d,  h = sqrt(u^2 - s^2)   (1)
     x = xa + s e +- h k x e                                                      (2)
 
-where e points from a to b at the distance d. It ends when no pair has room for any of the next radii. Source
-of the procedure: Study on Failure Mechanism of Soil-Rock Slope with FDM-DEM Method (2022), section 4.2.
+where e points from a to b at the distance d. The filling ends when no pair has room for any of the next radii.
+Source of the procedure: Study on Failure Mechanism of Soil-Rock Slope with FDM-DEM Method (2022), section 4.2.
 """
 
 import numpy as np
@@ -32,7 +32,7 @@ def fill(polygon, ring_xy, ring_radius, radii):
 
 @jit
 def advance(polygon, xy, radius, ring):
-    """Place discs `ring`.. one by one; returns how many discs there are, the ring's included."""
+    """Places discs from number `ring` on, one by one; returns the number of discs with the ring."""
     count, largest, smallest = ring, radius.max(), radius.min()
     side = 2.0 * largest
     low = np.array([xy[:ring, 0].min(), xy[:ring, 1].min()]) - side
@@ -58,14 +58,14 @@ def advance(polygon, xy, radius, ring):
 
 @jit
 def enter(i, xy, low, side, columns, first, after):
-    """Enter disc i into the cell grid, a chain of discs a cell."""
+    """Enters disc i into the cell grid, in which each cell has a chain of discs."""
     cell = int((xy[i, 1] - low[1]) / side) * columns + int((xy[i, 0] - low[0]) / side)
     after[i], first[cell] = first[cell], i
 
 
 @jit
 def place(a, b, new, polygon, xy, radius, smallest, low, side, columns, first, after):
-    """Place disc `new` in touch with a and b, Eqs (1) and (2), with one of the next radii; False if none fits."""
+    """Places disc `new` in contact with a and b, Eqs (1) and (2), with one of the next radii; returns False if none fits."""
     dx, dy = xy[b, 0] - xy[a, 0], xy[b, 1] - xy[a, 1]
     d = (dx * dx + dy * dy) ** 0.5
     ex, ey = dx / d, dy / d
@@ -102,7 +102,7 @@ def clear(x, y, r, xy, radius, low, side, columns, first, after):
 
 @jit
 def pair_up(i, xy, radius, largest, low, side, columns, first, after, pairs, waiting):
-    """Let disc i wait with every disc so near that the largest one could touch both; returns the queue's end."""
+    """Adds pairs of disc i with all discs so near that the largest disc could touch both; returns the end of the queue."""
     column, row = int((xy[i, 0] - low[0]) / side), int((xy[i, 1] - low[1]) / side)
     rows = len(first) // columns
     for cy in range(max(row - 2, 0), min(row + 3, rows)):

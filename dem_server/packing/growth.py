@@ -1,20 +1,19 @@
-"""Growing the discs of a packing, ring held, until they carry a stress or have a porosity.
+"""Growth of the discs of a packing, ring held, to a stress or a porosity.
 
-Servo to a stress: every 200 steps, while the mean stress is not the wanted one, all radii change by what an affine
-deformation would need,
+Servo to a stress: every 200 steps, until the mean stress is the target, all radii change as an affine deformation would need,
 
     dr/r = 2 A dp / sum(kn d^2)                                               (1)
 
-(A: area, dp: missing mean stress, d: distance of centres), and while stress is missing discs with fewer
-than three contacts grow by 1 %, so that few stay loose. It ends when the discs are calm at that stress.
+(A: area, dp: missing mean stress, d: distance of centres). While the stress is too low, discs with fewer than
+three contacts grow by 1 %, so that few stay loose. The servo ends when the discs are at rest at that stress.
 
-To a porosity n: all radii change by the one factor
+To a porosity n: all radii change by one factor
 
     f^2 = (A (1 - n) - ring) / sum pi r^2                                     (2)
 
-a hundredth at a time (ring: inner shares of the control discs), so it is exact. The first rounds let discs with fewer than
-three contacts grow by 1 % before Eq (2) takes the others back. The stress follows. Discs that do not hold each other at this
-porosity are loose; discs that would have to overlap by a tenth of their radius are refused: springs mean nothing there.
+in rounds of 1 % at most (ring: inner shares of the control discs), so the porosity is exact. In the first rounds discs with
+fewer than three contacts grow by 1 % before Eq (2) shrinks the others. The stress follows. Discs without mutual support at this
+porosity are loose. Discs that would overlap by a tenth of their radius are refused: linear springs are not valid there.
 """
 
 import numpy as np
@@ -29,16 +28,16 @@ from dem_server.step.neighbours import rebuild
 
 STEPS = 200  # between two growths
 ROUNDS = 100  # growths at most
-LARGEST = 0.01  # growth of a radius in one go
+LARGEST = 0.01  # largest growth of a radius in one round
 ACCURACY = 0.01  # of the confining stress
-CALM = 5e-4  # mean resultant over mean force at the end; friction, switched on later, holds what still creeps
-FILLING = 12  # rounds at the wanted porosity in which loose discs grow
-LOOSE = 1e-6  # mean stress over contact stiffness below which discs do not hold each other
-DEEPEST = 0.1  # mean overlap over mean radius that is still a contact
+CALM = 5e-4  # mean resultant over mean force at the end; friction, which is added later, stops the remaining creep
+FILLING = 12  # rounds at the target porosity in which loose discs grow
+LOOSE = 1e-6  # mean stress over contact stiffness below which discs are loose
+DEEPEST = 0.1  # largest mean overlap over mean radius
 
 
 def run(model, state, steps):
-    """`steps` steps without gravity."""
+    """Takes `steps` steps without gravity."""
     for _ in range(steps):
         move_free(model, state, 0.0)
         contact_forces(model, state)
@@ -50,7 +49,7 @@ def pressure(pairs, area):
 
 
 def to_stress(model, state, area, target, report):
-    """Change radii, Eq (1), until the discs are calm at the mean stress `target` [Pa]."""
+    """Changes radii, Eq (1), until the discs are at rest at the mean stress `target` [Pa]; raises ArithmeticError otherwise."""
     for round_ in range(ROUNDS):
         pairs = contacts(state)
         length = np.hypot(*pairs.branch.T)
@@ -71,7 +70,7 @@ def to_stress(model, state, area, target, report):
 
 
 def to_porosity(model, state, area, wanted, report):
-    """Change radii, Eq (2), until the discs are calm at the porosity `wanted`; returns whether they are loose."""
+    """Changes radii, Eq (2), until the discs are at rest at the porosity `wanted`; returns whether they are loose."""
     rounds_there = 0
     for round_ in range(ROUNDS):
         pairs = contacts(state)
@@ -98,7 +97,7 @@ def to_porosity(model, state, area, wanted, report):
 
 
 def scale_to(model, state, area, wanted):
-    """Scale the free radii by Eq (2), or as far towards it as a round may go; returns the share of it that is left."""
+    """Scales the free radii by Eq (2), by LARGEST at most; returns the share of the factor that remains."""
     solid = np.pi * state.radius**2
     ring = float(solid[: model.ring] @ inner_share(state.x[: model.ring]))
     factor = ((area * (1.0 - wanted) - ring) / float(solid[model.ring :].sum())) ** 0.5
@@ -108,7 +107,7 @@ def scale_to(model, state, area, wanted):
 
 
 def refuse_squeezed(model, state, pairs, wanted):
-    """Refuse discs that overlap by more than DEEPEST of their mean radius on average."""
+    """Raises SceneError for discs that overlap by more than DEEPEST of their mean radius on average."""
     if not len(pairs.gap):
         return
     radius = float(state.radius[model.ring :].mean())
@@ -121,13 +120,13 @@ def refuse_squeezed(model, state, pairs, wanted):
 
 
 def unrest(model, state, pairs):
-    """Mean resultant over mean sum of forces on the free discs [-]; a few loose ones do not rule it."""
+    """Mean resultant over mean sum of forces on the free discs [-]; a few loose discs do not dominate it."""
     resultant = np.hypot(*state.force[model.ring :].T).sum()
     return resultant / (2.0 * pairs.normal_force.sum())
 
 
 def grow(model, state, pairs, growth):
-    """Change the radii of the free discs by the share `growth`; if it is positive loose discs grow more."""
+    """Changes the radii of the free discs by the share `growth`; if `growth` is positive, loose discs grow more."""
     state.disc[model.ring :, RADIUS] *= 1.0 + growth
     if growth > 0.0:
         swell_loose(model, state, pairs)
@@ -136,7 +135,7 @@ def grow(model, state, pairs, growth):
 
 
 def swell_loose(model, state, pairs):
-    """Let free discs with fewer than three contacts grow."""
+    """Grows free discs with fewer than three contacts."""
     number = np.bincount(np.concatenate([pairs.disc_a, pairs.disc_b]), minlength=model.count)
     loose = (np.arange(model.count) >= model.ring) & (number < 3)
     state.disc[loose, RADIUS] *= 1.0 + LARGEST

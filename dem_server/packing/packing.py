@@ -1,16 +1,16 @@
-"""Filling a window: discs spread evenly or placed from the ring inward, grown to a stress or to a porosity.
+"""Packing of a window: discs distributed evenly or placed from the ring inward, grown to a stress or to a porosity.
 
 packing = "relaxed":
 1. Points of the R2 sequence (additive recurrence of the plastic number, Roberts 2018) inside the window, as
-   many discs as the porosity asks for, radii uniform in radius (1 -+ spread) or of a grading; they start 2 % smaller.
-2. Relaxation without friction in the static mode; velocities are set to zero a few times, so that the first
-   overlaps cannot throw discs about.
-packing = "inward": instead of 1 and 2 discs are placed one by one, each in touch with two, as many as there
-is room for (front_filling.py).
+   many discs as the porosity needs, radii uniform in radius (1 ± spread) or of a grading; they start 2 % smaller.
+2. Relaxation without friction in static mode; velocities are set to zero several times, so that the first
+   overlaps cannot eject discs.
+packing = "inward": instead of 1 and 2, discs are placed one by one, each in contact with two others, until
+there is no room (front_filling.py).
 
 Both:
-3. Radii grow until the discs carry the wanted stress, or have the wanted porosity (growth.py).
-The ring stays where it is and the discs take its shape; there is no gravity.
+3. Radii grow until the discs have the target stress or the target porosity (growth.py).
+The ring is held, and there is no gravity.
 """
 
 from typing import NamedTuple
@@ -34,15 +34,15 @@ from dem_server.pairs import contacts
 from dem_server.step.contact_pass import contact_forces
 
 PLASTIC = 1.32471795724474602596  # real root of x^3 = x + 1
-RETURNS = 5  # times that discs may be squeezed out of the window at first
-START = 0.98  # of its radius is every disc's size at first: they grow into contact
+RETURNS = 5  # largest number of times that squeezed-out discs are moved back into the window
+START = 0.98  # initial radius of every disc as a share of its radius: discs grow into contact
 
 
 class Packing(NamedTuple):
     """Free discs: centres `xy` (n, 2), `radius` (n,) [m], sorted in space.
 
-    pressure [Pa], porosity: of the window, the inner shares of its control discs counted; growth: of the radii since they were
-    drawn; loose: the discs do not hold each other (for a wanted porosity only).
+    pressure [Pa], porosity: of the window, including the inner shares of its control discs; growth: of the radii since they
+    were drawn; loose: the discs have no mutual support (only with a target porosity).
     """
 
     xy: np.ndarray
@@ -59,10 +59,10 @@ class Packing(NamedTuple):
 
 
 def pack(polygon, ring_xy, ring_radius, discs, rng, report=None):
-    """Packing of a window in its ring at the stress `discs.confinement` or at `discs.porosity`, as `discs.target` says.
+    """Packing of a window in its ring, at the stress `discs.confinement` or at `discs.porosity` by `discs.target`.
 
     polygon (P, 2) counter-clockwise; ring_xy (R, 2), ring_radius (R,); discs: the scene's table; rng: numpy
-    Generator; report(text, fraction): progress, if wanted.
+    Generator; report(text, fraction): called with the progress, or None.
     """
     area, relaxed, grading = polygon_area(polygon), discs.packing == "relaxed", grading_of(discs)
     solid_ring = np.pi * ring_radius**2 @ inner_share(ring_xy)
@@ -80,7 +80,7 @@ def pack(polygon, ring_xy, ring_radius, discs, rng, report=None):
     model, state = smooth_discs(ring_xy, ring_radius, xy[order], radius[order], discs)
     if relaxed:
         settle(model, state, report)
-        bring_back(model, state, shapely.Polygon(polygon), inset)
+        return_discs(model, state, shapely.Polygon(polygon), inset)
     contact_forces(model, state)
     loose = False
     if getattr(discs, "target", "stress") == "porosity":
@@ -104,7 +104,7 @@ def draw_radii(area, grading, rng):
 
 
 def spread_points(region, number, rng):
-    """The first `number` points of a randomly shifted R2 sequence that fall into `region` (number, 2)."""
+    """The first `number` points (number, 2) of a randomly shifted R2 sequence that are inside `region`."""
     x0, y0, x1, y1 = region.bounds
     shift = rng.random(2)
     tries = 2 * number + 100
@@ -118,7 +118,7 @@ def spread_points(region, number, rng):
 
 
 def in_strips(xy, width):
-    """Order that runs along strips of `width` across the longer side: near discs get near numbers."""
+    """Order along strips of `width` [m] across the longer side: neighbouring discs get neighbouring numbers."""
     low, size = xy.min(axis=0), np.ptp(xy, axis=0)
     long, short = (0, 1) if size[0] > size[1] else (1, 0)
     strip = ((xy[:, long] - low[long]) / width).astype(np.int64)
@@ -126,7 +126,7 @@ def in_strips(xy, width):
 
 
 def smooth_discs(ring_xy, ring_radius, xy, radius, discs):
-    """Model and State without friction and bonds, all springs as between two discs of soil."""
+    """Model and State without friction and bonds, with all springs as between two discs of soil."""
     spring = spring_table([Pair(discs.soil, discs.soil)] * 4, discs.stiffness)
     law = Law(SpringTable(spring.normal, 0.0 * spring.shear), damping=DampingTable(0.7))
     material = np.repeat(np.array([RING, SOIL], dtype=np.int32), (len(ring_xy), len(xy)))
@@ -136,8 +136,8 @@ def smooth_discs(ring_xy, ring_radius, xy, radius, discs):
     return model, new_state(model, np.concatenate([ring_xy, xy]), np.concatenate([ring_radius, radius]), reference_gap=False)
 
 
-def bring_back(model, state, window, inset):
-    """Discs that were squeezed out of the window (small ones beside much larger ones) come back to the nearest place in it."""
+def return_discs(model, state, window, inset):
+    """Moves discs that were squeezed out of the window (small ones beside much larger ones) to the nearest point inside."""
     for _ in range(RETURNS):
         out = model.ring + np.flatnonzero(~shapely.contains_xy(window, state.x[model.ring :]))
         if not len(out):
@@ -148,7 +148,7 @@ def bring_back(model, state, window, inset):
 
 
 def settle(model, state, report):
-    """From random overlaps to rest."""
+    """Relaxes discs from random overlaps to rest."""
     contact_forces(model, state)
     for _ in range(8):
         run(model, state, 50)

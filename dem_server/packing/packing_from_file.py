@@ -1,9 +1,9 @@
-"""Discs from a file (coupler_protocol/files/disc_csv.py): free discs of their own, stones among them, or the packing of a window.
+"""Discs from a file (coupler_protocol/files/disc_csv.py): free discs with or without stones, or the packing of a window.
 
 Stones of a file have no polygons. A clump has the area A, the centroid and the radius of gyration of the *union* of its discs:
-where they overlap the stone counts once, gaps between them count as none. It weighs density x A, shared among its discs as in
-stones.py, so that its weight acts at its centroid. Discs of a cluster weigh what they weigh, and all near pairs of one stone are
-bonded. Overlaps: discs_of_a_file.py, draw_apart.py.
+overlaps count once, and gaps do not count. It weighs density x A, which is distributed to its discs as in bodies.py, so that its
+weight acts at its centroid. Discs of a cluster have their own weights, and all near pairs of one stone are bonded. Overlaps:
+discs_of_a_file.py, draw_apart.py.
 """
 
 from dataclasses import replace
@@ -47,7 +47,7 @@ def free_discs(scene, found=None):
         model = make_stones(model, state, found.stone, discs)
     state.disc[:, VX : SPIN + 1] = found.motion
     if state.clumps is not None:
-        set_going(state.clumps, state, found.motion)
+        set_clump_motion(state.clumps, state, found.motion)
     state.dt, state.next_dt = 0.0, np.inf
     kind = model.material[pairs[:, 0]] * model.materials + model.material[pairs[:, 1]]
     energy = float(0.5 * (model.law.spring.normal[kind] @ depth**2))  # draw_apart.py, Eq (1)
@@ -56,7 +56,7 @@ def free_discs(scene, found=None):
 
 
 def of_window(scene, ring):
-    """Packing of a window in its `ring` (interface.ring.Ring) from `scene.discs.file`, checked to fit into it."""
+    """Packing of a window from `scene.discs.file`; raises SceneError if it does not fit into the `ring` (interface.ring.Ring)."""
     path = scene.discs.file
     found = disc_csv.read(path)
     if found.stone is not None:
@@ -74,7 +74,7 @@ def of_window(scene, ring):
 
 
 def make_stones(model, state, stone, discs):
-    """Discs with the numbers `stone` (n,) become stones, rigid or bonded as `discs.body` says; returns the new model."""
+    """Forms stones from discs with the same number in `stone` (n,), rigid or bonded by `discs.body`; returns the new model."""
     inside = stone >= 0
     numbers, own = np.unique(stone[inside], return_inverse=True)
     state.stone = np.full(model.count, -1, dtype=np.int32)
@@ -94,10 +94,10 @@ def make_stones(model, state, stone, discs):
         state.clumps = make_clumps(state.stone, state.x, centroid, gyration)
     rebuild(model, state)
     if discs.body == "cluster":
-        bodies.fasten(model, state)
+        bodies.bond_stones(model, state)
         pairs = listed_pairs(state)
-        own = bodies.of_one_stone(state, pairs)
-        state.reference_gap[pairs.slot[own]] += pairs.gap[own]  # a stone is free of stress in the shape that it came in
+        own = bodies.in_same_stone(state, pairs)
+        state.reference_gap[pairs.slot[own]] += pairs.gap[own]  # a stone has no stress in the shape of the file
     contact_forces(model, state)
     return model
 
@@ -105,7 +105,7 @@ def make_stones(model, state, stone, discs):
 def shape_of(xy, radius):
     """Area [m2], centroid (2,) and squared radius of gyration [m2] of the union of discs.
 
-    Circles are polygons of the circles' areas.
+    Circles are replaced by polygons of equal area.
     """
     corner = 0.5 * np.pi / QUARTER
     equal = radius * np.sqrt(corner / np.sin(corner))
@@ -121,8 +121,8 @@ def shape_of(xy, radius):
     return area, centroid, polar / area
 
 
-def set_going(clumps, state, motion):
-    """Give every clump the mean motion of its discs: their spin, and the velocity of its centroid."""
+def set_clump_motion(clumps, state, motion):
+    """Sets the motion of every clump to the mean of its discs: their spin, and the velocity of its centroid."""
     for c in range(len(clumps.motion)):
         own = clumps.member[clumps.start[c] : clumps.start[c + 1]]
         spin = motion[own, 2].mean()

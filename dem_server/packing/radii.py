@@ -1,9 +1,9 @@
-"""Radii drawn from a grading: one from each of as many equal shares of the distribution as there are discs.
+"""Radii drawn from a grading by stratified sampling: the distribution has as many equal shares as discs, one disc from each.
 
     r_i = F^-1((i + u_i) / n) / 2,   u_i uniform in [0, 1),   i = 0 .. n-1, in random order                (1)
 
-So a small number of discs has the grading too: its distribution is never off by more than 1/n, where independent
-numbers would be off by about 1/sqrt(n) (stratified sampling: McKay, Beckman & Conover 1979, Technometrics 21, 239-245).
+So also a small number of discs has the grading: the error of its distribution is at most 1/n; independent numbers would have
+an error of about 1/sqrt(n) (stratified sampling: McKay, Beckman & Conover 1979, Technometrics 21, 239-245).
 F is that of coupler_protocol/scene/tables/grading.py.
 """
 
@@ -31,18 +31,18 @@ def _of_lognormal(grading, share):
 
 
 def _of_curve(points, share):
-    """Between two points dF ~ d^-3 dd: there d^-2 is linear in F."""
+    """`quantile` of a curve: between two points dF ~ d^-3 dd, so d^-2 is linear in F."""
     inverse, passing = points[:, 0] ** -2.0, points[:, 1]
-    number = np.diff(passing) * -np.diff(inverse) / np.diff(np.log(points[:, 0]))  # of discs between two points, but for a factor
+    number = np.diff(passing) * -np.diff(inverse) / np.diff(np.log(points[:, 0]))  # of discs between two points, up to a factor
     F = np.concatenate([[0.0], np.cumsum(number)]) / number.sum()
     return np.interp(share, F, inverse) ** -0.5
 
 
 def places(xy, radius, region, rng):
-    """Number of the radius (n,) for each of the points xy (n, 2): large ones only where the region is deep enough.
+    """Number (n,) of a radius for each of the points xy (n, 2): large radii only at points far enough from the edge.
 
-    A disc of the smallest radius fits anywhere in the region, a larger one as much deeper as it is larger. Where no such point
-    is left the deepest is taken.
+    A disc of the smallest radius fits anywhere in the region; a larger disc must be farther from the edge by the difference of
+    the radii. If no such point remains, the point farthest from the edge is taken.
     """
     depth = shapely.distance(shapely.points(xy), region.boundary)
     order = np.argsort(depth, kind="stable")

@@ -1,1 +1,1 @@
-"""Stages of a scene as the discs go through them, coupled or alone."""
+"""Stages of a scene on the side of the discs, coupled or alone."""

@@ -1,7 +1,7 @@
-"""Discs alone: a scene without a grid. One process fills the window and conducts the stages itself.
+"""Discs alone: a scene without a grid. One process fills the window and computes the stages.
 
-The window's polygon is filled as inside a ring of control discs, and the ring is then taken away: the walls hold what they
-hold, the rest is free. Or the discs are read from a file.
+The polygon of the window is filled inside a ring of control discs, and the ring is then removed: only walls hold the discs. Or
+the discs are read from a file.
 """
 
 import json
@@ -31,11 +31,11 @@ from dem_server.step.contact_pass import contact_forces
 
 log = logging.getLogger(__name__)
 NAME = "dem.rank1"
-NOTHING = 1e-9  # of the seconds of a stage: what is left of them when it ends
+NOTHING = 1e-9  # share of a stage's seconds that may remain at its end
 
 
 class AloneState(NamedTuple):
-    """All that changes, and the model, which came from a packing. time: of all stages so far, a static step counts 1."""
+    """Everything that changes, and the model, which depends on the packing. time: of all stages so far, 1 for a static step."""
 
     model: Model
     discs: State
@@ -51,24 +51,24 @@ class DiscsAlone:
         self.watch = Stopwatch()
         self.steps, self.time = 0, 0.0
         self.results, self.report = [], {}
-        self._unfinished = None  # row of the stage in which the run is: a function
+        self._unfinished = None  # function that returns the row of the present stage
         self.model = self.state = self.recorder = self.stones = None
         self.origin_of_places = np.zeros(2)  # [m] from which model and State count (coupler_protocol.scene.local_origin)
         self.saved = restart.load(scene, origin, NAME) if origin else None
 
     def run(self):
-        """All stages; returns the reason for the end."""
+        """Computes all stages; returns the reason for the end."""
         about = {} if self.origin is None else {"kept_stages": restart.kept_stages(self.scene, self.origin)}
         path = restart.part_file(self.scene, self.out, NAME, self.origin)
         first = 0
         if self.saved:
             first = self.saved.index + 1
-            self._take_up()
+            self._restore()
         legs = plan(self.scene)
         if not self.saved:
             self.watch.begin(self.scene.stage[0].name)
             self._fill()
-            self.watch.to("computing")
+            self.watch.add_to("computing")
         constants = record.stones(self.stones.outlines, self.origin_of_places) if self.stones else None
         with Recorder(path, "discrete", self.scene.title, about, constants) as self.recorder:
             self._frame(self.origin.stage if self.saved else self.scene.stage[0].name, 1.0)
@@ -83,7 +83,7 @@ class DiscsAlone:
     # -- stages ------------------------------------------------------------------------------------------------------
 
     def _fill(self):
-        """Discs, stones and walls as the scene says; bonds where discs touch."""
+        """Makes discs, stones and walls of the scene, and bonds at contacts."""
         begin = time.perf_counter()
         found = disc_csv.read(self.scene.discs.file) if self.scene.discs.file is not None else None
         self.origin_of_places = place = local_origin(self.scene, found and found.xy)
@@ -94,7 +94,7 @@ class DiscsAlone:
         self.state.walls = walls_of_scene.walls_of(scene, self.model, self.state)
         contact_forces(self.model, self.state)
         if self.scene.discs.file is not None and not self.scene.stage[1].in_real_time:
-            self.model, left = draw_apart.draw_apart(self.model, self.state)
+            self.model, left = draw_apart.separate_discs(self.model, self.state)
             self.report |= left
         if self.model.law.bond is not None:
             bonds_made.add_bonds(self.model, self.state)
@@ -106,7 +106,7 @@ class DiscsAlone:
         log.info("filled %s", self.report)
 
     def _stage(self, stage, leg):
-        """One stage of the discs from its first step to its last."""
+        """Computes one stage from its first step to its last."""
         self.watch.begin(stage.name)
         walls_of_scene.begin_stage(self.scene, stage, self.model, self.state)
         model = self._in_time_of(stage)
@@ -122,12 +122,12 @@ class DiscsAlone:
             ended_by = ended_by or ending.out_of_time(self.time - began, 2.0 * NOTHING * (stage.until.time or 0.0))
             factor = leg.factor(done - 1)
             if self.steps % every == 0 or ended_by:
-                ratio = self._look(leg, done - 1)
+                ratio = self._observe(leg, done - 1)
                 farthest = float(np.hypot(*self.state.displacement.T).max())
                 ended_by = ended_by or ending.reached(done, [ratio, walls_of_scene.servo_error(self.state.walls)], farthest)
                 self.progress(stage.name, "", done, stage.until.steps, ratio, factor)
             self.watch.stages[-1].steps = done
-            self.watch.to("computing")
+            self.watch.add_to("computing")
             if self.steps % record_every == 0 or ended_by:
                 self._frame(stage.name, factor)
             if self.plugin is not None:
@@ -143,7 +143,7 @@ class DiscsAlone:
         return self.model
 
     def _chunk(self, stage, leg, done, every, passed):
-        """Steps until something must be looked at or changes."""
+        """Number of steps until histories, frames, the plugin or a change are due."""
         until = stage.until
         left = min(n - self.steps % n for n in (every, self.scene.record.every, *self._plugin_steps()))
         if done < leg.over:
@@ -155,7 +155,7 @@ class DiscsAlone:
         return left
 
     def _steps_within(self, seconds):
-        """Whole steps within `seconds`; where there is none the next step is made as short, so that the stage ends on time."""
+        """Whole steps within `seconds`, at least 1; the next step is shortened if none fits, so that the stage ends on time."""
         whole = int(seconds / self.state.next_dt)
         if whole == 0:
             self.state.next_dt = seconds
@@ -167,8 +167,8 @@ class DiscsAlone:
     def _moment(self, stage):
         return Moment(1, stage, self.steps, self.model, self.state)
 
-    def _look(self, leg, step):
-        """Histories of this moment; returns the unbalanced ratio."""
+    def _observe(self, leg, step):
+        """Records histories; returns the unbalanced ratio. Raises PhysicsFailed if forces are NaN or infinite."""
         gravity, state = leg.at(step), self.state
         ratio = unbalanced_ratio.unbalanced_ratio(self.model, state, gravity)
         if not np.isfinite(ratio):
@@ -193,25 +193,25 @@ class DiscsAlone:
     def _frame(self, stage, factor):
         info = FrameInfo(self.steps, self.time, stage, factor)
         self.recorder.frame(info, **record.frame(self.model, self.state, self.origin_of_places))
-        self.watch.to("recording")
+        self.watch.add_to("recording")
 
     def _end_stage(self, name, factor):
         if self.plugin is not None:
             self.plugin.stage(self._moment(name))
         self.recorder.sync()
         self.save(name, restart.END, factor)
-        self.watch.to("recording")
+        self.watch.add_to("recording")
 
     def save(self, stage, phase, factor=0.0):
-        """Write the State to its checkpoint file; returns the path."""
+        """Writes the State to its checkpoint file; returns the path."""
         path = self.out / f"{NAME}.{stage}.h5"
         more = {"report": self.report, "origin": self.origin_of_places.tolist()} | restart.named(self.plugin)
         about = restart.attributes(self.scene, stage, phase, self.steps, 0, factor, **more)
         checkpoint.save(path, AloneState(self.model, self.state, self.time), about)
         return path
 
-    def _take_up(self):
-        """The discs as they were saved at the end of a stage."""
+    def _restore(self):
+        """Restores the discs from the checkpoint of the end of a stage."""
         found = checkpoint.rebuild(AloneState, self.saved.fields)
         self.model, self.state, self.time = found
         self.steps = int(self.saved.about["step"])
@@ -233,7 +233,7 @@ class DiscsAlone:
         }
 
     def summary(self):
-        """What goes into run.json."""
+        """Content of run.json."""
         times = [stage.as_dict() for stage in self.watch.stages]
         if self.origin is not None:
             times = times[1:]
@@ -241,11 +241,11 @@ class DiscsAlone:
         return {"stages": run_json.stage_rows_alone(results, times), "windows": [self.report] if self.report else []}
 
     def _note(self, text, fraction=None):
-        """Progress of a long phase, and the place where it can be interrupted."""
+        """Reports the progress of a long phase; raises Interrupted if a stop was requested."""
         self.stop.check()
         self.progress("fill", text if fraction is None else f"{text} {100 * fraction:.0f} %")
 
 
 def compute(scene, out, progress, stop, origin=None, plugin=None):
-    """Compute a scene without a grid into the folder `out`; writes run.json however it ends, the State where it fails."""
-    server.conduct(lambda: DiscsAlone(scene, out, progress, stop, origin, plugin), scene, out, progress, origin, plugin)
+    """Computes a scene without a grid into the folder `out`; writes run.json in any case, and the State if the run fails."""
+    server.run_side(lambda: DiscsAlone(scene, out, progress, stop, origin, plugin), scene, out, progress, origin, plugin)

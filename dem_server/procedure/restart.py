@@ -1,7 +1,7 @@
-"""What the discrete side saves at the end of a stage, and how it goes on from there.
+"""Checkpoints of the discrete side at the end of a stage, and how it continues from them.
 
-The model is saved too: it came from a packing and, with stones, changed while the window was filled. Then there is what the rim
-keeps, and the outcome of looks: of the one that the forces of this step carry, and of the one that those of the next will.
+A checkpoint includes the model, which depends on the packing and, with stones, changed while the window was filled. It also
+includes the state of the rim and two Answers: that of the FORCE of this step, and that of the next FORCE.
 """
 
 import json
@@ -15,7 +15,7 @@ from dem_server.model import Model, State
 
 
 class WindowState(NamedTuple):
-    """All that one window is made of."""
+    """Everything that one window consists of."""
 
     model: Model
     discs: State
@@ -25,12 +25,12 @@ class WindowState(NamedTuple):
 
 
 def name(rank):
-    """Name of a process, with which its files begin."""
+    """Name of a process, with which the names of its files begin."""
     return f"dem.rank{rank}"
 
 
 def save(side, stage, phase, factor):
-    """Write the checkpoint of a stage of a dem_server.procedure.window_side.DiscreteSide; returns its path."""
+    """Writes the checkpoint of a stage of a dem_server.procedure.window_side.DiscreteSide; returns its path."""
     path = side.out / f"{name(side.rank)}.{stage}.h5"
     state = WindowState(side.model, side.state, side.rim.saved(), side.answer, side.looked)
     session = side.conversation.session
@@ -39,8 +39,8 @@ def save(side, stage, phase, factor):
     return path
 
 
-def take_up(side, saved, nodes):
-    """Bring a side to a saved stage end (coupler_protocol.files.restart.Saved); nodes (K,2): the rim as drawn [m]."""
+def restore(side, saved, nodes):
+    """Restores a side from a saved stage end (coupler_protocol.files.restart.Saved); nodes (K,2): the rim as drawn [m]."""
     found = checkpoint.rebuild(WindowState, saved.fields)
     side.model, side.state = found.model, found.discs
     side.rim = Rim(build_ring(nodes, side.scene.discs.radius), side.scene.coupling.mapping, found.rim)

@@ -1,4 +1,4 @@
-"""Walls of a scene without a grid: made from `discs.wall`, changed by `stage.wall`, written as histories by their names."""
+"""Walls of a scene without a grid: made from `discs.wall`, changed by `stage.wall`, with histories under their names."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from dem_server.step.walls import make_walls
 
 
 def walls_of(scene, model, state):
-    """Walls of the State, or None without any; they have servos if any wall gets one in any stage."""
+    """Walls of the State, or None without walls; they have servos if any wall has one in any stage."""
     tables = scene.discs.wall
     if not tables:
         return None
@@ -20,12 +20,12 @@ def walls_of(scene, model, state):
     steered = any(table.servo is not None for table in [*tables, *later])
     walls = make_walls(ends, np.zeros((len(ends), 2)), model, servo.make_servo(ends, state.x) if steered else None)
     for w, table in enumerate(tables):
-        set_going(walls, w, table)
+        set_wall_motion(walls, w, table)
     return walls
 
 
-def set_going(walls, w, table):
-    """Give wall w the velocity or the servo of a table."""
+def set_wall_motion(walls, w, table):
+    """Sets the velocity or the servo of wall w from a table."""
     walls.velocity[w] = table.velocity
     if walls.servo is not None:
         walls.servo.pressure[w] = 0.0
@@ -36,10 +36,10 @@ def set_going(walls, w, table):
 
 
 def begin_stage(scene, stage, model, state):
-    """What the stage says about walls; no servo may be faster than a disc may in static mode, or it would pass through discs."""
+    """Changes walls by the tables of a stage; raises SceneError for a wall so fast that it could pass through discs."""
     names, walls = names_of_walls(scene.discs.wall), state.walls
     for table in stage.wall:
-        set_going(walls, names.index(table.name), table)
+        set_wall_motion(walls, names.index(table.name), table)
     if not stage.in_real_time and walls is not None and walls.servo is not None:
         speed, limit = np.where(walls.servo.pressure > 0.0, walls.servo.fastest, 0.0), SPEED_CAP * model.smallest_radius
         worst = int(speed.argmax())
@@ -49,7 +49,7 @@ def begin_stage(scene, stage, model, state):
 
 
 def histories(scene, walls, origin=(0.0, 0.0)):
-    """Force on each wall and its middle by the names of histories; origin [m]: from which positions of the State count."""
+    """Force on each wall and its middle, by the names of histories; origin [m]: the local origin of the walls."""
     found = {}
     for w, name in enumerate(names_of_walls(scene.discs.wall)):
         middle = in_the_scene(0.5 * (walls.ends[w, :2] + walls.ends[w, 2:]), origin)
@@ -62,5 +62,5 @@ def histories(scene, walls, origin=(0.0, 0.0)):
 
 
 def servo_error(walls):
-    """Largest relative error of the pressures that servos hold now; 0 without any."""
+    """Largest relative error of the pressures of all servos; 0 without servos."""
     return 0.0 if walls is None or walls.servo is None else servo.error(walls)

@@ -1,4 +1,4 @@
-"""The discrete side's part of the procedure: join, fill the window, bring it to the slope's stress, couple."""
+"""The procedure on the discrete side: join, fill the window, bring it to the slope's stress, couple."""
 
 import logging
 import time
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from coupler_protocol.criteria.stable_step import in_words
+from coupler_protocol.criteria.stable_step import as_text
 from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.files.restart import END, filled, index_of, kept_stages, load, part_file
@@ -43,9 +43,9 @@ class DiscreteSide:
         self.steps, self.time = 0, 0.0  # time [s]; static steps count as 1
         self.step = 1.0  # [s] agreed with the continuum, 1 in static mode; None: not yet, in a stage in real time
         self.substeps = 1  # of the discs in one of them
-        self.power = 0.0  # [W] of the ring in the last step that was looked at
+        self.power = 0.0  # [W] of the ring in the last step with histories
         self.stage = self.talk = None
-        self.ledger = None  # a dem_server.observe.energy_ledger.Ledger, where the scene asks for it
+        self.ledger = None  # a dem_server.observe.energy_ledger.Ledger if the scene has record.energy
         self.recorder = None
         self.report, self.openings, self.limits = {}, [], []
         self.model = self.guard = self.state = self.rim = self.stones = None
@@ -55,7 +55,7 @@ class DiscreteSide:
     # -- the procedure -----------------------------------------------------------------------------------------------
 
     def run(self):
-        """Everything from HELLO to FAREWELL; returns the reason the continuum gave for the end."""
+        """Runs from HELLO to FAREWELL; returns the continuum's reason for the end."""
         nodes = join(self.conversation, self.scene, self._resume())
         self.stones = drawn_stones(self.scene, self.rank, nodes, self._note)
         constants = record.stones(self.stones.outlines) if self.stones else None
@@ -63,30 +63,30 @@ class DiscreteSide:
         path = part_file(self.scene, self.out, restart.name(self.rank), self.origin)
         with Recorder(path, "discrete", self.scene.title, about, constants) as self.recorder:
             if self.saved:
-                self.take_up(nodes)
+                self.restore(nodes)
             else:
                 self.fill(nodes)
                 self.bring_to_stress()
-            self.set_out()
+            self.begin_coupling()
             reason = run.lockstep(self)
         if self.scene.record.trace is not None:
             self.watch.write(self.out / f"{restart.name(self.rank)}.trace.csv")
-        self.conversation.say_control(messages.FAREWELL, self.summary())
+        self.conversation.send_control(messages.FAREWELL, self.summary())
         return reason
 
     def _resume(self):
-        """What HELLO says about where this side begins."""
+        """Key `resume` of HELLO: the stage after which this side begins."""
         if self.origin is None:
             return None
         return resume_from(self.origin.stage, self.saved.about["session"] if self.saved else 0)
 
-    def take_up(self, nodes):
-        """The window as it was saved at the end of a stage."""
+    def restore(self, nodes):
+        """Restores the window from the checkpoint of the end of a stage."""
         self.watch.begin(self.origin.stage)
-        restart.take_up(self, self.saved, nodes)
+        restart.restore(self, self.saved, nodes)
 
     def fill(self, nodes):
-        """Ring on the rim and a packing inside it; PACKED tells the continuum."""
+        """Makes the ring on the rim and a packing inside it; sends PACKED."""
         self.watch.begin("fill")
         begin = time.perf_counter()
         self.model, self.state, self.rim, packed = packed_window(self.scene, self.rank, nodes, self.stones, self._note)
@@ -98,13 +98,13 @@ class DiscreteSide:
         if self.stones is not None:
             self.report |= bodies.report(self.model, self.state, self.stones, nodes)
         log.info("packed %s", self.report)
-        self.watch.to("computing")
-        self.conversation.say_control(messages.PACKED, self.report)
+        self.watch.add_to("computing")
+        self.conversation.send_control(messages.PACKED, self.report)
 
     def bring_to_stress(self):
-        """FIELD: the stress of the zones that were here; the discs take it over, then they are bonded."""
-        _, frame = self.conversation.hear((messages.FIELD,))
-        self.watch.to("waiting")
+        """Receives FIELD, the stress of the replaced zones; the discs take it over and are bonded."""
+        _, frame = self.conversation.receive((messages.FIELD,))
+        self.watch.add_to("waiting")
         content = content_of(frame)
         field = payloads.field_of(content)
         gravity = content["gravity"]
@@ -115,31 +115,31 @@ class DiscreteSide:
         self.report |= {key: _plain(value) for key, value in found.items()}
         self.rim.contacts_changed()
         self.state.origin[:] = self.state.x
-        self.answer = self.looked = self._answer(gravity)
+        self.answer = self.looked = self._new_answer(gravity)
 
-    def set_out(self):
-        """READY, and wait for GO; a window that was just filled is saved, and recorded in any case."""
+    def begin_coupling(self):
+        """Sends READY and waits for GO; records a frame, and saves a window that was just filled."""
         log.info("ready %s", self.report)
-        self.watch.to("computing")
-        self.conversation.say_control(messages.READY, payloads.ready_content(self.rim.inner_mass(self.state), self.report))
-        _, frame = self.conversation.hear((messages.GO,))
-        self.watch.to("waiting")
+        self.watch.add_to("computing")
+        self.conversation.send_control(messages.READY, payloads.ready_content(self.rim.inner_mass(self.state), self.report))
+        _, frame = self.conversation.receive((messages.GO,))
+        self.watch.add_to("waiting")
         go = content_of(frame)
         self.gravity, self.steps, self.time = go["gravity"], go["step"], float(go["time"])
         self.guard = RingGuard(self.model, self.state)
         self._prepare_talk(go.get("bin"))
-        name, factor = self._begin_with()
+        name, factor = self._starting_stage()
         self.recorder.frame(FrameInfo(self.steps, self.time, name, factor), **record.frame(self.model, self.state))
         if not self.saved:
             if self.plugin is not None:
                 self.plugin.stage(self._moment(name))
             self.recorder.sync()
             self.save(name, END, factor)
-        self.watch.to("recording")
+        self.watch.add_to("recording")
         self._begin_stage(go["stage"])
 
-    def _begin_with(self):
-        """Stage and gravity factor of the State in which the steps begin."""
+    def _starting_stage(self):
+        """Stage and gravity factor of the State before the first step."""
         if self.saved:
             return self.origin.stage, self.saved.about["gravity_factor"]
         stages = zip(self.scene.stage, plan(self.scene), strict=True)
@@ -173,8 +173,11 @@ class DiscreteSide:
 
     # -- called by the loop ------------------------------------------------------------------------------------------
 
-    def take_step(self, order):
-        """How long steps of VELOCITY are (in real time the first one of a stage says it), and how many."""
+    def accept_order(self, order):
+        """Takes length and number of steps from VELOCITY (in real time the first one of a stage sets the length).
+
+        Raises PeerLost for steps that were not agreed.
+        """
         dt, steps = order.dt, order.interval
         most = 1 if self.model.real_time is not None else self.scene.coupling.exchange_every
         if not 1 <= steps <= most or order.step != self.steps + steps:
@@ -189,11 +192,11 @@ class DiscreteSide:
             raise PeerLost(f"the continuum takes a step of {dt:g} s, {self.step:g} s were agreed for the stage")
 
     def gravity_in(self, order):
-        """Gravity [m/s2] in the last of the steps that VELOCITY is for; the order says that of the next one."""
+        """Gravity [m/s2] in the last step of a VELOCITY; `order.gravity` is that of the step after it."""
         return plan(self.scene)[int(order.stage)].gravity * order.gravity_factor if order.interval > 1.0 else order.gravity
 
     def check_step(self):
-        """Raise PhysicsFailed where new contacts have made the agreed step too long for the discs."""
+        """Raises PhysicsFailed if new contacts have made the agreed step too long for the discs."""
         if self.state.next_dt < self.step / self.substeps:
             raise PhysicsFailed(
                 f"the step of {self.step:.4g} s agreed for stage {self._name_of(self.stage)!r} is too long after step "
@@ -201,33 +204,33 @@ class DiscreteSide:
                 "give the stage a smaller step_factor"
             )
 
-    def see_power(self, order):
-        """Keep the ring's power in a step that will be looked at, before its contact forces are gone."""
+    def measure_power(self, order):
+        """Stores the ring's power in a step with histories, before its contact forces change."""
         if int(order.step) % self.scene.record.history == 0:
             self.power = self.rim.power(self.state)
 
-    def book(self, gravity, begins):
-        """The ledger's middle of a step, contacts have not followed the motion yet. begins: it is the first sub-step."""
+    def book_energy(self, gravity, begins):
+        """Books energies after the motion of a step and before its contacts. begins: whether this is the first sub-step."""
         self.ledger.book_motion(self.model, self.state, gravity, 0.5 * (self.ledger.dt + self.state.dt))
         if begins and self.steps % self.scene.record.history == 0:
             values = {f"energy_{name}": value for name, value in self.ledger.values(self.model, self.state).items()}
             self.recorder.history(self.steps, interface_power=self.ledger.power, interface_work=self.ledger.work, **values)
-        self.ledger.keep_contacts(self.model, self.state)
+        self.ledger.copy_contacts(self.model, self.state)
 
-    def look(self, order):
-        """Count the step; every few steps see how the discs fare."""
+    def observe(self, order):
+        """Counts the step; at steps with histories computes an Answer and checks the ring."""
         self.steps = int(order.step)
         self.time += order.dt
         self.watch.stages[-1].steps += 1
         if self.steps % self.scene.record.history == 0:
-            self.looked = self._answer(order.gravity)
+            self.looked = self._new_answer(order.gravity)
             name = self.scene.stage[self.stage].name
-            warning = self.guard.look(self.model, self.state)
+            warning = self.guard.check(self.model, self.state)
             if warning:
                 log.warning("step %d of stage %s: %s", self.steps, name, warning)
             self.progress(name, "", self.steps, None, self.looked.ratio, order.gravity_factor)
 
-    def _answer(self, gravity):
+    def _new_answer(self, gravity):
         ratio = unbalanced_ratio.unbalanced_ratio(self.model, self.state, gravity)
         if not np.isfinite(ratio):
             raise PhysicsFailed(f"the discs' forces are NaN or infinite after step {self.steps}")
@@ -244,7 +247,7 @@ class DiscreteSide:
         )
 
     def record(self, order):
-        """Histories, frames and checkpoints as the continuum ordered them."""
+        """Writes histories, frames and checkpoints as the Order demands."""
         if self.steps % self.scene.record.history == 0:
             self.recorder.history(
                 self.steps,
@@ -264,25 +267,25 @@ class DiscreteSide:
             if flags & messages.END_OF_STAGE:
                 self.plugin.stage(self._moment(name))
         if flags & messages.CHECKPOINT:
-            self.recorder.sync()  # a run that goes on from the checkpoint relies on all frames before it
+            self.recorder.sync()  # a run that continues from the checkpoint needs all frames before it
             self.save(name, END, order.gravity_factor)
         if flags & messages.END_OF_STAGE:
             self._note_limit(name)
         if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
-            self.watch.to("recording")
+            self.watch.add_to("recording")
             self._note_opening()
             self._begin_stage(int(order.stage) + 1)
 
     def _note_limit(self, name):
-        """Keep the safe limit of the step at the end of a stage; sub-steps make none longer (clock.py)."""
+        """Stores the safe limit of the step at the end of a stage; sub-steps do not change it (clock.py)."""
         found = stable_limit.safe_limit(self.model, self.state, self.rim)
         if self.substeps > 1:
             found |= {"share": found["share"] / self.substeps, "dt": self.step}
         self.limits.append({"stage": name} | found)
-        log.info("stage %s: safe step limit of the discs as a multiple of the step in use: %s", name, in_words(found))
+        log.info("stage %s: safe step limit of the discs as a multiple of the step in use: %s", name, as_text(found))
 
     def _note_opening(self):
-        """Keep how far the ring opened in the stage that ends, if that deserves a warning."""
+        """Stores the opening of the ring in the stage that ends, if it caused a warning."""
         found = self.guard.report(self._name_of(self.stage))
         self.openings += [found] if found else []
         self.guard.begin()
@@ -297,7 +300,7 @@ class DiscreteSide:
         return restart.save(self, stage, phase, factor)
 
     def summary(self):
-        """What the continuum needs for run.json."""
+        """Content of FAREWELL, for run.json."""
         self._note_opening()
         return {
             "report": self.report,

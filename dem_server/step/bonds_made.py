@@ -1,4 +1,4 @@
-"""Making bonds: contact bonds, and parallel bonds without stress at first, whatever the springs of the contact carry."""
+"""Formation of contact bonds, and of parallel bonds without initial stress."""
 
 import numpy as np
 
@@ -8,10 +8,9 @@ from dem_server.step.masses import set_masses
 
 
 def add_bonds(model, state):
-    """Bond all closed contacts, the ring's too, whose materials have bonds; return how many.
+    """Bonds all closed contacts, also those of the ring, whose materials have bonds; returns their number.
 
-    A contact whose shear force is already beyond the bond's strength stays unbonded: its bond would break
-    at once.
+    A contact whose shear force exceeds the bond's strength stays unbonded: its bond would break immediately.
     """
     pairs = contacts(state)
     strength = model.law.bond.shear[pairs.kind]
@@ -21,10 +20,10 @@ def add_bonds(model, state):
 
 
 def add_parallel_bonds(model, state, chosen=None):
-    """Give parallel bonds to all closed contacts whose materials have them; returns how many were made.
+    """Makes parallel bonds at all closed contacts whose materials have them; returns their number.
 
-    chosen: instead of the closed ones, a function of the listed pairs (`dem_server.pairs.Contacts`) that tells which (m,), apart
-    or not. Contacts that are bonded, or were, stay as they are.
+    chosen: function of the listed pairs (`dem_server.pairs.Contacts`) that returns which pairs (m,) to bond, instead of the
+    closed contacts. Contacts that have or had a parallel bond are unchanged.
     """
     pairs, bonds = listed_pairs(state), state.parallel
     there = pairs.gap < 0.0 if chosen is None else chosen(pairs)

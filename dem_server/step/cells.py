@@ -1,13 +1,14 @@
 """Near pairs by cell grids, one for each class of sizes.
 
-In a single grid of cells as wide as the largest disc, a few large discs among many small ones make every cell hold hundreds. So
-discs are sorted by size into levels, none wider than `RATIO`, and each level has a grid of its own with cells of
+In a single grid of cells as wide as the largest disc, with a few large discs among many small ones, every cell would contain
+hundreds of discs. So discs are sorted by size into levels with a size ratio of at most `RATIO`, and each level has a separate
+grid with cells of
 
     side = 2 rmax + reach                                                        (1)
 
-(rmax: of that level). A disc looks through its own cell and four of the cells round it, and through the cells of every level of
-smaller discs that its circle, widened by rmax + reach, meets. Discs of about equal size have one level. Source: Ogarko &
-Luding (2012), Comput. Phys. Commun. 183, 931-936.
+(rmax: of that level). A disc is tested against the discs of its own cell and of four neighbouring cells, and on every level of
+smaller discs against those of the cells that its circle, enlarged by rmax + reach, intersects. Discs of about equal size have
+one level. Source: Ogarko & Luding (2012), Comput. Phys. Commun. 183, 931-936.
 """
 
 import numpy as np
@@ -16,7 +17,7 @@ from coupler_protocol.compiled.jit import jit
 from dem_server.model import RADIUS, X, Y
 
 RATIO = 5.0  # of largest to smallest radius on a level
-CELLS_PER_DISC = 4  # at most: a disc far away must not make the cell grids grow without bound
+CELLS_PER_DISC = 4  # upper limit: a disc far away must not increase the cell grids without limit
 
 
 def levels_of(radius, reach):
@@ -33,9 +34,9 @@ def levels_of(radius, reach):
 
 @jit
 def near_pairs(disc, level, side, widest, body, ring, reach, a, b):
-    """Write all pairs of gap < `reach` [m], lower number first, to a, b in no order; returns how many there are.
+    """Writes all pairs with gap < `reach` [m], lower number first, to a, b without order; returns their number.
 
-    Pairs within the ring or within one body (n,) are none. If there are more than a and b hold, the rest is only counted.
+    Pairs within the ring or within one body (n,) are left out. Pairs beyond the length of a and b are only counted.
     """
     n, levels = len(disc), len(side)
     low, high = disc[0, :2].copy(), disc[0, :2].copy()
@@ -44,7 +45,7 @@ def near_pairs(disc, level, side, widest, body, ring, reach, a, b):
             low[k], high[k] = min(low[k], disc[i, k]), max(high[k], disc[i, k])
     columns, rows, offset, width = grids(low, high, side, n)
 
-    # counting sort of the discs by cell, the cells of all levels one behind the other
+    # counting sort of the discs by cell; the cells of all levels follow one another
     cell = np.empty(n, dtype=np.int64)
     start = np.zeros(offset[levels] + 1, dtype=np.int64)
     for i in range(n):
@@ -72,7 +73,7 @@ def near_pairs(disc, level, side, widest, body, ring, reach, a, b):
             here += columns[own]
             first = start[here + max(column - 1, 0)]
             found = near_in(first, start[here + last + 1], x, y, r, i, order, at, body, ring, reach, a, b, found)
-        # levels of smaller discs: all cells that its circle, widened by theirs, meets
+        # levels of smaller discs: all cells that its enlarged circle intersects
         for k in range(own):
             w, far = width[k], r + widest[k] + reach
             c0, c1 = max(int((x - far - low[0]) / w), 0), min(int((x + far - low[0]) / w), columns[k] - 1)
@@ -86,7 +87,7 @@ def near_pairs(disc, level, side, widest, body, ring, reach, a, b):
 
 @jit(forceinline=True)
 def near_in(first, end, x, y, r, i, order, at, body, ring, reach, a, b, found):
-    """Write the pairs of disc i, at (x, y) with radius r, with those of order[first:end] that are near; the new count."""
+    """Writes the near pairs of disc i, at (x, y) with radius r, with discs of order[first:end]; returns the new count."""
     for q in range(first, end):
         dx, dy, near = at[q, 0] - x, at[q, 1] - y, r + at[q, 2] + reach
         if dx * dx + dy * dy < near * near:

@@ -1,21 +1,21 @@
-"""What a step means to the discs in a stage: a step of 1 with scaled masses (static), or dt seconds with the real ones.
+"""Step of the discs in a stage: 1 with scaled masses (static mode), or dt seconds with real masses.
 
-The twin of fdm_server/step/clock.py: velocities of one mean nothing in the other, discs come to rest where the meaning changes.
+The twin of fdm_server/step/clock.py. Velocities of one mode have no meaning in the other, so a change of mode sets them to zero.
 
 Sub-steps (`coupling.substeps` = n). In real time discs may take n steps of dt / n while the grid takes one of dt. Control discs
-go straight on with the rim's velocity v(t + dt/2); the force that goes back is that of the end, at t + dt, never a mean. Then
+move with the constant rim velocity v(t + dt/2); the returned force is that at the end, t + dt, not a mean. Then
 
     disc   m d2x/dt2 = -k (x - x_rim) - ...,  x_rim straight between t and t + dt        error of order dt^2
     rim    M (v+ - v-) = dt F(t)                                                         as without sub-steps
 
-so the whole stays of order dt^2, while contacts that open and close are resolved by dt / n. It is no leap-frog any more: where
-omega dt of a disc's frequency comes near pi, the forces that the rim is told come in step with its motion and feed it, whatever
-n. A disc and a node at the edge of the mass rule, dt^2 (m_I / 2 + S_I) = M_I, are stable up to omega dt = 2 (2.44 where the
-node has the factor 2 in reserve), so with the stable step of the discs tau <= 2 / omega (dem_server/step/masses.py)
+so the scheme stays of order dt^2, while contacts that open and close are resolved by dt / n. It is not a leap-frog: if omega dt
+of a disc's frequency is near pi, the forces on the rim are in phase with its motion and add energy, for every n. A disc and a
+node at the limit of the mass rule, dt^2 (m_I / 2 + S_I) = M_I, are stable up to omega dt = 2 (2.44 if the node has the factor
+2 in reserve), so with the stable step of the discs tau <= 2 / omega (dem_server/step/masses.py)
 
     dt <= min(n sf, 1) tau                                                               (1)
 
-and sub-steps make steps as long as the discs bear them at all, not longer. `tests/physics/test_substeps.py` has the limits.
+so sub-steps cannot make the step longer than the stable step of the discs. `tests/physics/test_substeps.py` has the limits.
 """
 
 from dataclasses import replace
@@ -25,9 +25,9 @@ from dem_server.step.cycle import in_real_time, in_static_mode
 
 
 def begin(model, state, damping, step_factor=None):
-    """The model for steps with the local damping of a scene's table; brings the state to it.
+    """Returns the model with the local damping of a scene's table; changes the state to its mode.
 
-    step_factor: share of the stable step taken in real time; None: static mode. State.next_dt is then the step.
+    step_factor: step over the stable step in real time; None: static mode. Sets State.next_dt.
     """
     table = DampingTable(float(damping.local)) if damping is not None and damping.local else None
     model = replace(model, law=model.law._replace(damping=table))
@@ -35,10 +35,10 @@ def begin(model, state, damping, step_factor=None):
 
 
 def begin_coupled(model, state, discs, stage):
-    """`begin` for a coupled stage of a scene; a static stage after a static one leaves everything as it is.
+    """`begin` for a coupled stage of a scene; a static stage after a static one changes nothing.
 
-    The table of a stage in real time is for grid and discs; where it names no local damping, and in static stages, discs keep
-    their own.
+    The damping table of a stage in real time is for grid and discs. If it has no local damping, and in static stages, discs keep
+    their own damping.
     """
     if stage.time != "real":
         return model if not model.in_real_time else begin(model, state, discs.damping)
@@ -47,11 +47,11 @@ def begin_coupled(model, state, discs, stage):
 
 
 def longest_step(model, state, substeps):
-    """Eq (1): the longest step [s] of the grid in which the discs can take `substeps` of theirs; 1 in static mode."""
+    """Longest step [s] of the grid, Eq (1), in which the discs can take `substeps` steps; 1 in static mode."""
     return state.next_dt if not model.in_real_time else state.next_dt * min(substeps, 1.0 / model.real_time)
 
 
 def divided(model, state, dt, substeps):
-    """The model for `substeps` steps in each of the agreed steps of `dt` [s], of which a whole stable one is the limit."""
+    """Returns the model for `substeps` steps in each agreed step of `dt` [s]; sets State.next_dt."""
     state.next_dt = dt / substeps
     return replace(model, real_time=1.0 / substeps)

@@ -4,9 +4,9 @@
     V <- V + F'/m,  X <- X + V,   W <- W + M'/I,  a <- a + W                     (2)
     x = X + R(a) o                                                               (3)
 
-(here for dt = 1) F', M': with weight and damping, as for a disc; o: offset of a disc in the clump's own frame, so that (3)
-leaves nothing to drift. A disc's velocity is its displacement in the step, exactly V + 2 sin(W/2) k x R(a - W/2) o.
-Contacts between discs of one clump do not exist. Static masses, over all listed pairs of the clump (dem_server/step/masses.py):
+(here for dt = 1) F', M': with weight and damping, as for a disc; o: offset of a disc in the frame of the clump, so that (3)
+has no drift. A disc's velocity is its displacement in the step, exactly V + 2 sin(W/2) k x R(a - W/2) o. Contacts between
+discs of one clump do not exist. Static masses, over all listed pairs of the clump (dem_server/step/masses.py):
 
     m = lambda / sf^2,   I = max(sum kn an^2 + ks at^2, lambda A2) / sf^2        (4)
 
@@ -37,7 +37,7 @@ def make_clumps(body, xy, centroid, gyration):
 
 @jit
 def resultant(c, clumps, disc, load, weight, gravity):
-    """Eq (1) with the weight: force and moment (3,) on clump c."""
+    """Force [N] and moment [N m] (3,) on clump c, Eq (1) with the weight."""
     x, y = clumps.motion[c, X], clumps.motion[c, Y]
     fx = fy = m = 0.0
     for q in range(clumps.start[c], clumps.start[c + 1]):
@@ -50,9 +50,9 @@ def resultant(c, clumps, disc, load, weight, gravity):
 
 @jit
 def move_clumps(disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt):
-    """Eqs (1) to (3) for all clumps.
+    """Moves all clumps by Eqs (1) to (3).
 
-    Returns how many were faster than `fastest` and, with `cap`, slowed down, and the largest speed of a disc squared.
+    Returns the number of clumps faster than `fastest` (with `cap` they are slowed down) and the largest squared speed of a disc.
     """
     motion, fast, largest = clumps.motion, 0, 0.0
     for c in range(len(motion)):
@@ -84,7 +84,7 @@ def move_clumps(disc, load, weight, angle, damping, clumps, gravity, fastest, ca
 
 @jit
 def place_members(c, clumps, disc, angle, dt):
-    """Eq (3): discs of clump c and their velocities."""
+    """Sets positions and velocities of the discs of clump c, Eq (3)."""
     x, y, u, v, w, now = (
         clumps.motion[c, X], clumps.motion[c, Y], clumps.motion[c, VX], clumps.motion[c, VY],
         clumps.motion[c, SPIN], clumps.motion[c, ANGLE],

@@ -1,4 +1,4 @@
-"""Functions of the effects, compiled: each effect file holds plain functions, and this one hands them to the kernels."""
+"""Compiled functions of the effects for the kernels; the files of the effects contain plain functions."""
 
 from types import FunctionType
 
@@ -7,7 +7,7 @@ from dem_server.effects import bond, damping, dashpot, friction, pair_stiffness,
 
 
 def jit_with(function, **called):
-    """Compile a plain function that calls others; `called`: those others, compiled, by the names that it calls them."""
+    """Compiles a plain function that calls others; `called`: the compiled functions, by the names under which it calls them."""
     return jit(FunctionType(function.__code__, function.__globals__ | called, function.__name__))
 
 

@@ -1,9 +1,9 @@
-"""The contacts of a part of the list, block by block.
+"""The contacts of a part of the list, in blocks.
 
-gather     what a block of pairs needs of its discs, its parameters, and what it remembers, into rows of scratch memory
+gather     values of the discs, parameters and histories of a block of pairs, into rows of scratch memory
 law        forces of all pairs of the block at once (contact_law.py): a loop without branches, which the
            compiler turns into vector instructions
-scatter    forces and moments to the discs, in the order of the list; what the pairs will remember goes back
+scatter    forces and moments to the discs, in the order of the list; histories of the pairs back to their arrays
 """
 
 import numpy as np
@@ -17,9 +17,9 @@ from dem_server.step.contact_law import law_of_block
 
 @jit(borrows=True)
 def add_parts(begin, end, disc, load, listed, history, counters, parameters, dt, f):
-    """Add the forces of parts begin..end of the list to the loads; f: scratch memory (scratch_rows.SIZE,).
+    """Adds the forces of parts begin..end of the list to the loads; f: scratch memory (scratch_rows.SIZE,).
 
-    What is absent must be an argument of its own where it is asked for, so tuples are opened at the calls.
+    An absent effect must be a separate argument of the function that tests it, so tuples are opened at the calls.
     """
     filled = -1
     for part in range(begin, end):
@@ -42,7 +42,7 @@ def add_parts(begin, end, disc, load, listed, history, counters, parameters, dt,
 
 @jit(forceinline=True, borrows=True)
 def gather(p0, m, first, second, disc, f):
-    """What the law needs of both discs."""
+    """Copies values of both discs of each pair into scratch rows."""
     for q in range(m):
         i, j = first[p0 + q], second[p0 + q]
         f[scratch_rows.DX + q], f[scratch_rows.DY + q] = disc[j, X] - disc[i, X], disc[j, Y] - disc[i, Y]
@@ -53,7 +53,7 @@ def gather(p0, m, first, second, disc, f):
 
 @jit(forceinline=True, borrows=True)
 def gather_parameters(p0, m, kind, filled, values, present, f):
-    """Parameters of the pairs' kinds; nothing to do where all are of kind `filled`. Returns the kind if it is one, or -1."""
+    """Copies parameters of the pairs' kinds, unless all are of kind `filled`; returns the kind if all have one, else -1."""
     k, same = np.int64(kind[p0]), True
     for q in range(m):
         same &= kind[p0 + q] == k
@@ -66,7 +66,7 @@ def gather_parameters(p0, m, kind, filled, values, present, f):
 
 @jit(forceinline=True, borrows=True)
 def spread(p0, m, same, kind, values, number, f):
-    """A row of parameters of the m pairs from p0 on, or in all lanes where their kind is the same."""
+    """Copies a row of parameters of the m pairs from p0 on, or one value into all lanes if all have the same kind."""
     row = number * scratch_rows.LANES
     if same:
         value = values[number, kind[p0]]
@@ -79,7 +79,7 @@ def spread(p0, m, same, kind, values, number, f):
 
 @jit(forceinline=True, borrows=True)
 def fill_row(p0, m, array, row, f):
-    """Copy what the pairs p0 .. p0 + m remember in an array into its scratch row; nothing for None."""
+    """Copies a history of the pairs p0 .. p0 + m into its scratch row; does nothing for None."""
     if array is not None:
         for q in range(m):
             f[row + q] = array[p0 + q]
@@ -87,7 +87,7 @@ def fill_row(p0, m, array, row, f):
 
 @jit(forceinline=True, borrows=True)
 def store_row(p0, m, array, row, f):
-    """Copy a scratch row into the array of the pairs p0 .. p0 + m; nothing for None."""
+    """Copies a scratch row into the array of the pairs p0 .. p0 + m; does nothing for None."""
     if array is not None:
         for q in range(m):
             array[p0 + q] = f[row + q]
@@ -95,7 +95,7 @@ def store_row(p0, m, array, row, f):
 
 @jit(forceinline=True, borrows=True)
 def gather_history(p0, m, history, f):
-    """Copy the histories of the pairs p0 .. p0 + m into scratch rows."""
+    """Copies the histories of the pairs p0 .. p0 + m into scratch rows."""
     fill_row(p0, m, history.shear, scratch_rows.SHEAR, f)
     fill_row(p0, m, history.reference_gap, scratch_rows.GAP, f)
     fill_row(p0, m, history.bond_state, scratch_rows.BONDED, f)
@@ -106,7 +106,7 @@ def gather_history(p0, m, history, f):
 
 @jit(forceinline=True, borrows=True)
 def fill_parallel_bonds(p0, m, parallel, f):
-    """Copy the parallel bonds of the pairs p0 .. p0 + m into scratch rows."""
+    """Copies the parallel bonds of the pairs p0 .. p0 + m into scratch rows."""
     if parallel is not None:
         fill_row(p0, m, parallel.state, scratch_rows.GLUED, f)
         fill_row(p0, m, parallel.gap, scratch_rows.GLUE_GAP, f)
@@ -116,7 +116,7 @@ def fill_parallel_bonds(p0, m, parallel, f):
 
 @jit(forceinline=True, borrows=True)
 def scatter(p0, m, first, second, load, f):
-    """Forces and moments to both discs of each pair."""
+    """Adds forces and moments to both discs of each pair."""
     for q in range(m):
         i, j = first[p0 + q], second[p0 + q]
         px, py = f[scratch_rows.PX + q], f[scratch_rows.PY + q]
@@ -130,7 +130,7 @@ def scatter(p0, m, first, second, load, f):
 
 @jit(forceinline=True, borrows=True)
 def store_history(p0, m, history, f):
-    """Copy scratch rows back into the histories of the pairs p0 .. p0 + m; bonds only change where one breaks."""
+    """Copies scratch rows back into the histories of the pairs p0 .. p0 + m; bond states only if one breaks."""
     store_row(p0, m, history.normal, scratch_rows.FN, f)
     store_row(p0, m, history.shear, scratch_rows.SHEAR, f)
     store_row(p0, m, history.rolled, scratch_rows.ROLLED, f)
@@ -139,7 +139,7 @@ def store_history(p0, m, history, f):
 
 @jit(forceinline=True, borrows=True)
 def store_parallel_bonds(p0, m, parallel, f):
-    """Copy forces and moments of parallel bonds back."""
+    """Copies forces and moments of parallel bonds back."""
     if parallel is not None:
         store_row(p0, m, parallel.normal, scratch_rows.GLUE_N, f)
         store_row(p0, m, parallel.shear, scratch_rows.GLUE_S, f)
@@ -148,7 +148,7 @@ def store_parallel_bonds(p0, m, parallel, f):
 
 @jit(borrows=True)
 def store_bonds(p0, m, bond_state, parallel, counters, f):
-    """States of bonds after some of the pairs p0 .. p0 + m broke, and the counts of broken ones."""
+    """Copies states of bonds back after some of the pairs p0 .. p0 + m broke, and counts the broken ones."""
     if bond_state is not None:
         store_states(p0, m, bond_state, scratch_rows.BONDED, counters, f)
     if parallel is not None:
@@ -157,7 +157,7 @@ def store_bonds(p0, m, bond_state, parallel, counters, f):
 
 @jit(borrows=True)
 def store_states(p0, m, states, row, counters, f):
-    """Copy the states of bonds of one kind back, counting those that broke."""
+    """Copies the states of bonds of one kind back, and counts the broken ones."""
     for q in range(m):
         now = np.int8(f[row + q])
         count(states[p0 + q], now, counters)
@@ -166,7 +166,7 @@ def store_states(p0, m, states, row, counters, f):
 
 @jit(borrows=True)
 def count(before, now, counters):
-    """Count a bond that broke."""
+    """Counts a bond that broke."""
     if before == BONDED and now == BROKEN_TENSION:
         counters[TENSION_BREAKS] += 1
     if before == BONDED and now == BROKEN_SHEAR:

@@ -1,4 +1,4 @@
-"""The law of a block of contacts: every effect that acts in its place, absent ones compiled away.
+"""The law of a block of contacts: all effects in acting order; absent effects are compiled away.
 
 Geometry of a contact (2-D, unit thickness), unit vectors n from i to j, t = (-ny, nx):
 
@@ -6,16 +6,15 @@ Geometry of a contact (2-D, unit thickness), unit vectors n from i to j, t = (-n
     slip = ((vj - vi).t' - wi li - wj lj) dt                                     (2)
     force on j: Fn n + Fs t, on i the opposite;  moments -Fs li, -Fs lj          (3)
 
-t' is the tangent at mid-step, so that a rigid turn of both discs gives no slip up to third order in the
-turn of a step. With d the distance at the end of the step and vn, vt the components of (vj - vi) dt along n and
+t' is the tangent at mid-step, so that a rigid rotation of both discs gives no slip up to third order in the
+rotation of a step. With d the distance at the end of the step and vn, vt the components of (vj - vi) dt along n and
 t there, exactly (vj - vi).t' dt = vt d / d', d'^2 = (d - vn/2)^2 + (vt/2)^2, and to second order
 
     d / d' = 1 + a + a^2 - b,   a = vn / 2d,   b = (vt / d)^2 / 8.               (4)
 
-A contact exists while g - gr < 0 or bonded; the limits Fn >= 0, |Fs| <= mu Fn leave no force to one that does not. The
-springs' forces are kept (rows FN, SHEAR); what dashpots and parallel bonds add goes to the discs as well. Two discs on one
-spot have no normal and push each other nowhere. Sources: Cundall & Strack (1979), Géotechnique 29, 47-65; for each law its
-file in `effects`.
+A contact exists while g - gr < 0 or bonded; the limits Fn >= 0, |Fs| <= mu Fn give zero force to other pairs. Rows FN, SHEAR
+contain the forces of springs; forces of dashpots and parallel bonds also act on the discs. Two discs at one position have no
+normal and no force. Sources: Cundall & Strack (1979), Géotechnique 29, 47-65; for each law its file in `effects`.
 """
 
 from math import sqrt
@@ -44,9 +43,9 @@ NOWHERE = 1e-150  # [m]: distance below which two centres have no direction
 
 @jit(forceinline=True, borrows=True)
 def law_of_block(m, dt, f, shear, reference_gap, friction, bond, rolling, dashpot, parallel_bond):
-    """Eqs (1) to (4) for the m contacts whose rows stand in the scratch memory f; returns how many bonds broke.
+    """Computes Eqs (1) to (4) for the m contacts whose rows are in the scratch memory f; returns the number of broken bonds.
 
-    Of the effects only whether they are None matters; their numbers stand in rows.
+    Effects are None or not; their parameters are in rows.
     """
     broken = 0
     for q in range(m):

@@ -1,8 +1,8 @@
 """Contact forces: one pass over the list of pairs.
 
 The list is summed part by part (neighbours.py): the ring's pairs, runs of even number, of odd number, and pairs of distant
-discs. Runs of one colour touch different discs, so threads may share them, and every disc gets its forces in the same order
-whatever the number of threads.
+discs. Runs of the same parity touch different discs, so threads may share them, and every disc gets its forces in the same order
+for any number of threads.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ from dem_server.step.walls import wall_pass_of
 
 
 def contact_forces(model, state):
-    """Forces and moments on all discs, ring included, from the motion of this step; bonds may break.
+    """Computes forces and moments on all discs, also of the ring, from the motion of this step; bonds may break.
 
     Rebuilds the neighbour list first if a disc has moved too far since the last time. Shear forces grow with
     every call by the slip of the present velocities: call it once a step.
@@ -28,13 +28,13 @@ def contact_forces(model, state):
 
 
 def make_current(model, state):
-    """Rebuild the neighbour list if a disc has moved too far since the last time."""
+    """Rebuilds the neighbour list if a disc has moved too far since the last time."""
     while not farthest(state.disc, state.listed_at) <= 0.5 * neighbours.skin(model):
         neighbours.rebuild(model, state)
 
 
 def add_forces(model, state):
-    """Forces and moments on all discs from the list as it is."""
+    """Computes forces and moments on all discs from the present list."""
     split, known = shares(model), (state.disc, state.load, state.listed, history_of(state), model.parameters, state.dt)
     if len(split) > 1:
         work_together(lambda _, __, counts, crew: force_pass(*known, counts, crew), split, state.counters)
@@ -46,7 +46,7 @@ def add_forces(model, state):
 
 @jit
 def farthest(disc, listed_at):
-    """How far any disc is from where it was when the list was made [m]; infinite if one is nowhere."""
+    """Largest distance [m] of a disc from its position when the list was made; infinite for a position that is NaN."""
     largest = 0.0
     for i in range(len(disc)):
         dx, dy = disc[i, X] - listed_at[i, 0], disc[i, Y] - listed_at[i, 1]
@@ -57,13 +57,13 @@ def farthest(disc, listed_at):
 
 @jit(borrows=True)
 def number_of_parts(listed):
-    """How many parts the list has."""
+    """Number of parts of the list."""
     return len(listed.parts)
 
 
 @jit
 def force_pass(disc, load, listed, history, parameters, dt, counters, crew):
-    """Loads of all discs from all listed pairs, by one thread (`crew` None) or by all of the crew that call it together."""
+    """Computes loads of all discs from all listed pairs, by one thread (`crew` None) or by all threads of the crew together."""
     add_list(disc, load, listed, history, parameters, dt, counters, crew, np.empty(scratch_rows.SIZE))
 
 

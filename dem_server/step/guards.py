@@ -1,9 +1,9 @@
-"""Guards of the real-time mode: nothing passes through anything else, neither in one step nor because springs are too soft.
+"""Guards of the real-time mode against bodies that pass through each other, in one step or because springs are too soft.
 
-A spring of stiffness k stops a body of mass m and speed v after the way v sqrt(m / k). Where that is not small
-against the smallest radius, bodies are watched step by step. A disc is going through another one when the centre of the smaller
-lies inside the larger, and through a wall when it overlaps the wall by more than .9 of its radius: no step, however short,
-would help, and the run ends.
+A spring of stiffness k stops a body of mass m and speed v after the distance v sqrt(m / k). If this is not small compared with
+the smallest radius, bodies are checked in every step. A disc is going through another disc when the centre of the smaller is
+inside the larger, and through a wall when it overlaps the wall by more than 0.9 of its radius. A shorter step would not help, so
+the run ends.
 """
 
 import numpy as np
@@ -14,12 +14,12 @@ from dem_server.model import MASS, SPIN, VX, VY
 from dem_server.pairs import listed_pairs
 from dem_server.step import walls
 
-WATCHED = 0.3  # of the smallest radius: the way to a stop from which on bodies are watched
+WATCHED = 0.3  # of the smallest radius: stopping distance above which bodies are checked
 THROUGH = 0.9  # of a disc's radius: deepest overlap with a wall
 
 
 def quickest(model, state):
-    """Largest speed of any body or wall [m/s], and largest way to a stop against the softest spring [m]."""
+    """Largest speed of any body or wall [m/s], and largest stopping distance against the softest spring [m]."""
     speed, push = quickest_kernel(state.disc, state.clumps, model.ring)
     if state.walls is not None:
         speed = max(speed, float(np.hypot(*state.walls.velocity.T).max(initial=0.0)))
@@ -28,7 +28,7 @@ def quickest(model, state):
 
 @jit
 def quickest_kernel(disc, clumps, first):
-    """Largest speed and largest product of speed and root of the mass; clumps turn, so their tips count."""
+    """Largest speed, and largest product of speed and root of the mass; for clumps the speed at their tips counts."""
     speed = push = 0.0
     for i in range(first, disc.shape[0]):
         if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
@@ -45,7 +45,7 @@ def quickest_kernel(disc, clumps, first):
 
 
 def refuse_passing(model, state):
-    """Raise ArithmeticError where a disc is going through another one or through a wall."""
+    """Raises ArithmeticError if a disc is going through another disc or through a wall."""
     pairs = listed_pairs(state)
     ri, rj = state.radius[pairs.disc_a], state.radius[pairs.disc_b]
     inside = np.hypot(*pairs.branch.T) < np.maximum(ri, rj)
@@ -68,7 +68,7 @@ def refuse_passing(model, state):
 
 
 def refuse_fast_walls(model, state, fastest):
-    """Raise ArithmeticError where a wall moves by more than `fastest` [m] a step, so that it could jump over a disc."""
+    """Raises ArithmeticError if a wall moves by more than `fastest` [m] a step, so that it could jump over a disc."""
     if state.walls is not None:
         speed = float(np.hypot(*state.walls.velocity.T).max(initial=0.0))
         if speed > fastest:
@@ -76,6 +76,7 @@ def refuse_fast_walls(model, state, fastest):
 
 
 def remedy(stops):
+    """Text of the remedy; stops [m/s]: largest speed that the spring can stop."""
     return (
         f"their spring can stop {stops:.3g} m/s. Stiffer springs can stop more; "
         "discs that overlap so much from the start come apart in a static stage before"

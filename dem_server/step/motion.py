@@ -2,10 +2,10 @@
 
     v <- v + F'/m dt',   x <- x + v dt,   w <- w + M'/I dt'                      (1)
 
-F', M': contact forces and weight with their damping; dt' = dt but where the step changes: there it is the mean of the last
-and the next. In static mode speeds are capped at a tenth of the smallest radius a
-step, so that no disc can pass through another one; every cap is counted. In real time nothing is capped, for that would
-change momentum: there the step shortens (cycle.py). Discs of a clump move with it.
+F', M': contact forces and weight with their damping; dt' = dt, except when the step changes: then it is the mean of the last
+step and the next. In static mode speeds are capped at a tenth of the smallest radius a step, so that no disc can pass through
+another one; every cap is counted. In real time no speed is capped, because this would change momentum: the step shortens
+instead (cycle.py). Discs of a clump move with it.
 """
 
 from coupler_protocol.compiled import threads
@@ -19,9 +19,9 @@ SPEED_CAP = 0.1  # of the smallest radius, a step
 
 
 def move_free(model, state, gravity):
-    """One step of the free discs under contact forces and `gravity` [m/s2], which acts along -y.
+    """Moves the free discs by one step under contact forces and `gravity` [m/s2], which acts along -y.
 
-    Returns how many bodies were too fast; in static mode they were slowed down and counted.
+    Returns the number of bodies that were too fast; in static mode they are slowed down and counted.
     """
     kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
     taken = arguments(model, state, gravity)
@@ -34,7 +34,7 @@ def move_free(model, state, gravity):
 
 
 def arguments(model, state, gravity):
-    """What `move` and `move_clumps` take before the times of kick and drift."""
+    """Arguments of `move` and `move_clumps` before the times of kick and drift."""
     cap = not model.in_real_time
     fastest = SPEED_CAP * model.smallest_radius / state.next_dt
     return state.disc, state.load, state.weight, state.angle, model.law.damping, state.clumps, gravity, fastest, cap
@@ -42,9 +42,9 @@ def arguments(model, state, gravity):
 
 @jit
 def move(first, last, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt):
-    """Eq (1) for the discs first..last-1 that are in no clump. kick: time [s] the forces act.
+    """Moves the discs first..last-1 that are in no clump, Eq (1). kick: time [s] over which forces act.
 
-    Returns how many were faster than `fastest` and, with `cap`, slowed down, and the largest speed squared.
+    Returns the number of discs faster than `fastest` (with `cap` they are slowed down) and the largest speed squared.
     """
     fast, largest = 0, 0.0
     for i in range(first, last):

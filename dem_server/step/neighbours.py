@@ -1,12 +1,12 @@
 """Neighbour list: near pairs, found with cell grids, valid until a disc has moved by half the skin.
 
-A pair closer than `SKIN` smallest radii is listed; pairs within the ring or within one clump never are. Rebuilding carries
-forces, reference gaps and bonds over; bonded pairs stay listed at any distance.
+A pair closer than `SKIN` smallest radii is listed; pairs within the ring or within one clump are not. A new list takes over
+forces, reference gaps and bonds of the old one; bonded pairs stay listed at any distance.
 
-The list is sorted by first, then second disc. Discs beyond the ring are numbered in space, in runs of `RUN`: nearly all pairs
-of the discs of a run are with discs of the same run or the next one, so every other run can be summed at the same time and no
-disc gets forces from two threads. `parts` has that order: pairs of the ring, runs 0, 2, 4, .., runs 1, 3, 5, .., and last the
-pairs of discs whose numbers are farther apart, which stand at the end of the list. It does not depend on the number of threads.
+The list is sorted by first, then second disc. Free discs are numbered in space, in runs of `RUN`: nearly all pairs of the discs
+of a run are with discs of the same run or the next one, so every other run can be summed at the same time and no disc gets
+forces from two threads. `parts` has that order: pairs of the ring, runs 0, 2, 4, .., runs 1, 3, 5, .., and finally the pairs of
+discs whose numbers are farther apart, at the end of the list. It does not depend on the number of threads.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ def skin(model):
 
 
 def rebuild(model, state):
-    """Build the list anew, and recompute masses and the time step."""
+    """Builds a new list, and recomputes masses and the time step; raises ArithmeticError for positions that are NaN."""
     if not np.isfinite(state.disc).all():
         lost = int(np.flatnonzero(~np.isfinite(state.disc).all(axis=1))[0])
         raise ArithmeticError(f"position or velocity of disc {lost} is NaN or infinite")
@@ -51,7 +51,7 @@ def rebuild(model, state):
 
 
 def found_near(model, state):
-    """First and second disc and key (m,) of all pairs whose gap is smaller than the skin, sorted by the key."""
+    """First disc, second disc and key (m,) of all pairs with a gap smaller than the skin, sorted by the key."""
     body = None if state.clumps is None else state.clumps.body
     level, side, widest = levels_of(state.radius, skin(model))
     room = 4 * model.count + 64
@@ -70,7 +70,7 @@ def found_near(model, state):
 
 
 def keys(model, first, second):
-    """Keys (m,) by which the list is sorted: unique to a pair, those of distant numbers last."""
+    """Keys (m,) by which the list is sorted: one for each pair, those of distant numbers last."""
     return _keys(first, second, np.int64(model.ring), np.int64(model.count))
 
 
@@ -87,7 +87,7 @@ def _keys(first, second, ring, count):
 
 @jit
 def places(old, new):
-    """Where each key of `new` stands in `old` (m,), -1: nowhere; both are sorted."""
+    """Position (m,) of each key of `new` in `old`, -1 if `old` does not contain it; both are sorted."""
     origin, o = np.full(len(new), -1, dtype=np.int64), 0
     for p in range(len(new)):
         while o < len(old) and old[o] < new[p]:
@@ -98,7 +98,7 @@ def places(old, new):
 
 
 def still_bonded(model, state, origin):
-    """Places in the old list of bonded pairs that are not among the near ones; bonds within a clump are forgotten."""
+    """Positions in the old list of bonded pairs that are not near; bonds within a clump are dropped."""
     bonded = np.zeros(len(state.first), dtype=bool)
     for bonds in (state.bond_state, None if state.parallel is None else state.parallel.state):
         if bonds is not None:

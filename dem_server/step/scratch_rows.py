@@ -1,18 +1,18 @@
 """Rows of the scratch memory in which a block of contacts is computed: one quantity a row, one contact a column.
 
-All rows lie in one array, `LANES` numbers each, so that the compiler can see that they do not overlap. The first rows are those
-of the parameters (dem_server/effects/parameter_table.py). Rows of effects that a scene does not have are never touched.
+All rows are in one array, `LANES` numbers each, so the compiler can see that they do not overlap. The first rows are those of the
+parameters (dem_server/effects/parameter_table.py). Rows of absent effects are not used.
 """
 
 import numpy as np
 
 from dem_server.effects import parameter_table
 
-LANES = np.uint64(64)  # contacts a block: all rows of all effects stay within the first-level cache
+LANES = np.uint64(64)  # contacts in a block: all rows of all effects fit into the first-level cache
 
 
 def _parameters(effect):
-    """Where the rows of an effect's parameters begin."""
+    """Number of the first row of an effect's parameters."""
     return tuple(row * LANES for row in parameter_table.rows_of(effect))
 
 

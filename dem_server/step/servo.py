@@ -1,17 +1,17 @@
-"""Walls that hold a pressure: a servo moves them along their normal, a little in every step.
+"""Servos: walls that keep a pressure by small motions along their normal in every step.
 
-With F the force with which the discs press on the wall, averaged over N steps, L the length of the wall that counts, p the
-wanted pressure, and the stiffness and dashpots of the discs that touch the wall now,
+With F the force of the discs on the wall, averaged over N steps, L the effective length of the wall, p the target pressure, and
+the stiffness and dashpots of the discs that touch the wall now,
 
     F <- F + (force - F) / N,   V = G / N (p L - F) / (dt sum kn + sum cn),   |V| <= fastest         (1)
 
-is the velocity towards the discs; a wall that touches nothing moves at `fastest`. In one step a wall takes back a share G / N of
-what is missing, if the discs stay where they are. With G = 1/4 the averaged force and the wall that follows it are a critically
-damped pair for every N (their equation is z^2 + z / N + G / N^2 = 0), and their answer to the motion of the discs only takes
-energy from them. Source of servo walls: Itasca, PFC2D 3.1 Theory, "Numerical servo-mechanism".
+is the velocity towards the discs; a wall without contacts moves at `fastest`. If the discs do not move, a wall corrects the share
+G / N of the missing force in one step. With G = 1/4 the averaged force and the wall that follows it are a critically damped pair
+for every N (their equation is z^2 + z / N + G / N^2 = 0), and their response to the motion of the discs only dissipates energy.
+Source of servo walls: Itasca, PFC2D 3.1 Theory, "Numerical servo-mechanism".
 
-Walls may be longer than the side they close: only the part on the discs' side of the walls that cross it counts. In a box whose
-walls cross beyond its corners, p L is then the pressure on the side of the box at any time.
+Walls may be longer than the side that they close: only the part on the discs' side of the walls that cross it counts. So if the
+walls of a box cross beyond its corners, p acts on the present side of the box.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ GAIN = 0.25  # G of Eq (1)
 
 
 def make_servo(ends, xy):
-    """Servo of walls `ends` (W, 4), all without a pressure; the discs at `xy` (n, 2) say which side is theirs."""
+    """Servo of walls `ends` (W, 4) [m], all without a pressure; `xy` (n, 2) [m]: discs, which define the inner side of walls."""
     along = ends[:, 2:] - ends[:, :2]
     inward = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
     away = xy.mean(axis=0) - 0.5 * (ends[:, 2:] + ends[:, :2])
@@ -40,7 +40,7 @@ def pressures(walls):
 
 
 def error(walls):
-    """Largest relative difference between wanted and present pressure of the walls that have a servo now, else 0."""
+    """Largest relative difference between target and present pressure of the walls with a servo; 0 without servos."""
     on = walls.servo.pressure > 0.0
     if not on.any():
         return 0.0
@@ -49,7 +49,7 @@ def error(walls):
 
 @jit
 def steer(walls, servo, dt):
-    """Eq (1) for all walls that have a pressure to hold."""
+    """Sets velocities by Eq (1) for all walls with a target pressure."""
     velocity, inward = walls.velocity, servo.inward
     measure(walls.ends, inward, servo.length)
     for w in range(len(velocity)):

@@ -1,4 +1,4 @@
-"""What hangs on every body: sums of stiffness and of dashpots over its listed pairs.
+"""Sums of stiffness and of dashpots over the listed pairs of every body.
 
     kn = spring + bond,   ks = spring + bond,   kr = rolling spring + bending of the bond
     disc:   sum kn nx^2 + ks ny^2,  sum kn ny^2 + ks nx^2,  sum ks r^2 + kr             (1)
@@ -6,7 +6,7 @@
     both:   sum max(cn, 2 cs)  and  sum 2 cs l^2                                        (3)
 
 an, at: levers of normal and tangent about the clump's centroid; l: radius of the disc or lever of the contact. A pair
-that does not touch counts as if it did; a parallel bond counts only where there is one.
+without contact counts as if it touched; a parallel bond counts only if it exists.
 """
 
 from typing import NamedTuple
@@ -23,7 +23,7 @@ from dem_server.step.compiled_laws import effective_radius as reduced_radius
 from dem_server.step.contact_law import NOWHERE
 from dem_server.step.walls import add_to_sums
 
-REACH = 0.6  # of the smallest radius: walls within it count; discs and walls both move before the next sum
+REACH = 0.6  # of the smallest radius: distance within which walls count; discs and walls both move before the next sum
 
 
 class Sums(NamedTuple):
@@ -53,7 +53,7 @@ def sums(model, state, pair_masses=True):
 
 
 def set_pair_masses(model, state):
-    """Root of mi mj / (mi + mj) of every listed pair, for dashpots; mass of a held disc: infinite."""
+    """Sets the root of mi mj / (mi + mj) of every listed pair, for dashpots; the mass of a held disc is infinite."""
     if state.root_mass is not None:
         pair_masses(state.disc, state.first, state.second, state.clumps, model.ring, state.root_mass)
 

@@ -1,7 +1,7 @@
-"""Threads that go through the same compiled loop, each with its share, and meet between the phases of a step.
+"""Threads that run the same compiled loop, each for its share, with barriers between the phases of a step.
 
-To wake a thread takes longer than a phase, so they are woken once for many steps and wait for each other awake. Whoever
-arrives counts its meetings in a word of its own and waits until no other word is behind.
+Waking a thread takes longer than a phase, so threads are woken once for many steps and wait for each other actively. A thread
+that arrives at a barrier increments its own counter and waits until no other counter is behind.
 """
 
 from typing import NamedTuple
@@ -12,12 +12,12 @@ from coupler_protocol.compiled import threads
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.compiled.waiting_words import give_way, load, store
 
-APART = 16  # words: no two threads write into the same or the next cache line
+APART = 16  # words between counters: no two threads write into the same or the next cache line
 GONE = np.iinfo(np.int64).max
 
 
 class Crew(NamedTuple):
-    """What one of `size` threads knows: its `rank`, all their meetings (size * APART,) and what each found (size, APART)."""
+    """One of `size` threads: its `rank`, counters of all threads at barriers (size * APART,), findings of all (size, APART)."""
 
     rank: int
     size: int
@@ -26,9 +26,9 @@ class Crew(NamedTuple):
 
 
 def work_together(work, shares, counters):
-    """[work(*share, counts, crew) for every share], each in a thread of its own; adds what they counted to `counters` (n,).
+    """Returns [work(*share, counts, crew) for every share], each in a separate thread; adds their counts to `counters` (n,).
 
-    An exception of any of them is raised here; the others do not wait for it.
+    Raises the exception of any thread; the other threads do not wait for it.
     """
     size = len(shares)
     meetings, found = np.zeros(size * APART, dtype=np.int64), np.zeros((size, APART))
@@ -48,7 +48,7 @@ def work_together(work, shares, counters):
 
 @jit
 def meet(crew):
-    """Wait until all have come as far as this one; what they wrote before is then there for all."""
+    """Waits at a barrier until all threads have arrived; everything they wrote before is then visible to all."""
     mine = crew.meetings[crew.rank * APART] + 1
     store(crew.meetings, crew.rank * APART, mine)
     for other in range(crew.size):
@@ -58,7 +58,7 @@ def meet(crew):
 
 @jit
 def over_all_threads(crew, fast, quickest, far):
-    """Bodies too fast (sum), largest speed squared (largest) and whether walls went far (of rank 0), of all the threads."""
+    """Reduction over all threads: bodies too fast (sum), largest speed squared (maximum), whether walls went far (of rank 0)."""
     mine = crew.found[crew.rank]
     mine[0], mine[1], mine[2] = fast, quickest, far
     meet(crew)
@@ -71,6 +71,6 @@ def over_all_threads(crew, fast, quickest, far):
 
 @jit
 def part_of(crew, begin, end):
-    """The parts of begin..end that fall to this thread."""
+    """The parts of begin..end of this thread."""
     count = end - begin
     return begin + count * crew.rank // crew.size, begin + count * (crew.rank + 1) // crew.size

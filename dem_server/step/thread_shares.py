@@ -1,7 +1,7 @@
-"""How the discs of a step are shared among threads.
+"""Distribution of the discs of a step among threads.
 
-Free discs are numbered in space and taken in runs of `RUN` discs. To wake a thread takes as long as one thread needs for some
-10,000 discs, so a second one is asked only where it gains even if it is woken for a single step (docs/design/0007).
+Free discs are numbered in space and distributed in runs of `RUN` discs. Waking a thread takes as long as one thread needs for
+about 10,000 discs, so a second thread is used only if it gains time even when woken for a single step (docs/design/0007).
 """
 
 from itertools import pairwise
@@ -9,11 +9,11 @@ from itertools import pairwise
 from coupler_protocol.compiled import threads as team
 
 RUN = 2048  # discs
-FEWEST = 8  # runs a thread needs to be worth its waking
+FEWEST = 8  # runs for which waking a thread gains time
 
 
 def shares(model):
-    """Free discs (first, last + 1) that each thread moves; one share where more threads would not pay."""
+    """Free discs (first, last + 1) of each thread; one share if more threads would not gain time."""
     free = model.count - model.ring
     threads = max(1, min(team.size(), free // (FEWEST * RUN)))
     cuts = [model.ring + free * k // threads for k in range(threads + 1)]

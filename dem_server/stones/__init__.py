@@ -1,1 +1,1 @@
-"""Irregular stones: polygons, where they lie, and the bodies of discs they become."""
+"""Irregular stones: polygons, their positions, and the bodies of discs that represent them."""

@@ -1,19 +1,19 @@
-"""Stones on a packing: which discs belong to them, what they weigh, and how they become stiff and whole.
+"""Stones in a packing: their discs and weights, and how they become stiff and rigid or bonded.
 
-A disc belongs to the stone its centre lies in. A stone weighs density x area of its polygon, however many discs
-stand for it, and its discs share that weight so that its centre is the polygon's (else a stone at rest would turn when it
-becomes a clump, which weighs at its centroid):
+A disc belongs to the stone whose polygon contains its centre. A stone weighs density x area of its polygon, for any number of
+discs. The weight is distributed to its discs so that its centre is that of the polygon (else a stone at rest would turn when it
+becomes a clump, whose weight acts at the centroid):
 
     w_i = W a_i (1 + c.(x_i - x)),   C c = X - x,   C = sum a_i (x_i - x)(x_i - x)^T  (2)
 
-with shares a_i of the discs' area, their centre x = sum a_i x_i and the polygon's X. While the packing is brought to its
-stress all discs are as soft as soil; then the stones become stiff without any contact force changing:
+with shares a_i of the discs' area, their centre x = sum a_i x_i and the polygon's centroid X. While the packing is brought to
+its stress, all discs are as soft as soil. Then the stones become stiff at constant contact forces:
 
     Fn = -k (g - gr) = -k' (g - gr')    hence    gr' = gr + (g - gr) (1 - k/k')  (1)
 
-(without (1) ten times the stiffness would be four to ten times the stress), and shear forces stay as they are.
-Last the stones become whole, as rigid clumps or as clusters of bonded discs. The forces between discs of one
-stone add up to nothing, so a packing at rest stays at rest.
+(without (1) ten times the stiffness would give four to ten times the stress); shear forces do not change. Finally the stones
+become rigid clumps or clusters of bonded discs. The forces between discs of one stone have the sum zero, so a packing at rest
+stays at rest.
 """
 
 from dataclasses import replace
@@ -32,11 +32,11 @@ from dem_server.step.clumps import make_clumps
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.neighbours import kinds, rebuild
 
-LEAST = 0.8  # share of its weight that a disc may at most give to others of its stone
+LEAST = 0.8  # largest share of its weight that a disc may transfer to other discs of its stone
 
 
-def mark(model, state, outlines, density):
-    """Give the free discs inside the polygons `outlines` to their stones, with their weight; `density` [kg/m3]."""
+def assign_discs(model, state, outlines, density):
+    """Assigns the free discs inside the polygons `outlines` to stones and sets their weights; `density` [kg/m3]."""
     state.stone = np.full(model.count, -1, dtype=np.int32)
     xy, area = state.x[model.ring :], state.radius**2
     for k, outline in enumerate(outlines):
@@ -48,30 +48,30 @@ def mark(model, state, outlines, density):
 
 
 def weight_shares(xy, area, centroid):
-    """Eq (2): shares (m,) of a stone's weight for discs at xy (m, 2) with shares `area` (m,); as near as few discs can."""
+    """Shares (m,) of a stone's weight for discs at xy (m, 2) with shares `area` (m,), Eq (2), limited by LEAST."""
     centre = area @ xy
     arm = xy - centre
     tilt = arm @ (np.linalg.pinv((arm * area[:, None]).T @ arm, rcond=1e-9) @ (centroid - centre))
     return area * (1.0 + tilt * min(1.0, LEAST / max(-tilt.min(), LEAST)))
 
 
-def make(model, state, outlines, body):
-    """Make the marked discs stones: stiff, and whole as `body` says ("clump" or "cluster"). Returns the new model."""
+def form_stones(model, state, outlines, body):
+    """Forms stones from the assigned discs: stiff, and rigid ("clump") or bonded ("cluster") by `body`. Returns the new model."""
     state.disc[:, VX : SPIN + 1] = 0.0
-    model = harden(model, state)
+    model = stiffen_stones(model, state)
     if body == "clump":
         shapes = [moments(outline) for outline in outlines]
         centroid, gyration = np.array([s.centroid for s in shapes]), np.array([s.gyration for s in shapes])
         state.clumps = make_clumps(state.stone, state.x, centroid, gyration)
     else:
-        fasten(model, state)
+        bond_stones(model, state)
     rebuild(model, state)
     contact_forces(model, state)
     return model
 
 
-def harden(model, state):
-    """Stones get their material, contact forces stay, Eq (1). Returns the new model."""
+def stiffen_stones(model, state):
+    """Gives stones their material at constant contact forces, Eq (1). Returns the new model."""
     material = np.where(state.stone >= 0, STONE, model.material).astype(model.material.dtype)
     pairs, stiffness = contacts(state), model.law.spring.normal
     state.kind = kinds(material, model.materials, state.first, state.second)
@@ -80,28 +80,28 @@ def harden(model, state):
     return replace(model, material=material)
 
 
-def fasten(model, state):
-    """Bond all near pairs of discs of one stone; pairs that were apart carry no force."""
+def bond_stones(model, state):
+    """Bonds all near pairs of discs of one stone; the bond of a pair without contact has no initial force."""
     pairs = listed_pairs(state)
-    own = of_one_stone(state, pairs)
+    own = in_same_stone(state, pairs)
     if state.bond_state is not None:
         own &= model.law.bond.shear[STONE * model.materials + STONE] > 0.0
         apart = own & (pairs.gap >= 0.0) & (pairs.bond_state != BONDED)
         state.reference_gap[pairs.slot[apart]] += pairs.gap[apart]
         state.bond_state[pairs.slot[own]] = BONDED
     if state.parallel is not None:
-        add_parallel_bonds(model, state, lambda pairs: of_one_stone(state, pairs))
+        add_parallel_bonds(model, state, lambda pairs: in_same_stone(state, pairs))
 
 
-def of_one_stone(state, pairs):
-    """Which pairs (m,) are of discs of one stone."""
+def in_same_stone(state, pairs):
+    """(m,) whether both discs of a pair belong to one stone."""
     return (state.stone[pairs.disc_a] >= 0) & (state.stone[pairs.disc_a] == state.stone[pairs.disc_b])
 
 
 def report(model, state, found, window):
     """Numbers for the run's report: stones, those too small for any disc, both contents, sizes, directions.
 
-    window (P, 2): its corners. The resultant of the directions is |<exp(2 i theta)>|, 0 for axes all round, 1 for parallel ones.
+    window (P, 2): its corners. The resultant of the directions is |<exp(2 i theta)>|, 0 for uniform directions, 1 for parallel.
     """
     free = np.arange(model.count) >= model.ring
     held = np.bincount(state.stone[state.stone >= 0], minlength=len(found.outlines))

@@ -1,4 +1,4 @@
-"""Stones of a window as a file maps them, or drawn at random as the scene asks."""
+"""Stones of a window: traced stones of a file, or random stones."""
 
 import numpy as np
 import shapely
@@ -10,16 +10,16 @@ from dem_server.stones import mesostructure
 from dem_server.stones.mesostructure import Mesostructure
 from dem_server.stones.traced_stones import LISTED, outlines_of
 
-SLIVER = 1e-9  # of the window's area: what is smaller is round-off of cutting
+SLIVER = 1e-9  # of the window's area: smaller parts are round-off of clipping
 
 
 def stones_of(domain, stones, rng, report=None):
-    """Mesostructure of a window (P, 2), whichever the [stones] table describes; arguments as of `mesostructure.draw`."""
+    """Mesostructure of a window (P, 2) by the [stones] table; arguments as in `mesostructure.draw`."""
     return mesostructure.draw(domain, stones, rng, report) if stones.file is None else mapped(domain, stones)
 
 
 def mapped(domain, stones):
-    """The traced stones inside the window (P, 2), the largest first; those that reach beyond it are treated as `outside` says."""
+    """Traced stones inside the window (P, 2), the largest first; `stones.outside` applies to stones that reach beyond it."""
     window, outlines = shapely.Polygon(domain), outlines_of(stones)
     shapely.prepare(window)
     touching = [(o.name, shape) for o in outlines if window.intersects(shape := shapely.Polygon(o.corners))]

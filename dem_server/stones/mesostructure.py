@@ -1,29 +1,29 @@
-"""Mesostructure: which stones lie where in a window, until they fill a share C of its area exactly.
+"""Mesostructure: random stones in a window that fill exactly the share C of its area.
 
     C = sum A_k / A,    A_k = pi s_k^2 / 4,    ln s ~ N(mu, sigma),   mu = ln(mean) - sigma^2 / 2   (1)
 
-The size s of a stone is the diameter of the circle of its area. Sizes outside [min, max] are drawn again; when
-enough are drawn they are all scaled by one factor near 1 so that Eq (1) holds exactly. Centroids are uniform in
-the window. Azimuths are uniform on [0, pi), or a stone's is drawn once from the distribution of the scene,
+The size s of a stone is the diameter of the circle of equal area. Sizes outside [min, max] are drawn again; when
+enough are drawn, all are scaled by one factor near 1 so that Eq (1) is exact. Centroids are uniform in the
+window. Azimuths are uniform on [0, pi), or drawn once for each stone from the distribution of the scene,
 
     theta = mean + spread N(0, 1) mod pi,   |<exp(2 i theta)>| = exp(-2 spread^2)   (2)
 
-(wrapped normal on twice the angle; Mardia & Jupp 2000, Directional Statistics, section 3.5.7) or uniformly from a range,
-and kept, or exchanged for another stone's: one that turned freely would turn to where there is room.
+(wrapped normal on twice the angle; Mardia & Jupp 2000, Directional Statistics, section 3.5.7) or uniformly from a range.
+A stone keeps its azimuth or exchanges it with another stone; free rotation would change the distribution.
 
-1. Largest first: each stone is tried at random places, a number of times, then again somewhat smaller.
-2. Where some had to shrink, Monte Carlo with growth: in each sweep every stone makes a random move and, if it
-   is not yet what it should be, grows as far as it has room, until all have their size. This fills far more
-   than random placing can (0.42 to 0.5); it ends where the fluid of hard polygons jams (placing.py).
+1. Largest first: each stone is tried at a number of random positions, then again somewhat smaller.
+2. If some had to shrink, Monte Carlo with growth: in each sweep every stone makes a random move and grows as far as
+   it has room, until all have their size. This fills far more than random placing can (0.42 to 0.5); the limit is
+   the jamming of hard polygons (placing.py).
 
-Stones that keep a gap g from each other and from the edge are stones with g/2 more all round in a domain with g/2
-less, so the share that counts is
+Stones with a gap g between each other and to the edge are equivalent to stones enlarged by g/2 in a domain reduced by
+g/2, so the effective share is
 
     Phi = sum A(stone + g/2) / A(domain - g/2)                                   (3)
 
-Above 1 nothing fits. Growth jams between REACHED and JAMMED, whatever the gap: beyond that a scene is refused at once.
+A share above 1 is impossible. Growth jams between REACHED and JAMMED for any gap; above JAMMED a scene is refused.
 
-Source: Study on Failure Mechanism of Soil-Rock Slope with FDM-DEM Method (2022), equations 18 to 21, mended:
+Source: Study on Failure Mechanism of Soil-Rock Slope with FDM-DEM Method (2022), equations 18 to 21, corrected:
 the exponent of (18) is -(ln s - mu)^2 / 2 sigma^2, sigma being a standard deviation.
 """
 
@@ -40,14 +40,14 @@ from dem_server.stones.placing import SWEEPS, grow, largest_first
 from dem_server.stones.polygons import normalised, placed, random_outline
 from dem_server.stones.traced_stones import outlines_of
 
-REACHED, JAMMED = 0.80, 0.85  # of Phi, Eq (3): growth comes that far with nearly every seed, and with none
+REACHED, JAMMED = 0.80, 0.85  # of Phi, Eq (3): growth reaches the first with nearly every seed, the second with none
 
 
 class Mesostructure(NamedTuple):
     """Stones of a window, the largest first.
 
     outlines: polygon (V_k, 2) of each [m], counter-clockwise; size, flatness, azimuth (S,) [m, -, rad];
-    sweeps: of Monte Carlo, 0 where placing the largest first sufficed.
+    sweeps: of Monte Carlo, 0 if placing the largest first was sufficient.
     """
 
     outlines: list
@@ -66,7 +66,7 @@ def draw(domain, stones, rng, report=None):
     """Mesostructure of a window.
 
     domain (P, 2): simple polygon, counter-clockwise [m]; stones: the scene's table; rng: numpy Generator;
-    report(text, fraction): progress, if wanted.
+    report(text, fraction): called with the progress, or None. Raises SceneError if the stones do not fit.
     """
     size = draw_sizes(stones.content * polygon_area(domain), stones.size, rng)
     outlines, flatness = draw_outlines(len(size), stones, rng)
@@ -110,14 +110,14 @@ def draw_azimuths(number, azimuth, rng):
 
 
 def filled(outlines, domain, gap):
-    """Phi, Eq (3): share of the room that stones with half a gap round them would take up; infinite without room."""
+    """Phi of Eq (3) [-]: share of the room that stones enlarged by half a gap would fill; infinite without room."""
     room = shapely.area(shapely.buffer(shapely.Polygon(domain), -0.5 * gap))
     grown = shapely.area(shapely.buffer([shapely.Polygon(outline) for outline in outlines], 0.5 * gap)).sum()
     return float(grown / room) if room > 0.0 else np.inf
 
 
 def refuse_jams(outlines, domain, stones):
-    """Refuse stones (polygons in their sizes, wherever they are) that growth could not bring into the domain."""
+    """Raises SceneError for stones (polygons in their sizes, at any position) that growth could not fit into the domain."""
     share = filled(outlines, domain, stones.gap)
     if share <= JAMMED:
         return
@@ -133,6 +133,7 @@ def refuse_jams(outlines, domain, stones):
 
 
 def no_room(stones):
+    """Text of the problem that stones do not fit."""
     return f"no room for a content of {stones.content:g} with a gap of {stones.gap:g} m between stones of these sizes"
 
 
@@ -147,7 +148,7 @@ def draw_sizes(area, size, rng):
             covered += 0.25 * np.pi * s * s
     drawn = np.array(drawn)
     if len(drawn) > 1 and covered - area > 0.125 * np.pi * drawn[-1] ** 2:
-        drawn = drawn[:-1]  # without the last one the sum is nearer
+        drawn = drawn[:-1]  # without the last one the sum is closer
 
     def excess(factor):
         return 0.25 * np.pi * (np.clip(factor * drawn, size.min, size.max) ** 2).sum() - area
@@ -156,7 +157,7 @@ def draw_sizes(area, size, rng):
     if excess(low) > 0.0:
         reason = f"a single stone of {size.min:g} m covers more than the {area:.3g} m2 asked for"
         raise unfit("stones.size.min", reason, "choose smaller stones")
-    while excess(high) < 0.0:  # all at their largest: one more is needed
+    while excess(high) < 0.0:  # all have the largest size: one more is needed
         drawn = np.append(drawn, size.max)
     factor = scipy.optimize.brentq(excess, low, high, xtol=1e-15, rtol=1e-14)
     return np.sort(np.clip(factor * drawn, size.min, size.max))[::-1]

@@ -1,9 +1,9 @@
 """Outlines of stones from a file: GeoJSON, or CSV with the columns stone, x, y (corners in order), as traced from a photograph.
 
-    x_m = x0 + scale x,   y_m = y0 +- scale y                                    (1)
+    x_m = x0 + scale x,   y_m = y0 ± scale y                                     (1)
 
-origin (x0, y0): where the file's (0, 0) lies; minus with `flip_y`, for images count their rows downwards. Of GeoJSON every
-Polygon counts, of a MultiPolygon each part, and of each its exterior ring. GeoJSON: RFC 7946, in metres or pixels, not degrees.
+origin (x0, y0): position of the file's (0, 0); minus with `flip_y`, because images count rows downwards. GeoJSON: the exterior
+rings of every Polygon and of each part of a MultiPolygon are stones; RFC 7946, in metres or pixels, not degrees.
 """
 
 import csv
@@ -23,14 +23,14 @@ REMEDY = "a FeatureCollection of Polygons (.geojson, .json), or a table with the
 
 
 class Outline(NamedTuple):
-    """A traced stone: what the file calls it, and its corners (V, 2) [m], counter-clockwise."""
+    """A traced stone: its name in the file, and its corners (V, 2) [m], counter-clockwise."""
 
     name: str
     corners: np.ndarray
 
 
 class OutlineError(ValueError):
-    """A file that cannot be used; `problems`: list of (what is wrong, what would be right)."""
+    """A file that cannot be used; `problems`: list of (problem, remedy)."""
 
     def __init__(self, path, problems):
         self.problems = [(f"{path}: {why}", remedy) for why, remedy in problems]
@@ -38,7 +38,7 @@ class OutlineError(ValueError):
 
 
 def read_outlines(path, scale=1.0, origin=(0.0, 0.0), flip_y=False):
-    """All stones of a file as Outlines, Eq (1); raises OutlineError with everything that is wrong in it."""
+    """Reads all stones of a file as Outlines, Eq (1); raises OutlineError with all problems of the file."""
     rings, problems = _rings(Path(path))
     shapes = {}
     for name, ring in rings:
@@ -54,7 +54,7 @@ def read_outlines(path, scale=1.0, origin=(0.0, 0.0), flip_y=False):
 
 
 def overlapping(outlines):
-    """Names and shared area [m2] of every two stones that overlap."""
+    """Names and shared area [m2] of each pair of stones that overlap."""
     shapes = [shapely.Polygon(outline.corners) for outline in outlines]
     first, second = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     for a, b in sorted(zip(first[first < second].tolist(), second[first < second].tolist(), strict=True)):
@@ -68,7 +68,7 @@ def _upright(corners):
 
 
 def _simple(name, ring):
-    """Corners of a ring without repetitions, or what is wrong with it."""
+    """Corners of a ring without repetitions, and its problem or None."""
     corners = np.asarray(ring, dtype=float)
     if not np.isfinite(corners).all():
         return None, (f"a corner of {name} is not a number", "give two finite numbers for each corner")
@@ -82,7 +82,7 @@ def _simple(name, ring):
 
 
 def _rings(path):
-    """Name and ring of every stone in a file, and what is wrong in it."""
+    """Names and rings of all stones in a file, and its problems."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -125,7 +125,7 @@ def _from_geojson(data):
 
 
 def _name_of(feature, number):
-    """What a message calls a feature: its number in the file, and its name or id where it has one."""
+    """Name of a feature for messages: its number in the file, and its name or id if it has one."""
     own = None
     if isinstance(feature, dict):
         properties = feature.get("properties")

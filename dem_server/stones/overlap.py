@@ -1,9 +1,9 @@
-"""Intrusion of stones: whether two polygons overlap or come nearer to each other than a gap.
+"""Intrusion of stones: whether two polygons overlap or are closer to each other than a gap.
 
-Polygons overlap if a corner of one lies in the other or if two of their edges cross; apart, their distance is
-that of a corner of one to an edge of the other. Both are tested both ways. Source: Study on Failure Mechanism
-of Soil-Rock Slope with FDM-DEM Method (2022), figure 6; the domain's edges, which it tests by corners only,
-are treated alike: a domain need not be convex.
+Polygons overlap if a corner of one is inside the other or if two of their edges cross. Otherwise their distance
+is that of a corner of one to an edge of the other. Both are tested in both directions. Source: Study on Failure
+Mechanism of Soil-Rock Slope with FDM-DEM Method (2022), figure 6. The paper tests the domain by corners only;
+here its edges are tested in the same way, so a domain need not be convex.
 
 Stones are rows: `world` (S, V, 2) corners [m], of which the first `corners[k]` count; `place` (S, 4) centroid,
 azimuth, size (diameter of the circle of equal area); `reach` (S,) largest distance of a corner from the
@@ -15,7 +15,7 @@ from coupler_protocol.compiled.jit import jit
 
 @jit
 def inside(polygon, n, x, y):
-    """Whether a point lies in a simple polygon: a ray to the right crosses its edges an odd number of times."""
+    """Whether a point is in a simple polygon: a ray to the right crosses its edges an odd number of times."""
     odd = False
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
@@ -36,13 +36,13 @@ def distance2(px, py, ax, ay, bx, by):
 
 @jit
 def side(ax, ay, bx, by, px, py):
-    """Whether p lies to the left of the line from a to b."""
+    """Whether p is to the left of the line from a to b."""
     return (bx - ax) * (py - ay) - (by - ay) * (px - ax) > 0.0
 
 
 @jit
 def edges_near(a, n, b, m, gap):
-    """Whether an edge of polygon a (n corners) crosses one of b (m corners) or comes nearer than `gap`."""
+    """Whether an edge of polygon a (n corners) crosses one of b (m corners) or is closer than `gap` [m]."""
     for i in range(n):
         p0, p1 = a[i, 0], a[i, 1]
         q = i + 1 if i + 1 < n else 0
@@ -68,13 +68,13 @@ def edges_near(a, n, b, m, gap):
 
 @jit
 def intrudes(a, n, b, m, gap):
-    """Whether polygons a and b overlap or are nearer than `gap`."""
+    """Whether polygons a and b overlap or are closer than `gap` [m]."""
     return inside(b, m, a[0, 0], a[0, 1]) or inside(a, n, b[0, 0], b[0, 1]) or edges_near(a, n, b, m, gap)
 
 
 @jit
 def fits(k, world, corners, place, reach, there, domain, gap):
-    """Whether stone k lies in the domain (P, 2) and clear of every other stone that is `there` (S,), by `gap`."""
+    """Whether stone k is in the domain (P, 2) and clear of all other stones that are `there` (S,), by `gap` [m]."""
     here = world[k, : corners[k]]
     n, P = corners[k], len(domain)
     if not inside(domain, P, here[0, 0], here[0, 1]) or edges_near(here, n, domain, P, gap):

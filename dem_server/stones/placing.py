@@ -1,7 +1,7 @@
-"""Places for stones: the largest first, then Monte Carlo in which all move, turn and grow until they have their size.
+"""Positions of stones: the largest first, then Monte Carlo in which all move, turn and grow until they have their size.
 
-Stones are rows, as in overlap.py. `azimuth` (S,) [rad]: the directions there shall be; stones do not turn then, but two whose
-directions follow each other exchange them where both have room, so that none is lost. None: any, and stones turn as they move.
+Stones are rows, as in overlap.py. `azimuth` (S,) [rad]: the required directions. Then stones do not turn, but two stones with
+consecutive directions exchange them if both have room, so all directions remain. None: any direction; stones turn as they move.
 """
 
 import numpy as np
@@ -9,17 +9,17 @@ import numpy as np
 from coupler_protocol.compiled.jit import jit
 from dem_server.stones.overlap import fits
 
-TRIES = 1000  # places tried for a stone
+TRIES = 1000  # positions tried for a stone
 SHRINK, SMALLEST = 0.85, 0.1  # factor of the next try, and the last one
 SWEEPS = 40000  # of Monte Carlo at most
-EARLY, NEAR = 10000, 0.99  # sweeps after which growth goes on only if this share of the area is covered
-GROWTH = 0.05  # of its size a stone grows at most in a sweep
+EARLY, NEAR = 10000, 0.99  # sweeps after which growth continues only if this share of the area is covered
+GROWTH = 0.05  # largest growth of a stone in a sweep, as a share of its size
 MOVE, TURN = 0.1, 0.5  # first step of a move in sizes, of a turn [rad]
 ACCEPTED = 0.4  # share of moves accepted, which the length of the step is adapted to
 
 
 def largest_first(size, unit, corners, reach, domain, gap, azimuth, rng):
-    """Places (S, 4) of all stones, each at the first random place where it fits, if need be smaller; None without any room."""
+    """Places (S, 4) of all stones, each at the first random position where it fits, smaller if necessary; None without room."""
     place, world = np.zeros((len(size), 4)), np.zeros_like(unit)
     there = np.zeros(len(size), dtype=np.bool_)
     low, span = domain.min(axis=0), np.ptp(domain, axis=0)
@@ -38,7 +38,7 @@ def largest_first(size, unit, corners, reach, domain, gap, azimuth, rng):
 
 @jit
 def try_places(k, tried, size, place, unit, corners, reach, world, there, domain, gap):
-    """Put stone k at the first of the places `tried` (t, 3) where it fits; False if there is none."""
+    """Places stone k at the first of the positions `tried` (t, 3) where it fits; returns False if there is none."""
     for t in range(len(tried)):
         place[k, 0], place[k, 1], place[k, 2], place[k, 3] = tried[t, 0], tried[t, 1], tried[t, 2], size
         put(k, place, unit, corners, world)
@@ -49,7 +49,7 @@ def try_places(k, tried, size, place, unit, corners, reach, world, there, domain
 
 @jit
 def put(k, place, unit, corners, world):
-    """Corners of stone k where `place` says."""
+    """Sets the corners of stone k in `world` from `place`."""
     c, s = place[k, 3] * np.cos(place[k, 2]), place[k, 3] * np.sin(place[k, 2])
     for i in range(corners[k]):
         world[k, i, 0] = place[k, 0] + c * unit[k, i, 0] - s * unit[k, i, 1]
@@ -57,7 +57,7 @@ def put(k, place, unit, corners, world):
 
 
 def grow(place, size, unit, corners, reach, domain, gap, azimuth, rng, report=None):
-    """Move and grow all stones until they have their `size` (S,); returns the number of sweeps it took, SWEEPS + 1 in vain."""
+    """Moves and grows all stones until they have their `size` (S,); returns the number of sweeps, SWEEPS + 1 without success."""
     world, there = np.zeros_like(unit), np.ones(len(size), dtype=np.bool_)
     for k in range(len(size)):
         put(k, place, unit, corners, world)
@@ -81,7 +81,7 @@ def grow(place, size, unit, corners, reach, domain, gap, azimuth, rng, report=No
 
 @jit
 def move_all(random, step, turn, place, size, unit, corners, reach, world, there, domain, gap):
-    """One sweep: every stone moves, turns and grows at random where it fits; returns how many moved."""
+    """Takes one sweep: every stone moves, turns and grows at random if it fits; returns the number of moved stones."""
     moved = 0
     for k in range(len(size)):
         x, y, azimuth, before = place[k, 0], place[k, 1], place[k, 2], place[k, 3]
@@ -106,7 +106,7 @@ def move_all(random, step, turn, place, size, unit, corners, reach, world, there
 
 @jit
 def swap_all(order, place, unit, corners, reach, world, there, domain, gap):
-    """Stones next to each other in the `order` (S,) of azimuths exchange them where both fit."""
+    """Exchanges the azimuths of stones that are neighbours in the `order` (S,) of azimuths, if both fit."""
     for m in range(len(order) - 1):
         i, j = order[m], order[m + 1]
         place[i, 2], place[j, 2] = place[j, 2], place[i, 2]

@@ -6,8 +6,8 @@ A random outline in polar coordinates, with independent random numbers u, w in [
 
 the angles scaled to one full turn. Source: Study on Failure Mechanism of Soil-Rock Slope with FDM-DEM Method
 (2022), equations 13 to 17, where one random number serves both. The polygon is then brought to equal
-principal moments and stretched, so that its flatness, the ratio of its principal radii of gyration, is
-exactly the one asked for.
+principal moments and stretched, so that its flatness, the ratio of its principal radii of gyration, has
+exactly the target value.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ from coupler_protocol.geometry import moments
 
 ROUGHNESS = 0.3  # variation of a corner's distance from the centre; not given in the paper
 JITTER = 0.3  # variation of the angle between two corners, the paper's delta
-SIMPLER = 0.01  # of its size an outline may move where a shape is simplified
+SIMPLER = 0.01  # largest displacement of an outline by simplification, as a share of its size
 
 
 def random_outline(corners, flatness, rng):
@@ -28,13 +28,13 @@ def random_outline(corners, flatness, rng):
     xy = radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
     _, centroid, second = moments(xy)
     value, axis = np.linalg.eigh(second)
-    xy = (xy - centroid) @ (axis / np.sqrt(value)) @ axis.T  # equal principal moments, nothing turned
+    xy = (xy - centroid) @ (axis / np.sqrt(value)) @ axis.T  # equal principal moments, without rotation
     xy *= np.sqrt([flatness, 1.0 / flatness])
     return xy / np.sqrt(moments(xy).area)
 
 
 def normalised(corners):
-    """A traced outline (V, 2) of area 1 about its centroid, long axis along x, without corners that tell no shape."""
+    """A traced outline (V, 2) of area 1 about its centroid, long axis along x, without unnecessary corners."""
     size = np.sqrt(4.0 * moments(corners).area / np.pi)
     simple = shapely.simplify(shapely.Polygon(corners), SIMPLER * size)
     xy = np.array(shapely.geometry.polygon.orient(simple).exterior.coords)[:-1]

@@ -1,4 +1,4 @@
-"""What files of traced stones must be before anything is computed; found through `colluvium.rules` and `colluvium.doubts`."""
+"""Rules and doubts for files of traced stones; found through `colluvium.rules` and `colluvium.doubts`."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ LISTED = 8  # names of stones a message lists
 
 
 def outlines_can_be_read(scene):
-    """Files of stones are there, hold simple polygons, and those of a map do not overlap."""
+    """Files of stones exist and contain simple polygons, and those of a map do not overlap."""
     for key in ("shapes", "file") if scene.stones is not None else ():
         if getattr(scene.stones, key) is None:
             continue
@@ -24,7 +24,7 @@ def outlines_can_be_read(scene):
 
 
 def outlines_of(stones, key="file"):
-    """The Outlines of the file that the key of the [stones] table names."""
+    """Outlines of the file named by a key of the [stones] table."""
     return read_outlines(getattr(stones, key), stones.scale, stones.origin, stones.flip_y)
 
 

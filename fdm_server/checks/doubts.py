@@ -1,4 +1,4 @@
-"""What a scene that can be computed may still not mean, with the remedy; found through `colluvium.doubts`, shown by `check`."""
+"""Doubts about scenes that can be computed, with remedies; found through `colluvium.doubts`, shown by `colluvium check`."""
 
 from itertools import combinations
 
@@ -18,7 +18,7 @@ ASPECT = 5.0  # longest over shortest side of a zone, above: slow and inexact
 
 
 def doubts(scene):
-    """All doubts about the continuum's side: (path, what, remedy); none without a grid."""
+    """Yields all doubts about the continuum's side: (path, what, remedy); none without a grid."""
     if scene.grid is None:
         return []
     grid = build_grid(scene)
@@ -71,7 +71,7 @@ def _supports(scene, grid):
 
 
 def _rims(scene, grid):
-    """Discs larger than zones: one lies on several segments, beside control discs of at most a quarter of a segment."""
+    """Yields doubts about discs larger than zones: such a disc touches several segments, whose control discs are much smaller."""
     for i, window in enumerate(scene.window):
         if scene.discs is None:
             continue

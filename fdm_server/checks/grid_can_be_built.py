@@ -1,4 +1,4 @@
-"""What a scene must fulfil so that the grid can be built; found by the scene reader through `colluvium.rules`."""
+"""Rules that a scene must fulfil so that its grid can be built; found by the scene reader through `colluvium.rules`."""
 
 from typing import NamedTuple
 
@@ -15,14 +15,14 @@ from fdm_server.mesh.window_zones import rim_of, window_zones
 
 
 class _Hole(NamedTuple):
-    """Zones and rim of a window, as excavations see it."""
+    """Zones and rim of a window, as an argument of `excavations`."""
 
     mask: NDArray[np.bool_]
     nodes: NDArray[np.int64]
 
 
 def grid_can_be_built(scene):
-    """Profile, zone size, regions and boundaries fit together; windows are whole zones, and digs leave no islands."""
+    """Profile, zone size, regions and boundaries are consistent; windows are whole zones, and no zones lose their support."""
     if scene.grid is None:
         return
     try:
@@ -48,7 +48,7 @@ def grid_can_be_built(scene):
 
 
 def _hole(grid, window):
-    """The hole of a window; raises ValueError that begins with its name."""
+    """The _Hole of a window; raises ValueError that begins with its name."""
     mask = window_zones(grid, window)
     try:
         return _Hole(mask, rim_of(grid, mask))
@@ -57,7 +57,7 @@ def _hole(grid, window):
 
 
 def _cramped(scene, grid, holes):
-    """Windows {number: hole} without a zone between them, or too small for their discs."""
+    """Yields problems of windows {number: hole} without a zone between them, or too small for their discs."""
     for i, hole in holes.items():
         for j, other in holes.items():
             if j < i and (np.any(hole.mask & other.mask) or len(np.intersect1d(hole.nodes, other.nodes))):
@@ -68,7 +68,7 @@ def _cramped(scene, grid, holes):
 
 
 def _misplaced(scene, grid):
-    """Boundaries on sides that the grid does not have, or on no part of them."""
+    """Yields problems of boundaries on sides that the grid does not have, or outside the extent of a side."""
     tables = [(("boundary", k), b) for k, b in enumerate(scene.boundary)]
     tables += [(("stage", i, "boundary", k), b) for i, stage in enumerate(scene.stage) for k, b in enumerate(stage.boundary)]
     sides = sides_of(grid)

@@ -1,4 +1,4 @@
-"""What a scene's materials, damping and time must fulfil together; found by the scene reader through `colluvium.rules`."""
+"""Rules between materials, damping and time of a scene; found by the scene reader through `colluvium.rules`."""
 
 from coupler_protocol.scene.scene import distribution_of
 from coupler_protocol.scene.schedule import large_strain
@@ -7,7 +7,7 @@ from fdm_server.effects.softening import curves
 
 
 def laws_fit_together(scene):
-    """Added laws can be computed, softening has something to soften, and dilation never exceeds friction on the way."""
+    """Added laws can be computed, softening has a strength that it changes, and dilation never exceeds friction."""
     for name, effect in added_laws.declared().items():
         lacks = added_laws.missing(effect)
         for i, m in enumerate(scene.material):
@@ -51,7 +51,7 @@ def time_fits_the_stages(scene):
 
 
 def ledger_is_for_small_strain(scene):
-    """The energy ledger books strains of the shape drawn."""
+    """The energy ledger is for small strain only."""
     for stage in scene.stage if scene.record.energy else ():
         if large_strain(scene, stage):
             why = f"the energy ledger is not built yet for large strain, in which stage {stage.name!r} computes"

@@ -1,8 +1,8 @@
-"""Whether discs have room in a window of any shape: a wide place, and no arm too narrow for them.
+"""Room for discs in a window of any shape: it is wide enough somewhere, and no part is too narrow.
 
-With R the mean radius of the discs, a circle of radius 8 R fits somewhere: the window is eight discs wide there. Everywhere
-else circles of radius 4 R, four discs wide, reach all of it but corners: they can roll through the whole window, and no place is
-farther than 8 R from where they come. (The corner of a 45 degree wedge is 6.5 R away, that of a rectangle 1.7 R.)
+With R the mean radius of the discs, a circle of radius 8 R must fit somewhere: the window is eight discs wide there. A circle of
+radius 4 R, four discs wide, must be able to roll through the whole window, and no point may be farther than 8 R from it. (The
+corner of a 45 degree wedge has the distance 6.5 R, that of a rectangle 1.7 R.)
 """
 
 import numpy as np
@@ -10,14 +10,14 @@ import shapely
 
 WIDE = 8.0  # radius of the circle that fits somewhere, in R
 NARROW = 4.0  # radius of the circle that reaches everywhere, in R
-CORNER = 8.0  # how far corners may be from it, in R
-STRAIGHT = 1e-3  # sine of a turn that is none
-LISTED = 24  # corners that a message shows
+CORNER = 8.0  # largest distance of corners from this circle, in R
+STRAIGHT = 1e-3  # smallest sine of a turn at a corner
+LISTED = 24  # corners in a message
 EXACT = 1.0 - 1e-9  # windows may be exactly as wide
 
 
 def lack_of_room(outline, radius):
-    """What is wrong with a window of outline (K,2) [m] for discs of mean `radius` [m], and what would be right; or None."""
+    """Problem of a window of outline (K,2) [m] for discs of mean `radius` [m], and its remedy; or None."""
     window = shapely.Polygon(outline)
     x0, y0, x1, y1 = window.bounds
     if window.buffer(-WIDE * EXACT * radius).is_empty:
@@ -38,10 +38,10 @@ def lack_of_room(outline, radius):
 
 def _narrow(x, y, radius, outline):
     what = f"is narrower than {NARROW:g} discs of radius {radius:g} m at ({x:.4g}, {y:.4g}); its zones have the outline "
-    return what + corners_in_words(outline), "smaller discs, or a polygon along the zones, without tips"
+    return what + corners_as_text(outline), "smaller discs, or a polygon along the zones, without tips"
 
 
-def corners_in_words(outline):
+def corners_as_text(outline):
     """Corners of an outline (K,2) at which it turns, at most LISTED of them."""
     step = np.roll(outline, -1, axis=0) - outline
     before = np.roll(step, 1, axis=0)

@@ -1,1 +1,1 @@
-"""Windows seen from the grid: rims, the talk with the discs, the common step, watches."""
+"""Windows on the side of the grid: rims, messages to and from the discs, the common step, watches."""

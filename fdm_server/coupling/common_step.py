@@ -1,18 +1,17 @@
-"""One step for both codes in a coupled stage in real time: agreed when the first forces of the discs are here, then kept.
+"""Common step of both codes in a coupled stage in real time: agreed after the first forces of the discs, then constant.
 
-No mass may be added in real time, so the mass rule of the interface (dem_server/coupling/rim.py, sums S_I) bounds the step. With
+No mass may be added in real time, so the mass rule of the interface (dem_server/coupling/rim.py, sums S_I) limits the step. With
 static masses m_I of zones (fdm_server/step/masses.py) u.K u of the zones is at most 2 sum m_I u_I^2, that of the contacts at most
 4 sum S_I u_I^2 and the discs' part: for rim nodes of real mass M_I, zones and inner shares of control discs, a step is stable if
 
     dt^2 (m_I / 2 + S_I) <= M_I.                                                 (1)
 
-The step keeps the factor 2 in omega^2 in reserve that steps of the grid
-alone keep for damping,
+The step keeps the same factor 2 in omega^2 in reserve as steps of the grid alone keep for damping,
 
     q_I = sqrt(M_I / (m_I + 2 S_I)),    dt = min(step_factor q, step_factor min q_I, limits of the discs),      (2)
 
-which without contacts is the grid's own q. Steps change only between stages: where (1), the zones or the discs ask for less
-later on, the run ends.
+which without contacts is the q of the grid. Steps change only between stages: if (1), the zones or the discs later need a shorter
+step, the run ends.
 """
 
 from dataclasses import replace
@@ -32,14 +31,14 @@ def rim_step(model, state, rim):
     return float(np.sqrt((mass / (zones + 2.0 * rim.sums)).min(initial=inf)))
 
 
-def agree(model, state, rims):
-    """Set the step of Eq (2) for a stage; returns the model, whose zones may use the whole stable step from here on."""
+def set_common_step(model, state, rims):
+    """Sets the step of Eq (2) for a stage; returns the model, whose zones may use the whole stable step from then on."""
     state.dt = min(state.dt, *(min(model.step_factor * rim_step(model, state, rim), rim.answer.dt_limit) for rim in rims))
     return replace(model, step_factor=1.0)
 
 
-def keep(model, state, rims, dt):
-    """Raise PhysicsFailed where the agreed step `dt` [s] has become too long."""
+def check_common_step(model, state, rims, dt):
+    """Raises PhysicsFailed if the agreed step `dt` [s] has become too long."""
     if state.dt < dt:
         raise PhysicsFailed(f"zones have become so thin that the step of {dt:.4g} s agreed for this stage is too long: {REMEDY}")
     for rim in rims:

@@ -1,29 +1,30 @@
-"""How many steps both sides take between two exchanges, in static mode: `coupling.exchange_every` = k, where that holds.
+"""Number of steps between two exchanges in static mode: `coupling.exchange_every` = k, as long as this is stable.
 
-The grid takes n steps under the last nodal forces P of the discs; then the discs take as many with the mean velocity of every
-rim node, so that places agree at every exchange. A mass m that springs hold to the discs (k_c) then has from one exchange to
-the next, undamped,
+The grid takes n steps under the last nodal forces P of the discs; then the discs take n steps with the mean velocity of every
+rim node, so that positions agree at every exchange. For a mass m attached to the discs by a spring k_c, one interval between
+exchanges has, without damping,
 
     det = 1 + a n (n - 1) / 2,   a = k_c / m                                     (1)
 
 above 1 for n > 1: forces held constant for n steps add energy. Damping removes it as long as zones are stiffer than the
-contacts attached to them: in many steps a rim node comes to rest under P, and from exchange to exchange its motion is
+contacts attached to them: in many steps a rim node comes to rest under P, and from one exchange to the next its motion is
 multiplied by about - k_c / K.
 With static masses m_I of zones (fdm_server/step/masses.py) and sums S_I of contacts (dem_server/coupling/rim.py), the stiffness
 of zones at a rim node is at most 2 m_I, that of contacts at most 4 S_I, so
 
     contact/zone stiffness = max 2 S_I / m_I,                                    (2)
 
-which is k_c / K for a spring on the end of a bar. Above STIFFEST there is an exchange in every step, for the rest of the run.
-The same holds if the rim's motion grows by itself all the same (a block that only discs hold up has no K). For growth to be seen
-while it is slow, n begins with 1 in every stage and doubles after CALM exchanges. A rim node that becomes GROWTH times as fast as
-all were lately brings the next exchange at once. If it also moves otherwise than before the last one (cosine below ALIKE), n
-begins with 1 again; if held forces alone can have made it so fast this is a strike. They change by 4 S_I times the path, hence
+which is k_c / K for a spring on the end of a bar. Above STIFFEST there is an exchange in every step for the rest of the run. The
+same applies if the motion of the rim grows although the ratio is lower (a block that only discs support has no K). To detect
+growth while it is slow, n begins with 1 in every stage and doubles after CALM exchanges. If a rim node becomes GROWTH times as
+fast as all nodes were lately, the next exchange follows immediately. If its direction has also changed since the last exchange
+(cosine below ALIKE), n begins with 1 again; if held forces alone can explain its speed, this is a strike. Forces change by 4 S_I
+times the path, hence
 
     v <= (1 + 4 S_I n / (m_I + S_I)) v_before.                                   (3)
 
-After STRIKES of them with no rest in between, or at MOST times the speed before the first, n stays 1. Loads that grow move the
-rim onward, in one direction; sudden ones, bonds that break, make it faster than (3) or only once.
+After STRIKES strikes without rest in between, or at MOST times the speed before the first strike, n stays 1. Growing loads move
+the rim in one direction; sudden loads, such as breaking bonds, make it faster than (3), or only once.
 """
 
 import logging
@@ -34,21 +35,21 @@ import numpy as np
 log = logging.getLogger(__name__)
 STIFFEST = 1.0  # of Eq (2)
 GROWTH, STRIKES, MOST = 1.3, 3, 2.0
-ALIKE = 0.8  # cosine between two motions of a node that goes on its way
-RECENT = 10  # exchanges that "lately" means
-REST = 1e-6  # of the largest speed in the stage: slower is at rest
+ALIKE = 0.8  # cosine between two motions of a node whose direction has not changed
+RECENT = 10  # number of exchanges of "lately"
+REST = 1e-6  # of the largest speed in the stage: a slower node is at rest
 CALM = 4  # exchanges without a strike before n doubles
 
 
 def stiffness_ratio(mass, sums):
-    """Eq (2) [-] for rim nodes; mass (K,) [kg]: static ones of the zones, sums (K,) [N/m] of the mass rule."""
+    """Ratio of Eq (2) [-] for rim nodes; mass (K,) [kg]: static masses of the zones, sums (K,) [N/m] of the mass rule."""
     return float((2.0 * sums / mass).max(initial=0.0))
 
 
 class Pace:
-    """The pace of one stage. every: k; fell_back: why an earlier stage went back to 1, or "".
+    """Intervals between exchanges in one stage. every: k; fell_back: why an earlier stage returned to 1, or "".
 
-    `begins`: the next step is the first one under new forces; `fresh`: the present one is. `exchanges`: how many there were.
+    `begins`: the next step is the first one under new forces; `fresh`: the present step is. `exchanges`: number of exchanges.
     """
 
     def __init__(self, every, fell_back=""):
@@ -63,16 +64,16 @@ class Pace:
         self._peaks = deque(maxlen=RECENT)
         self._now = False
 
-    def heard(self, rims, mass):
-        """New forces are here; mass (N,) [kg]: static ones of the gridpoints."""
+    def note_forces(self, rims, mass):
+        """Checks Eq (2) after new forces were received; mass (N,) [kg]: static masses of the gridpoints."""
         if self.watching:
             ratio = max(stiffness_ratio(mass[rim.nodes], rim.sums) for rim in rims)
             self._gain = 4.0 * ratio / (2.0 + ratio)
             if ratio > STIFFEST:
                 self._fall_back(f"contacts on the rim are {ratio:.3g} times as stiff as the zones there, 1 is the limit")
 
-    def moved(self, rims, velocity):
-        """The step's velocities (N,2) [m/step] are known."""
+    def note_velocities(self, rims, velocity):
+        """Checks the growth of the rims' motion with the velocities (N,2) [m/step] of a step."""
         self.taken, self.fresh = self.taken + 1, self.begins
         if not self.watching:
             return
@@ -96,7 +97,7 @@ class Pace:
             self._fall_back("the motion of the rim grew by itself")
 
     def due(self, number, must=False):
-        """Steps since the last exchange if the next one follows the present step, else 0; number: steps since the run began."""
+        """Steps since the last exchange if an exchange follows the present step, else 0; number: steps since the run began."""
         self.begins = must or self._now or number % self.interval == 0
         if not self.begins:
             return 0
@@ -123,5 +124,5 @@ class Pace:
         log.warning("both sides exchange in every step from now on (exchange_every = %d): %s", self.every, why)
 
     def report(self):
-        """For run.json, where k is not 1: exchanges of the stage, and why it fell back to 1, or ""."""
+        """Content of run.json if k is not 1: exchanges of the stage, and why it returned to 1, or ""."""
         return {} if self.every == 1 else {"exchanges": self.exchanges, "fell_back": self.fell_back}

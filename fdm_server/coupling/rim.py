@@ -1,12 +1,12 @@
-"""Windows seen from the grid: rims, what their discs say, and the gradual change from zones to discs.
+"""Rims of windows on the side of the grid: forces of the discs, and the hand-over from zones to discs.
 
-While a window is handed over, the rim carries
+During the hand-over of a window, the forces on its rim are
 
     applied = (1 - s) R + s (P - g m_inner)                    s from 0 to 1 over the steps of the handover
 
 with R the reaction of the removed zones (stress and weight), P the nodal forces of the discs and m_inner the mass of the control
 discs' inner shares, whose weight belongs to the nodes. In static mode the nodes get the additional mass of the mass rule
-(dem_server/coupling/rim.py), in real time m_inner: without it a wave that should pass is reflected in part.
+(dem_server/coupling/rim.py), in real time m_inner: without it a wave that should pass is partly reflected.
 """
 
 import numpy as np
@@ -19,8 +19,11 @@ from fdm_server.mesh.window_zones import rim_of, window_zones
 
 
 @jit
-def _carry(nodes, force, added, share, gravity, inner_mass, reaction, reaction_mass, applied, added_mass):
-    """The equation above for the K gridpoints of a rim; force (K,2): P [N]; added (K,): mass each is to get [kg]."""
+def _apply_forces(nodes, force, added, share, gravity, inner_mass, reaction, reaction_mass, applied, added_mass):
+    """Sets applied forces by the equation above, and added masses, of the K gridpoints of a rim.
+
+    force (K,2): P [N]; added (K,): mass that each gridpoint gets [kg].
+    """
     K = nodes.shape[0]
     for i in range(K):
         n = nodes[i]
@@ -31,7 +34,7 @@ def _carry(nodes, force, added, share, gravity, inner_mass, reaction, reaction_m
 
 
 class Rim:
-    """Rim of one window: gridpoints `nodes` (K,) counter-clockwise, what its discs do to it, and the talk with them."""
+    """Rim of one window: gridpoints `nodes` (K,) counter-clockwise, the action of its discs, and the messages with them."""
 
     def __init__(self, grid, window, conversation):
         self.window = window
@@ -47,51 +50,51 @@ class Rim:
         self.sums = np.zeros(K)  # [N/m] of the mass rule
         self.answer = messages.Answer(*[0.0] * len(messages.Answer._fields))
         self.path = np.zeros((K, 2))  # [m] sum of the velocities since the last exchange
-        self.before = np.zeros((K, 2))  # [m/step] velocities that were said last
+        self.before = np.zeros((K, 2))  # [m/step] velocities that were sent last
         self.report = {}
 
-    def hear_ready(self):
-        """What the discs became, and the mass of the ring's inner shares."""
-        self.inner_mass, self.report = self.talk.hear_ready()
+    def receive_ready(self):
+        """Receives READY: the report of the discs, and the mass of the ring's inner shares."""
+        self.inner_mass, self.report = self.talk.receive_ready()
 
     # -- every step --------------------------------------------------------------------------------------------------
 
-    def hear_forces(self):
-        """Forces of the discs, and how they fare."""
-        heard = self.talk.hear_forces()
+    def receive_forces(self):
+        """Receives FORCE: forces and Answer of the discs."""
+        heard = self.talk.receive_forces()
         self.answer, self.sums = heard.answer, heard.sums
         self.force[:] = heard.force
 
-    def carry(self, state, gravity, share):
-        """Applied forces and added masses of the rim's gridpoints from the last FORCE; `share` is s above."""
+    def apply_forces(self, state, gravity, share):
+        """Sets applied forces and added masses of the rim's gridpoints from the last FORCE; `share` is s above."""
         added = self.inner_mass if state.in_real_time else self.sums
-        _carry(
+        _apply_forces(
             self.nodes, self.force, added, share, gravity, self.inner_mass, self.reaction, self.reaction_mass,
             state.applied, state.added_mass,
         )  # fmt: skip
 
     def note_velocities(self, state, first):
-        """Add the step's velocities to the path since the last exchange; `first`: it begins here."""
+        """Adds the velocities of a step to the path since the last exchange; `first`: the path begins with this step."""
         if first:
             self.path[:] = state.velocity[self.nodes]
         else:
             self.path += state.velocity[self.nodes]
 
     def speed(self, velocity):
-        """Largest of the speeds of its gridpoints [m/step], and the place of that gridpoint in the rim."""
+        """Largest speed of the rim's gridpoints [m/step], and the position of that gridpoint in `nodes`."""
         v = velocity[self.nodes]
         squares = np.einsum("ij,ij->i", v, v)
         fastest = int(squares.argmax())
         return float(np.sqrt(squares[fastest])), fastest
 
-    def say_velocities(self, order):
-        """Means of the velocities in the steps since the last exchange, and what to do after the last of them."""
+    def send_velocities(self, order):
+        """Sends VELOCITY: mean velocities of the steps since the last exchange, and the Order for the last of them."""
         np.divide(self.path, order.interval, out=self.before)
-        self.talk.say_velocities(self.before, order)
+        self.talk.send_velocities(self.before, order)
 
 
 def open_windows(model, state, rims):
-    """Cut the holes of all windows; each rim keeps the reactions of its zones. Returns the new model and state."""
+    """Cuts the holes of all windows and stores the reactions of their zones in the rims. Returns the new model and state."""
     for rim in rims:
         model, state, reaction = cut_window(model, state, rim.mask)
         rim.reaction = reaction.force[rim.nodes]

@@ -1,18 +1,19 @@
-"""What goes wrong at an interface, seen from the grid: motion that grows by itself from step to step, and power that gets lost.
+"""Watches of an interface on the side of the grid: unstable growth of the motion, and mismatch of power.
 
-Growth. In leap-frog a mode of frequency omega goes on as v(n+1/2) = z v(n-1/2), z + 1/z = 2 - omega^2 dt^2: where omega dt > 2
-it leaves the unit circle along the negative real axis (Courant, Friedrichs & Lewy 1928, Math. Ann. 100, 32-74; Hughes 1987,
-The Finite Element Method, section 9.1). So springs too stiff for the masses of a rim show as motion that turns round in
+Growth. In leap-frog a mode of frequency omega evolves as v(n+1/2) = z v(n-1/2), z + 1/z = 2 - omega^2 dt^2. For omega dt > 2,
+z leaves the unit circle along the negative real axis (Courant, Friedrichs & Lewy 1928, Math. Ann. 100, 32-74; Hughes 1987,
+The Finite Element Method, section 9.1). So springs that are too stiff for the masses of a rim cause a motion that reverses in
 every step and grows:
 
-    v+ . v- < -.9 |v+| |v-|,    |v+| > |v-|                                            (1)
+    v+ . v- < -0.9 |v+| |v-|,    |v+| > |v-|                                           (1)
 
-over all gridpoints of a rim, several steps in a row. Stable modes turn round like this only near the limit, and there they swell
-and fade but do not grow; waves, slides and impacts do not turn round. Twice the largest |v| of the steps before (1) began
-(FADE a step) is worth a warning; the run ends before the next step would make it more than four times what it was at the warning.
+over all gridpoints of a rim, several steps in a row. Stable modes reverse in every step only near the limit, and there their
+amplitude varies but does not grow; waves, slides and impacts do not reverse in every step. A warning follows when |v| reaches
+twice the largest |v| of the steps before (1) began (which decays by FADE a step). The run ends before the next step would make
+|v| more than four times that at the warning.
 
-Mismatch. P.v over the gridpoints is what the discs see on their side, to round-off with the work-consistent mapping
-(coupler_protocol/interface/mapping.py). The discs' number of a step comes with the forces two steps later.
+Mismatch. The power P.v over the gridpoints equals that of the discs, to round-off with the work-consistent mapping
+(coupler_protocol/interface/mapping.py). The discs' power of a step arrives with the forces two steps later.
 """
 
 from math import sqrt
@@ -21,15 +22,15 @@ import numpy as np
 
 from fdm_server.step.safety import Unstable
 
-REVERSED, LEAST, FAST = 0.9, 3, 1.3  # cosine; steps in a row where a step makes |v| so many times larger, twice as many elsewhere
-NOTICED, TOO_MUCH, FADE = 2.0, 4.0, 0.98  # growth of |v| since (1) began, since the warning; what a step leaves of a past |v|
-STILL = 1e-12  # way in a step, over the rim's size, below which motion is round-off
-MISMATCH, WRONG = 1e-9, 3  # of sum |P||v|; looks in a row that end the run
-DELAY = 2  # steps from a step to the forces that tell the discs' power in it
+REVERSED, LEAST, FAST = 0.9, 3, 1.3  # cosine; steps in a row if a step increases |v| by the factor FAST, else twice as many
+NOTICED, TOO_MUCH, FADE = 2.0, 4.0, 0.98  # growth of |v| since (1) began, since the warning; decay of past |v| in a step
+STILL = 1e-12  # path in a step, over the rim's size, below which motion is round-off
+MISMATCH, WRONG = 1e-9, 3  # of sum |P||v|; mismatches in a row that end the run
+DELAY = 2  # steps from a step to the FORCE with the discs' power in that step
 
 
 class GrowthWatch:
-    """Eq (1) for the rim `rim` (fdm_server.coupling.rim.Rim); warn(name, text) hears of it."""
+    """Watch of Eq (1) for the rim `rim` (fdm_server.coupling.rim.Rim); calls warn(name, text)."""
 
     def __init__(self, rim, warn):
         self.rim, self.warn = rim, warn
@@ -38,8 +39,8 @@ class GrowthWatch:
         self.size = self.peak = 0.0  # |v-|, largest |v| of steps past
         self.steps, self.begin, self.noticed = 0, 0.0, None  # steps of (1) in a row, peak before them, |v| at the warning
 
-    def see(self, velocity, dt):
-        """Look at the velocities (2K,) [m/s] of a step of dt [s]. Raises Unstable."""
+    def check(self, velocity, dt):
+        """Checks the velocities (2K,) [m/s] of a step of dt [s]. Raises Unstable."""
         product, size, before = float(velocity @ self.last), sqrt(float(velocity @ velocity)), self.size
         peak = self.peak
         self.last[:], self.size, self.peak = velocity, size, max(size, FADE * peak)
@@ -64,15 +65,15 @@ class GrowthWatch:
 
 
 class PowerWatch:
-    """Power at the rim `rim` as both sides see it, of every step that is a multiple of `every`; warn(name, text) hears of it."""
+    """Watch of the power of both sides at the rim `rim`, in every step that is a multiple of `every`; calls warn(name, text)."""
 
     def __init__(self, rim, every, warn):
         self.rim, self.every, self.warn = rim, every, warn
-        self.awaited = []  # (step, power, scale) that the discs have not told theirs of
-        self.wrong = 0  # looks in a row
+        self.awaited = []  # (step, power, scale) for which the discs' power has not arrived
+        self.wrong = 0  # mismatches in a row
 
-    def see(self, velocity, step):
-        """After the velocities (2K,) [m/s] of a step, the `step`-th of the run. Raises Unstable."""
+    def check(self, velocity, step):
+        """Checks the power with the velocities (2K,) [m/s] of the `step`-th step of the run. Raises Unstable."""
         if self.awaited and self.awaited[0][0] + DELAY == step:
             self._compare(*self.awaited.pop(0))
         if step % self.every == 0:
@@ -94,16 +95,16 @@ class PowerWatch:
 
 
 class RimWatch:
-    """Both for one rim in a coupled stage. kept: power is; neither the paper's mapping nor forces held over steps keep it."""
+    """Both watches for one rim in a coupled stage. kept: power is conserved, but not by the paper's mapping or held forces."""
 
     def __init__(self, rim, every, kept, warn):
         self.rim = rim
         self.growth = GrowthWatch(rim, warn)
         self.power = PowerWatch(rim, every, warn) if kept else None
 
-    def see(self, dt, step):
-        """After the velocities of the `step`-th step, of dt [s], were said. Raises Unstable."""
+    def check(self, dt, step):
+        """Checks the velocities of the `step`-th step, of dt [s], after they were sent. Raises Unstable."""
         velocity = self.rim.before.ravel()
-        self.growth.see(velocity, dt)
+        self.growth.check(velocity, dt)
         if self.power is not None:
-            self.power.see(velocity, step)
+            self.power.check(velocity, step)

@@ -1,15 +1,14 @@
-"""Zones on the rims of windows that are stretched so far that what they and the ring upon them say means little.
+"""Watch of strongly stretched zones on the rims of windows, whose results are inaccurate.
 
-A side of the rim that has become lambda times as long has gaps of 2 r (lambda - 1) between its control discs (radius r): two
-smallest radii, room for a disc, at lambda = 2 (dem_server/coupling/ring_guard.py watches the gaps). Force, moment and power still
-cross it
-exactly (coupler_protocol/interface/mapping.py), but at FAR a zone of constant strain stands for what should be several. Across
-the rim no
-gap tells of it. With X, x the diagonals (2,2) of a zone as drawn and now, the mean deformation gradient and its stretch are
+A side of the rim that has become lambda times as long has gaps of 2 r (lambda - 1) between its control discs (radius r). At
+lambda = 2 a gap is two smallest radii, room for a disc (dem_server/coupling/ring_guard.py watches the gaps). Force, moment and
+power are still transferred exactly (coupler_protocol/interface/mapping.py), but beyond the stretch FAR one zone of constant
+strain replaces several. A stretch across the rim opens no gap. With X, x the diagonals (2,2) of a zone as drawn and now, the mean
+deformation gradient and its stretch are
 
     F = x X^-1,    lambda = largest singular value of F                                   (1)
 
-(exact where the zone strains uniformly; of a triangle two sides take the place of the diagonals).
+(exact for uniform strain of the zone; for a triangle two sides replace the diagonals).
 """
 
 from typing import NamedTuple
@@ -20,20 +19,20 @@ FAR = 3.0
 
 
 class Stretched(NamedTuple):
-    """The farthest stretched zone: its stretch, number, and middle `place` (2,) [m]."""
+    """The zone with the largest stretch: its stretch, number, and centre `place` (2,) [m]."""
 
     stretch: float
     zone: int
     place: np.ndarray
 
-    def in_words(self):
-        """Which zone, where and how far."""
+    def as_text(self):
+        """Text with number, place and stretch of the zone."""
         x, y = self.place
         return f"zone {self.zone} at ({x:.4g}, {y:.4g}) is stretched to {self.stretch:.2g} times its size"
 
 
 class StretchWatch:
-    """Watches the zones that have a corner among the gridpoints `nodes` (K,) of rims, during one stage."""
+    """Watch of the zones with a corner among the gridpoints `nodes` (K,) of rims, during one stage."""
 
     def __init__(self, model, nodes):
         beside = np.isin(model.zones, nodes).any(axis=1)
@@ -41,8 +40,8 @@ class StretchWatch:
         self.drawn = model.grid.xy
         self.worst, self.warned = None, False
 
-    def look(self, displacement):
-        """Measure with displacements (N,2) [m] since the grid was drawn; returns a warning the first time it is due, or ""."""
+    def check(self, displacement):
+        """Measures stretches with displacements (N,2) [m] since the grid was drawn; returns a warning the first time, else ""."""
         now = self.drawn + displacement
         stretch = stretches(self.drawn, now, self.zones)
         i = int(stretch.argmax())
@@ -50,10 +49,10 @@ class StretchWatch:
             self.worst = Stretched(float(stretch[i]), int(self.number[i]), now[self.zones[i]].mean(axis=0))
         due = stretch[i] >= FAR and not self.warned
         self.warned |= bool(due)
-        return f"on the rim of a window {self.worst.in_words()}: use finer zones there" if due else ""
+        return f"on the rim of a window {self.worst.as_text()}: use finer zones there" if due else ""
 
     def report(self):
-        """What the row of a stage in run.json says where a warning was due; nothing for others."""
+        """Content of a stage's row in run.json if there was a warning; else {}."""
         if not self.warned:
             return {}
         found = {"zone": self.worst.zone, "stretch": self.worst.stretch, "place": self.worst.place.tolist()}

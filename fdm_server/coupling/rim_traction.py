@@ -1,4 +1,4 @@
-"""How well the forces of the discs fit the stress of the zones next to a rim."""
+"""Difference between the forces of the discs on a rim and the stress of the zones next to it."""
 
 import numpy as np
 
@@ -6,9 +6,9 @@ from fdm_server.step.present_shape import present
 
 
 def traction_difference(model, state, rim, stress):
-    """How well the discs' forces fit the stress of the zones next to the rim.
+    """Relative difference between the discs' forces and the stress of the zones next to the rim [-].
 
-    At every rim gridpoint the traction P / l (l: half of both segments) stands beside sigma n of the adjoining zones
+    At every rim gridpoint the traction P / l (l: half of both segments) is compared with sigma n of the adjoining zones
     (`stress` (A,4), area mean of the zones that share an edge with the rim there). Returns rms(difference) / rms(sigma n).
     """
     xy, K = present(model, state)[rim.nodes], len(rim.nodes)

@@ -1,4 +1,4 @@
-"""What the continuum says to the discs of one window and hears from them (coupler_protocol.wire.messages has the order)."""
+"""Messages between the continuum and the discs of one window (coupler_protocol.wire.messages has their order)."""
 
 import logging
 from math import isfinite
@@ -13,41 +13,41 @@ log = logging.getLogger(__name__)
 
 
 class WindowTalk:
-    """The conversation with the process inside a window. name: the window's; outline (K,2) [m]: its rim as drawn."""
+    """Conversation with the process of a window. name: of the window; outline (K,2) [m]: its rim as drawn."""
 
     def __init__(self, conversation, name, outline):
         self.conversation, self.name, self.outline = conversation, name, outline
-        self.strain_asked = False  # whether the next FORCE carries the window's strain
+        self.strain_asked = False  # whether the next FORCE contains the window's strain
         self.force_frame = self.strain_frame = self.velocity_frame = None
 
     @property
     def rank(self):
-        """Rank of the process inside the window."""
+        """Rank of the process of the window."""
         return self.conversation.rank
 
     # -- the window's beginning --------------------------------------------------------------------------------------
 
-    def hear_packed(self):
-        """Wait for PACKED."""
-        self._hear_control(messages.PACKED)
+    def receive_packed(self):
+        """Waits for PACKED."""
+        self._receive_control(messages.PACKED)
 
-    def say_field(self, rows, gravity, insitu):
-        """FIELD: stress and density (n,7) of the zones that become the hole; then wait for READY."""
-        self.conversation.say_control(messages.FIELD, field_content(rows, gravity, insitu))
+    def send_field(self, rows, gravity, insitu):
+        """Sends FIELD: stress and density (n,7) of the zones that become the hole."""
+        self.conversation.send_control(messages.FIELD, field_content(rows, gravity, insitu))
 
-    def hear_ready(self):
-        """Wait for READY; returns the mass (K,) [kg] of the ring's inner shares and what the discs report."""
-        content = self._hear_control(messages.READY)
+    def receive_ready(self):
+        """Waits for READY; returns the mass (K,) [kg] of the ring's inner shares and the report of the discs."""
+        content = self._receive_control(messages.READY)
         return inner_mass_of(content, len(self.outline)), content["report"]
 
-    def say_go(self, gravity, step, time, stage, bin_length=None):
-        """GO: the discs' first step comes next. time [s]; bin_length [m]: of bins in which a stage will want their strain."""
+    def send_go(self, gravity, step, time, stage, bin_length=None):
+        """Sends GO before the discs' first step. time [s]; bin_length [m]: of the bins for strain, None without `until.band`."""
         self._prepare(bin_length)
         wanted = {} if bin_length is None else {"bin": bin_length}
-        self.conversation.say_control(messages.GO, {"gravity": gravity, "step": step, "time": time, "stage": stage} | wanted)
+        self.conversation.send_control(messages.GO, {"gravity": gravity, "step": step, "time": time, "stage": stage} | wanted)
 
     def _prepare(self, bin_length):
-        """Buffers of the step messages; the session that stands in them is known once the handshake is done."""
+        """Makes the buffers of the step messages, which contain the session that the handshake sets."""
         talk, K = self.conversation, len(self.outline)
         self.force_frame, self.velocity_frame = ForceFrame(talk, K), VelocityFrame(talk, K)
         if bin_length is not None:
@@ -56,9 +56,9 @@ class WindowTalk:
 
     # -- every step --------------------------------------------------------------------------------------------------
 
-    def hear_forces(self):
-        """FORCE, as the frame that holds it until the next one."""
-        _, frame = self.conversation.hear((messages.FORCE,), in_step=True)
+    def receive_forces(self):
+        """Waits for FORCE; returns its ForceFrame, which is valid until the next one. Raises PeerLost."""
+        _, frame = self.conversation.receive((messages.FORCE,), in_step=True)
         expected = self.strain_frame if self.strain_asked else self.force_frame
         try:
             expected.accept(frame)
@@ -67,30 +67,33 @@ class WindowTalk:
         return expected
 
     def strain(self):
-        """Middles (b,2) [m] and shear strains (b,) of the window's bins, as the last FORCE that was asked for them said."""
+        """Centres (b,2) [m] and shear strains (b,) of the window's bins, from the last FORCE with strain."""
         return from_rows(self.strain_frame.strain)
 
-    def say_velocities(self, velocity, order):
-        """VELOCITY: mean velocities (K,2) of the steps since the last exchange, and what to do after the last of them."""
+    def send_velocities(self, velocity, order):
+        """Sends VELOCITY: mean velocities (K,2) of the steps since the last exchange, and the Order for the last of them.
+
+        Raises PhysicsFailed for velocities that are NaN or infinite.
+        """
         self.strain_asked = bool(int(order.flags) & messages.STRAIN)
         frame = self.velocity_frame
         frame.scalars[:] = order
         frame.velocity[:] = velocity
         if not isfinite(frame.values.sum()):
             raise PhysicsFailed(f"velocities on the rim of {self.name!r} are NaN or infinite in step {order.step:.0f}")
-        self.conversation.say_step(frame)
+        self.conversation.send_step(frame)
 
     # -- the end -----------------------------------------------------------------------------------------------------
 
-    def say_stop(self, reason):
-        """Wait for the forces that are on their way, say STOP, and return the discs' FAREWELL."""
-        self.conversation.hear((messages.FORCE,), in_step=True)
-        self.conversation.say_control(messages.STOP, {"reason": reason})
+    def send_stop(self, reason):
+        """Waits for the forces that are under way and sends STOP; returns the discs' FAREWELL, {} if none arrives."""
+        self.conversation.receive((messages.FORCE,), in_step=True)
+        self.conversation.send_control(messages.STOP, {"reason": reason})
         try:
-            return self._hear_control(messages.FAREWELL)
+            return self._receive_control(messages.FAREWELL)
         except PeerLost as error:  # everything is computed and recorded: only the discs' timings are missing
             log.warning("no farewell of rank %d: %s", self.rank, error)
             return {}
 
-    def _hear_control(self, kind):
-        return content_of(self.conversation.hear((kind,))[1])
+    def _receive_control(self, kind):
+        return content_of(self.conversation.receive((kind,))[1])

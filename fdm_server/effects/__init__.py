@@ -9,7 +9,7 @@ from fdm_server.effects import added_laws, combined_damping, elastic, mohr_coulo
 
 
 class Law(NamedTuple):
-    """Parameters of the effects in acting order; None where no material (no table) asks for the effect.
+    """Parameters of the effects in acting order; None for an effect that no material and no table has.
 
     elastic, mohr_coulomb, tension, softening: (M, P) rows of P parameters for M materials; added: one named tuple of arrays (M,)
     for each law of another distribution (added_laws.py); damping, combined: alpha [-].
@@ -26,12 +26,12 @@ class Law(NamedTuple):
 
     @property
     def plastic(self):
-        """Whether stresses can be limited by the laws that mark a plastic state."""
+        """Whether a law of this Law limits stresses and sets a plastic state."""
         return self.mohr_coulomb is not None or self.tension is not None
 
     @property
     def histories(self):
-        """What the acting laws remember: {name: coupler_protocol.scene.declare.History}."""
+        """Histories of the acting laws: {name: coupler_protocol.scene.declare.History}."""
         found = {}
         for name, law in REMEMBERING.items():
             if getattr(self, name) is not None:
@@ -47,8 +47,8 @@ REMEMBERING = {"mohr_coulomb": mohr_coulomb, "tension": tension, "softening": so
 def law_from(scene):
     """The law of `scene.material` and `scene.damping`.
 
-    Where only some materials have a table, the others get infinite strength: the code runs for all zones, and
-    does nothing in theirs.
+    If only some materials have a table, the others get infinite strength: the code runs for all zones, without
+    effect in theirs.
     """
     materials = scene.material
     for m in materials:
@@ -77,7 +77,7 @@ def law_from(scene):
 
 
 def with_damping(law, table):
-    """The law with the damping of a scene's table (a Damping); None, and local = 0: undamped."""
+    """The law with the damping of a scene's table (a Damping); undamped for None and for local = 0."""
     return law._replace(
         damping=float(table.local) if table and table.local else None,
         combined=float(table.combined) if table and table.combined else None,

@@ -1,18 +1,18 @@
 """Laws that other distributions add: a file of one law, declared as `material.NAME` in the entry points `colluvium.effects`.
 
-The file holds what a law file of this folder holds, by these names:
+The file contains the following names:
 
     class NAME(Effect)                        keys of the table in a scene's material
     class Parameters(NamedTuple)              numbers that the law reads in a zone
-    parameters(table, elastic)                these for one material; table is None where a material does not ask for the law:
-                                              numbers with which it changes nothing
-    corrected(sm, zz, sd, xy, p)              (sm, zz, sd, xy) [Pa] of a triangle after the law, from those before it (elastic.py
-                                              says what they are), with p the Parameters
-    HISTORIES = (History(name, "zone"),)      where the law remembers a number, and then corrected(sm, zz, sd, xy, memory, p)
+    parameters(table, elastic)                Parameters of one material; for a material without the law, table is None:
+                                              numbers with which the law changes nothing
+    corrected(sm, zz, sd, xy, p)              (sm, zz, sd, xy) [Pa] of a triangle after the law, from those before it (defined
+                                              in elastic.py), with p the Parameters
+    HISTORIES = (History(name, "zone"),)      if the law has a history of one number; then corrected(sm, zz, sd, xy, memory, p)
                                               -> (sm, zz, sd, xy, memory)
 
-`corrected` is compiled into the step (step/added_laws.py): it may call functions of `math`, nothing else. Stresses within the
-limits of the law go out as they came in. Added laws act after Mohr-Coulomb and the tension cut-off, in the order of their names.
+`corrected` is compiled into the step (step/added_laws.py): it may call functions of `math` only. Stresses within the limits of
+the law are returned unchanged. Added laws act after Mohr-Coulomb and the tension cut-off, in the order of their names.
 """
 
 import sys
@@ -26,13 +26,13 @@ OWN = ("elastic", "mohr_coulomb", "tension", "softening")  # tables of materials
 
 
 def declared():
-    """Added laws that are installed: {name of the table: class of its keys}."""
+    """Installed laws of other distributions: {name of the table: class of its keys}."""
     places = ((place.partition("."), effect) for place, effect in declared_effects().items())
     return {name: effect for (table, _, name), effect in places if table == TABLE and name not in OWN}
 
 
 def parameters(materials):
-    """Parameters (M,) of every added law that a material asks for, each law a named tuple of its own; None: no such law."""
+    """Parameters (M,) of every added law of the M materials, a named tuple for each law; None without such a law."""
     found = []
     for name, effect in sorted(declared().items()):
         if any(getattr(m, name, None) is not None for m in materials):
@@ -43,22 +43,22 @@ def parameters(materials):
 
 
 def module_of(cls):
-    """The law file in which a class stands: of its keys, or of its Parameters."""
+    """The law file that contains a class: of its keys, or of its Parameters."""
     return sys.modules[cls.__module__]
 
 
 def histories(parameters_class):
-    """What the law with this class of Parameters remembers."""
+    """Histories of the law with this class of Parameters."""
     return getattr(module_of(parameters_class), "HISTORIES", ())
 
 
 def memories(laws, memory):
-    """What each of the added laws remembers, (B, 16) or None, out of {name: array}."""
+    """History (B, 16) of each added law or None, from {name: array}."""
     return tuple(next((memory[history.name] for history in histories(type(law))), None) for law in laws)
 
 
 def missing(effect):
-    """What a law file lacks to be computed, in words; "" where nothing is."""
+    """Text of the parts that a law file lacks; "" if it is complete."""
     law = module_of(effect)
     lacks = [f"no function `{name}`" for name in ("parameters", "corrected") if not callable(getattr(law, name, None))]
     fields = getattr(getattr(law, "Parameters", None), "_fields", ())

@@ -1,9 +1,9 @@
-"""Local damping: every gridpoint's unbalanced force F loses a share alpha of its size against the motion.
+"""Local damping: a force of the magnitude alpha |F| against the motion, with F the unbalanced force of a gridpoint.
 
     F_d = F - alpha |F| sign(v)         component by component
 
-Nothing happens at rest in equilibrium, body forces are not touched, and the damping does not depend on frequency: a vibration
-loses the share 1 - (1 - alpha)/(1 + alpha) of its amplitude's square in every half period.
+There is no damping force in equilibrium, body forces are not changed, and the damping does not depend on frequency: a vibration
+loses the share 1 - (1 - alpha)/(1 + alpha) of its squared amplitude in every half period.
 """
 
 from typing import ClassVar
@@ -40,6 +40,6 @@ class Damping(Effect):
 
 
 def damped(force, velocity, alpha):
-    """Component of the unbalanced force [N] that accelerates, for the same component of velocity."""
+    """Component of the damped force [N], from the same component of unbalanced force and velocity."""
     loss = alpha * abs(force)
     return force - (loss if velocity > 0.0 else (-loss if velocity < 0.0 else 0.0))

@@ -5,9 +5,9 @@ With e = d eps_xx + d eps_yy (d eps_zz = 0), K the bulk and G the shear modulus:
     d sigma_xx = (K + 4G/3) d eps_xx + (K - 2G/3) d eps_yy        d sigma_zz = (K - 2G/3) e
     d sigma_yy = (K - 2G/3) d eps_xx + (K + 4G/3) d eps_yy        d sigma_xy = G gamma_xy
 
-Stresses are kept as sm = (xx + yy)/2, sd = (xx - yy)/2, xy and zz. In these the law is diagonal.
+Stresses are stored as sm = (xx + yy)/2, sd = (xx - yy)/2, xy and zz. In these the law is diagonal.
 
-A scene gives K and G, or E and nu, of which
+A scene gives K and G, or E and nu:
 
     K = E / (3 (1 - 2 nu)),    G = E / (2 (1 + nu))                              (1)
 """
@@ -61,7 +61,7 @@ def young_modulus(elastic):
 
 
 def parameters(elastic):
-    """Rows (K + G/3, G, K - 2G/3) [Pa] that the increments below read, for one material."""
+    """Rows (K + G/3, G, K - 2G/3) [Pa] for the increments below, for one material."""
     K, G = elastic.bulk, elastic.shear
     return K + G / 3.0, G, K + LAME * G
 

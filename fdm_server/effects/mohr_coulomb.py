@@ -6,19 +6,18 @@ with psi, C = 2 c sqrt(N):
     f = s1 - N s3 + C            yield where f < 0
     g = s1 - Np s3               flow, psi <= phi
 
-An elastic trial stress with f < 0 is brought back along D dg/ds. With a1 = K + 4G/3 and a2 = K - 2G/3,
+An elastic trial stress with f < 0 is returned along D dg/ds. With a1 = K + 4G/3 and a2 = K - 2G/3,
 
     D dg/ds = (a1 - a2 Np,  a2 (1 - Np),  a2 - a1 Np) = (m1, m2, m3)
     s -= lambda m,    lambda = f / (m1 - N m3)                                          one plane active
 
-Where that return changes the order of the principal stresses, a second plane is active and the stress lies on
-an edge. Only the mean t of the two equal stresses is needed, the difference of the two multipliers serves to
-make them equal:
+If this return changes the order of the principal stresses, a second plane is active and the stress is on an edge.
+Only the mean t of the two equal stresses is needed; the difference of the two multipliers makes them equal:
 
     s2 = s3 = t (compression):  L = (s1 - N t + C)/(m1 - N (m2 + m3)/2),  s1 -= L m1,  t -= L (m2 + m3)/2
     s1 = s2 = t (extension):    L = (t - N s3 + C)/((m1 + m2)/2 - N m3),  t -= L (m1 + m2)/2,  s3 -= L m3
 
-An edge ends at the apex s1 = s2 = s3 = C/(N - 1) = c/tan(phi); beyond it all three take this value.
+An edge ends at the apex s1 = s2 = s3 = C/(N - 1) = c/tan(phi); beyond it all three have this value.
 """
 
 from math import radians, sin, sqrt, tan
@@ -52,7 +51,7 @@ class MohrCoulomb(Effect):
         return self
 
     def apex(self):
-        """Isotropic tension c/tan(phi) [Pa] at which all strength is gone; inf without friction."""
+        """Isotropic tension c/tan(phi) [Pa] without strength; inf without friction."""
         return self.cohesion / tan(radians(self.friction)) if self.friction > 0.0 else INF
 
 
@@ -63,7 +62,7 @@ def passive_ratio(angle):
 
 
 def parameters(mohr_coulomb, elastic):
-    """Rows that `plastic_return` reads after the stresses, for one material; no table: infinite strength."""
+    """Arguments of `plastic_return` after the stresses, for one material; no table: infinite strength."""
     if mohr_coulomb is None:
         return 1.0, INF, INF, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     N, Np = passive_ratio(mohr_coulomb.friction), passive_ratio(mohr_coulomb.dilation)
@@ -73,7 +72,7 @@ def parameters(mohr_coulomb, elastic):
 
 
 def directions(N, Np, a1, a2):
-    """Directions of the returns over their denominators [-], as `plastic_return` reads them: p1, p2, p3, c1, c23, e12, e3."""
+    """Directions of the returns over their denominators [-], arguments of `plastic_return`: p1, p2, p3, c1, c23, e12, e3."""
     m1, m2, m3 = a1 - a2 * Np, a2 * (1.0 - Np), a2 - a1 * Np
     m12, m23 = 0.5 * (m1 + m2), 0.5 * (m2 + m3)
     plane, compression, extension = m1 - N * m3, m1 - N * m23, m12 - N * m3
@@ -81,10 +80,10 @@ def directions(N, Np, a1, a2):
 
 
 def plastic_return(s1, s2, s3, N, C, apex, p1, p2, p3, c1, c23, e12, e3):
-    """Principal stresses s1 <= s2 <= s3 [Pa] after shear yield, and whether it took place.
+    """Principal stresses s1 <= s2 <= s3 [Pa] after shear yield, and whether the zone yields.
 
     N [-], C and apex [Pa] as above; p, c, e [-]: directions of the return to the plane, the compression edge
-    and the extension edge over their denominators. No branches, so that a loop over zones is vector code.
+    and the extension edge over their denominators. Without branches, so that a loop over zones is vectorised.
     """
     f = s1 - N * s3 + C
     q1, q2, q3 = s1 - f * p1, s2 - f * p2, s3 - f * p3

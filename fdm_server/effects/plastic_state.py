@@ -1,7 +1,7 @@
-"""Plastic state of a zone: whether it yields now in shear or in tension, and whether it ever did.
+"""Plastic state of a zone: whether it yields now in shear or in tension, and whether it has yielded.
 
-The sum of 1 shear now, 2 tension now, 4 shear past, 8 tension past. Mohr-Coulomb and the tension
-cut-off share it.
+The sum of 1 shear now, 2 tension now, 4 shear past, 8 tension past. Mohr-Coulomb and the tension cut-off
+use it.
 """
 
 from coupler_protocol.scene.declare import History

@@ -4,12 +4,12 @@ A mode of angular frequency w has the fraction of critical damping
 
     xi(w) = (a/w + b w)/2
 
-Both parts: a = xi w, b = xi/w at the given frequency w = 2 pi f, where xi(w) has its least value. One part alone gives xi
-there with a = 2 xi w or b = 2 xi/w.
+Both parts: a = xi w, b = xi/w at the given frequency w = 2 pi f, where xi(w) has its minimum. One part alone gives xi at this
+frequency with a = 2 xi w or b = 2 xi/w.
 
 The part of the masses is taken at mid-step, v' = (v (1 - a dt/2) + dt F/m)/(1 + a dt/2), which is stable at any step. The part of
-the stiffness adds b times the stress rate of the step before to the stress that makes forces; what plastic flow takes from a
-stress, it takes from its rate. It shortens the stable step by sqrt(1 + xi^2) - xi at the highest frequency of the grid.
+the stiffness adds b times the stress rate of the previous step to the stress that makes forces; plastic flow reduces this rate
+like the stress. It multiplies the stable step by sqrt(1 + xi^2) - xi at the highest frequency of the grid.
 
 Source: Bathe, K.-J. (1996), Finite Element Procedures (Rayleigh damping); Belytschko, T., Liu, W. K. & Moran, B. (2000),
 Nonlinear Finite Elements for Continua and Structures (the step under damping).
@@ -37,7 +37,7 @@ class Rayleigh(NamedTuple):
 
 
 def parameters(table):
-    """The factors a and b of a scene's table."""
+    """Factors a and b of a scene's table."""
     w, xi = 2.0 * pi * table.frequency, table.fraction
     whole = 1.0 if table.part == "both" else 2.0
     return Rayleigh(
@@ -47,11 +47,11 @@ def parameters(table):
 
 
 def step_share(stiffness, undamped):
-    """Share [-] that is left of a stable step `undamped` = 2/w [s] with b = `stiffness` [s]: xi = b w/2."""
+    """Damped over undamped stable step [-]; undamped: 2/w [s], stiffness: b [s]; xi = b w/2."""
     xi = stiffness / undamped
     return sqrt(1.0 + xi * xi) - xi
 
 
 def drag(velocity, change, half):
-    """Velocity [m/s] after a step in which forces alone would change it by `change`; half: a dt/2 [-]."""
+    """Velocity [m/s] after a step with the change [m/s] by forces alone; half: a dt/2 [-]."""
     return ((1.0 - half) * velocity + change) / (1.0 + half)

@@ -4,14 +4,14 @@ The plastic shear strain k of a triangle grows with the deviator e^p of every pl
 
     dk = sqrt(e^p : e^p / 2)                       dk = lambda sqrt(1 + Np + Np^2)/sqrt(3) on a single plane
 
-the measure of FLAC's strain-softening model (Itasca 2011, FLAC 7.0 Constitutive Models), which writes it for a single plane.
-Plane shear without dilation by the plastic angle gamma gives k = gamma/2. A return moves principal stresses along fixed
-directions, so e^p is the deviator of (trial - result)/2G, and this holds on edges and at the apex as well. Opening cracks add
-nothing. A zone has one k, the area mean of its triangles.
+the measure of FLAC's strain-softening model (Itasca 2011, FLAC 7.0 Constitutive Models), which has it for a single plane. Plane
+shear without dilation by the plastic angle gamma gives k = gamma/2. A return moves principal stresses along fixed directions, so
+e^p is the deviator of (trial - result)/2G, also on edges and at the apex. Opening cracks do not change k. A zone has one k, the
+area mean of its triangles.
 
-Between two points a value is linear in k, beyond the last point it stays. The strength of a step is that of k at its beginning:
-it lags behind by one step. Unlike FLAC's, tensile strength too follows the plastic shear strain. A softening band is one zone
-wide whatever its size: results depend on the zone size, and steep softening needs small steps of load.
+Between two points a value is linear in k, beyond the last point it is constant. The strength of a step is that of k at its
+beginning: it lags by one step. Unlike in FLAC, tensile strength also follows the plastic shear strain. A softening band is one
+zone wide for any zone size: results depend on the zone size, and steep softening needs small steps of load.
 """
 
 from math import sqrt
@@ -58,7 +58,7 @@ class Softening(Effect):
 
 
 def curves(softening, mohr_coulomb, tension):
-    """Values {name: list} at strain 0 and at the points of the table; without a table of strength: infinite, without angles."""
+    """Values {name: list} at strain 0 and at the points of the table; without a table of strength infinite, and no angles."""
     start = {
         "cohesion": INF if mohr_coulomb is None else mohr_coulomb.cohesion,
         "friction": 0.0 if mohr_coulomb is None else mohr_coulomb.friction,
@@ -73,7 +73,7 @@ def curves(softening, mohr_coulomb, tension):
 def parameters(materials):
     """Rows (M, 5 P) of M materials for the kernel: P strains [-], then as many values of every curve [Pa, deg].
 
-    The last strain is infinite, with the values of the one before.
+    The last strain is infinite, with the values of the previous one.
     """
     count = 2 + max(len(m.softening.strain) if m.softening else 0 for m in materials)
     table = []
@@ -86,12 +86,12 @@ def parameters(materials):
 
 
 def between(share, before, after):
-    """Value [Pa or deg] at `share` of the way between two points; equal ones may be infinite."""
+    """Value [Pa or deg] at `share` of the distance between two points; equal values may be infinite."""
     return before if before == after else before + share * (after - before)
 
 
 def shear_strain(d1, d2, d3, shear):
-    """Plastic shear strain [-] of a return that took d1, d2, d3 [Pa] off the principal stresses; shear: G [Pa]."""
+    """Plastic shear strain [-] of a return by d1, d2, d3 [Pa] of the principal stresses; shear: G [Pa]."""
     mean = (d1 + d2 + d3) / 3.0
     a, b, c = d1 - mean, d2 - mean, d3 - mean
     return sqrt(0.5 * (a * a + b * b + c * c)) / (2.0 * shear)

@@ -1,14 +1,14 @@
 """Tension cut-off (Rankine) with associated flow.
 
-No principal stress exceeds the tensile strength st, which is never more than the apex c/tan(phi) of a Mohr-
-Coulomb material. With s1 <= s2 <= s3 and a1 = K + 4G/3, a2 = K - 2G/3, a trial stress is brought back along
-the elastic stiffness of the opening:
+No principal stress exceeds the tensile strength st, which is at most the apex c/tan(phi) of a Mohr-Coulomb
+material. With s1 <= s2 <= s3 and a1 = K + 4G/3, a2 = K - 2G/3, a trial stress is returned along the elastic
+stiffness of the opening:
 
     one direction opens:     s3 = st,           s1, s2 -= (s3 - st) a2/a1
     two directions open:     s2 = s3 = st,      s1 -= (s2 + s3 - 2 st) a2/(a1 + a2)
     three directions open:   s1 = s2 = s3 = st
 
-It acts after Mohr-Coulomb: f = s1 - N s3 + C only grows by it, so the result obeys both laws.
+It acts after Mohr-Coulomb: it only increases f = s1 - N s3 + C, so the result fulfils both laws.
 """
 
 from typing import ClassVar
@@ -29,7 +29,7 @@ class Tension(Effect):
 
 
 def parameters(tension, mohr_coulomb, elastic):
-    """Rows (st [Pa], a2/a1, a2/(a1 + a2)) that `cut_off` reads, of one material; no table: infinite."""
+    """Arguments (st [Pa], a2/a1, a2/(a1 + a2)) of `cut_off`, for one material; no table: infinite strength."""
     if tension is None:
         return INF, 0.0, 0.0
     apex = INF if mohr_coulomb is None else mohr_coulomb.apex()
@@ -39,7 +39,7 @@ def parameters(tension, mohr_coulomb, elastic):
 
 
 def cut_off(s1, s2, s3, strength, one, two):
-    """Principal stresses s1 <= s2 <= s3 [Pa] after opening, and whether it took place."""
+    """Principal stresses s1 <= s2 <= s3 [Pa] after opening, and whether the zone opens."""
     d3 = s3 - strength
     opens = d3 > 0.0
     p1, p2 = s1 - one * d3, s2 - one * d3

@@ -3,8 +3,7 @@
 import sys
 
 from coupler_protocol import exits
-from coupler_protocol.process import command_line
-from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
+from coupler_protocol.process import command_line, server
 from coupler_protocol.process.progress import Progress
 
 OWN_FILES = ("fos.json", "fos.log")
@@ -12,13 +11,9 @@ OWN_FILES = ("fos.json", "fos.log")
 
 def main(argv=None):
     """Entry point; returns the exit code."""
-    options = command_line.server_parser("fdm_server.fos", "Looks for the factor of safety of a scene's grid.").parse_args(argv)
-    command_line.set_threads(options.threads)
-    stop = StopRequest()
-    stop_on_signals(stop)
-    if options.tether:
-        stop_with_parent(stop)
-    return command_line.ended("fdm_server.fos", lambda: search(options, stop))
+    name = "fdm_server.fos"
+    parser = command_line.server_parser(name, "Looks for the factor of safety of a scene's grid.")
+    return server.main(name, parser, search, argv)
 
 
 def search(options, stop):
@@ -32,7 +27,7 @@ def search(options, stop):
     progress = Progress(0, "none" if options.quiet else options.progress)
     for line in ignored(scene):
         progress("start", f"ignored: {line}", now=True)
-    found = exits.physics(Study(scene, out, progress, stop).run)
+    found = exits.end_as_physics(Study(scene, out, progress, stop).run)
     mesh = found["meshes"][-1]
     progress("done", f"{found['quantity']} {mesh['value']:.4g} ({mesh['low']:.4g} to {mesh['high']:.4g})", now=True)
 

@@ -5,9 +5,9 @@ All stages of a scene count, whatever their order: the ground is searched as it 
 
 import numpy as np
 
-from coupler_protocol.scene.schedule import acting, plan
+from coupler_protocol.scene.schedule import acting_boundaries, plan
 from fdm_server.ground.boundaries_in_time import load_forces
-from fdm_server.ground.load_ramps import press
+from fdm_server.ground.load_ramps import surcharge_ramp
 
 
 def gravity_of(scene):
@@ -18,7 +18,7 @@ def gravity_of(scene):
 
 def boundaries(scene):
     """The boundaries that act in the last stage."""
-    return acting(scene, len(scene.stage) - 1)
+    return acting_boundaries(scene, len(scene.stage) - 1)
 
 
 def loads(scene):
@@ -33,7 +33,7 @@ def apply_loads(scene, model, state):
     for boundary in at_sides:
         state.applied += load_forces(model, state, boundary)
     for surcharge in surcharges:
-        ramp = press(model, state, surcharge)
+        ramp = surcharge_ramp(model, state, surcharge)
         state.applied[ramp.nodes] = ramp.end
 
 

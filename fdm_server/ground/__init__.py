@@ -1,1 +1,1 @@
-"""What acts on the ground and changes it: boundaries, loads, initial stress, excavation, removed zones."""
+"""Boundaries, loads, initial stress, excavations and removed zones of the ground."""

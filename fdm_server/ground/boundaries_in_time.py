@@ -1,12 +1,12 @@
-"""Boundaries over the stages: which act, which begin, and how velocities and loads change from one to the next.
+"""Boundaries over the stages: those that act, those that begin, and the change of velocities and loads.
 
-A velocity or load goes linearly from what it was to what its table says in `over` steps: in step n of the stage (from 0) with
-s = min(1, (n + 1)/over)
+A velocity or load changes linearly from its previous value to that of its table in `over` steps: in step n of the stage (from 0)
+with s = min(1, (n + 1)/over)
 
     v = (1 - s) v_before + s v_after          f = (1 - s) f_before + s f_after
 
-v_before is `State.driven`, f_before `State.loads`: a later stage goes on from what was reached, and the first one from the
-scene's own boundaries where both speak of the same place.
+v_before is `State.driven`, f_before `State.loads`: a later stage continues from the values reached, and the first one from the
+boundaries of the scene if both are for the same place.
 """
 
 from dataclasses import replace
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from coupler_protocol.scene.schedule import acting, beginning
+from coupler_protocol.scene.schedule import acting_boundaries, new_boundaries
 from fdm_server.ground.load_ramps import forces_of_even_loads
 from fdm_server.ground.quiet_sides import Dashpots, dashpots, keep_reaction
 from fdm_server.mesh.grid_sides import edges_of, fixed_components, motion_of, points_in, sides_of
@@ -24,7 +24,7 @@ from fdm_server.step import present_shape
 
 
 class Drive(NamedTuple):
-    """Velocities of n components of motion, flat in (N,2), that change over steps."""
+    """Velocities of n components of motion, flat positions in (N,2), that change over steps."""
 
     component: NDArray[np.int64]  # (n,)
     start: NDArray[np.float64]  # (n,) [m/step]
@@ -32,7 +32,7 @@ class Drive(NamedTuple):
     over: NDArray[np.int64]  # (n,)
 
     def apply(self, state, done):
-        """Set the velocities of the step after `done` steps of the stage."""
+        """Sets the velocities of the step after `done` steps of the stage."""
         share = np.minimum((done + 1) / self.over, 1.0)
         now = np.where(share < 1.0, self.start + share * (self.end - self.start), self.end)
         state.velocity.reshape(-1)[self.component] = now
@@ -54,14 +54,14 @@ class Load(NamedTuple):
 
 
 class Push(NamedTuple):
-    """Loads on n gridpoints, beside `others`, the forces that stay."""
+    """Loads on n gridpoints, in addition to the constant forces `others`."""
 
     nodes: NDArray[np.int64]  # (n,)
     others: NDArray[np.float64]  # (n,2) [N]
     loads: tuple[Load, ...]
 
     def apply(self, state, done):
-        """Set the forces of the step after `done` steps of the stage."""
+        """Sets the forces of the step after `done` steps of the stage."""
         if done < max(load.over for load in self.loads):
             total = self.others.copy()
             for load in self.loads:
@@ -72,7 +72,7 @@ class Push(NamedTuple):
 
 
 class Sides(NamedTuple):
-    """What boundaries do in a stage; None where they do nothing of the kind."""
+    """Actions of boundaries in a stage; None for an absent action."""
 
     drive: Drive | None
     push: Push | None
@@ -84,11 +84,11 @@ NOTHING = Sides(None, None, (), {})
 
 
 def begin_stage(scene, index, model, state, gravity=0.0):
-    """Model with the components held in a stage, and what its boundaries do; makes room in `State.driven` and `State.loads`.
+    """Returns the model with the components held in a stage, and its Sides; prepares `State.driven` and `State.loads`.
 
-    gravity [m/s2]: of the step before, for what holds a side that becomes quiet.
+    gravity [m/s2]: of the previous step, for the reaction of a side that becomes quiet.
     """
-    boundaries, new = acting(scene, index), beginning(scene, index)
+    boundaries, new = acting_boundaries(scene, index), new_boundaries(scene, index)
     for boundary in new:
         if boundary.quiet:
             keep_reaction(model, state, boundary, gravity)
@@ -121,7 +121,7 @@ def _loads(boundaries):
 
 
 def _drive(model, state, boundaries, earlier, own):
-    """The Drive of a stage in which boundaries begin, `earlier` those of the scene, then its `own`."""
+    """The Drive of a stage in which boundaries begin: `earlier` of the scene, then `own` of the stage."""
     if state.driven is None:
         if not any(b.velocity is not None for b in boundaries):
             return None
@@ -132,7 +132,7 @@ def _drive(model, state, boundaries, earlier, own):
         points = points_in(model.grid, sides, boundary)
         for axis, velocity in motion_of(boundary):
             if k >= len(earlier):
-                state.driven[points, axis] = end[points, axis]  # what the scene's own boundaries had it do
+                state.driven[points, axis] = end[points, axis]  # velocity by the boundaries of the scene
             end[points, axis] = velocity or 0.0
             over[points, axis] = 1 if velocity is None else boundary.over
     state.driven[~model.fixed] = 0.0
@@ -143,7 +143,7 @@ def _drive(model, state, boundaries, earlier, own):
 
 
 def _push(model, state, earlier, own):
-    """The Push of a stage in which loads begin, `earlier` those of the scene, then its `own`."""
+    """The Push of a stage in which loads begin: `earlier` of the scene, then `own` of the stage."""
     last = {b.place: b for b in [*earlier, *own]}
     if not last:
         return None
@@ -165,7 +165,7 @@ def _push(model, state, earlier, own):
 
 
 def load_forces(model, state, boundary):
-    """Forces (N,2) [N] of a load on its side and range, in the present shape; zones that are gone feel nothing."""
+    """Forces (N,2) [N] of a load on its side and range, in the present shape; no force acts on removed zones."""
     edges = edges_of(model.grid, boundary.on)
     there = {tuple(edge) for edge in boundary_edges(model.zones).tolist()}
     edges = edges[[tuple(edge) in there for edge in edges.tolist()]]

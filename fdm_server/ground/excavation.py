@@ -1,4 +1,4 @@
-"""Which zones an excavation takes, and whether the rest still hangs together."""
+"""Zones of excavations, and the support of the zones that remain."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from fdm_server.mesh.zone_sides import pieces
 
 
 def excavations(scene, grid, fixed, rims):
-    """Zones {number of the stage: mask (Z,)} that each stage of kind excavate takes away; fixed (N,2): what boundaries hold.
+    """Zones {number of the stage: mask (Z,)} that each stage of kind excavate removes; fixed (N,2): held components.
 
-    Raises ValueError for excavations that find nothing, touch a window, or leave pieces that hang on nothing.
+    Raises ValueError for excavations that contain no zones, touch a window, or leave unsupported zones.
     """
     there = np.ones(len(grid.zones), dtype=np.bool_)
     near_windows = np.zeros(len(grid.zones), dtype=np.bool_)
@@ -33,7 +33,7 @@ def excavations(scene, grid, fixed, rims):
 
 
 def all_held(zones, fixed):
-    """Whether every piece of zones (A,4) is held in x and in y somewhere; fixed (N,2)."""
+    """Whether every connected piece of zones (A,4) is held in x and in y somewhere; fixed (N,2)."""
     piece = pieces(zones)
     held = [np.bincount(piece, np.any(fixed[zones, axis], axis=1)) > 0 for axis in range(2)]
     return bool(np.all(held))

@@ -1,10 +1,10 @@
-"""The stress that the ground begins with: uniform, growing with depth, or from the weight of the ground above.
+"""Initial stress of the ground: uniform, growing with depth, or from the weight of the ground above.
 
 At the height y, with d = level - y:
 
     s = s_0 + d ds/dd          or          yy = yy_0 - W,  xx = xx_0 - k0 W,  zz = zz_0 - k0 W
 
-W = g (sum of density times thickness of the ground straight above). Every zone gets the stress of its centre.
+W = g (sum of density times thickness of the ground vertically above). Every zone gets the stress at its centre.
 """
 
 from dataclasses import replace
@@ -31,9 +31,9 @@ def initial_state(scene, model):
 
 
 def set_stress(model, state, stress):
-    """Give the active zones stresses (A,4) [Pa] xx, yy, zz, xy, and gridpoints the forces of these.
+    """Sets the stresses (A,4) [Pa] xx, yy, zz, xy of the active zones, and their forces on gridpoints.
 
-    Stresses beyond the strength are brought back to it.
+    Stresses beyond the strength are reduced to the strength.
     """
     xx, yy, zz, xy = stress.T
     sd = 0.5 * (xx - yy)
@@ -58,7 +58,7 @@ def stress_field(table, materials, model, gravity):
 
 
 def overburden(model, materials, points):
-    """Mass per area (n,) [kg/m2] of the ground straight above points (n,2) [m]."""
+    """Mass per area (n,) [kg/m2] of the ground vertically above points (n,2) [m]."""
     ground = shapely.coverage_union_all(shapely.polygons(model.grid.xy[model.zones]))
     low, high = ground.bounds[1] - 1.0, ground.bounds[3] + 1.0
     above = shapely.linestrings(np.stack([points, np.column_stack([points[:, 0], np.full(len(points), high)])], axis=1))

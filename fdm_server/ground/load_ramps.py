@@ -1,12 +1,12 @@
-"""Forces that change over the steps of a stage: relief of the ground by an excavation, pressure upon its surface.
+"""Forces that change over the steps of a stage: unloading by an excavation, pressure on the ground surface.
 
-What dug zones did to the gridpoints that stay, R (stresses and weight), is put in their place and taken away gradually; a
+The reaction R of removed zones on the remaining gridpoints (stresses and weight) replaces the zones and is reduced gradually; a
 pressure p grows in the same way. In step n of the stage, with s = min(1, n/over), the applied forces are
 
-    (1 - s) R          or          -s p n dA                besides what was applied before.
+    (1 - s) R          or          -s p n dA                in addition to earlier applied forces.
 
-Both keep their direction and their size, whatever the surface does under them. Pressure on a part xi_0..xi_1 of a side of length
-l goes to its two ends as p l (d - m) and p l m with d = xi_1 - xi_0, m = (xi_1^2 - xi_0^2)/2.
+Both keep their direction and their size when the surface moves. Pressure on a part xi_0..xi_1 of a side of length l acts on its
+two ends with p l (d - m) and p l m, with d = xi_1 - xi_0, m = (xi_1^2 - xi_0^2)/2.
 """
 
 from typing import NamedTuple
@@ -18,11 +18,11 @@ from fdm_server.ground.removed_zones import cut_window
 from fdm_server.mesh.grid_sides import surface_edges
 from fdm_server.step import present_shape
 
-FLAT = 1e-12  # share of its length by which a side upright to an axis may lean
+FLAT = 1e-12  # largest inclination, over its length, of a side that counts as normal to an axis
 
 
 class ForceRamp(NamedTuple):
-    """Applied forces of n gridpoints, from `start` to `end` [N] in so many steps."""
+    """Applied forces of n gridpoints, from `start` to `end` [N] over `over` steps."""
 
     nodes: NDArray[np.int64]  # (n,)
     start: NDArray[np.float64]  # (n,2)
@@ -30,7 +30,7 @@ class ForceRamp(NamedTuple):
     over: int
 
     def apply(self, state, done):
-        """Set the forces of the step after `done` steps of the stage."""
+        """Sets the forces of the step after `done` steps of the stage."""
         share = (done + 1) / self.over
         if share < 1.0:
             state.applied[self.nodes] = self.start + share * (self.end - self.start)
@@ -38,8 +38,8 @@ class ForceRamp(NamedTuple):
             state.applied[self.nodes] = self.end
 
 
-def dig(model, state, mask, gravity, over):
-    """Remove the zones `mask` (Z of the grid,); returns new model, new state, and the ramp that relieves the ground."""
+def remove_zones(model, state, mask, gravity, over):
+    """Removes the zones `mask` (Z of the grid,); returns new model, new state, and the ForceRamp that unloads the ground."""
     model, state, reaction = cut_window(model, state, mask)
     force = reaction.under(gravity)
     nodes = np.flatnonzero(np.any(force != 0.0, axis=1))
@@ -47,8 +47,8 @@ def dig(model, state, mask, gravity, over):
     return model, state, ForceRamp(nodes, before + force[nodes], before, over)
 
 
-def press(model, state, surcharge, rims=()):
-    """The ramp that brings `surcharge` (table of a scene) upon the ground surface; rims: gridpoints of the windows' rims."""
+def surcharge_ramp(model, state, surcharge, rims=()):
+    """ForceRamp that loads the ground surface with `surcharge` (table of a scene); rims: gridpoints of the windows' rims."""
     force = pressure_forces(present_shape.present(model, state), surface_edges(model.grid, model.zones, rims), surcharge)
     nodes = np.flatnonzero(np.any(force != 0.0, axis=1))
     before = state.applied[nodes]
@@ -56,7 +56,7 @@ def press(model, state, surcharge, rims=()):
 
 
 def pressure_forces(xy, edges, surcharge):
-    """Forces (N,2) [N] of the pressure on the sides `edges` (E,2), ground on their left, that face upwards."""
+    """Forces (N,2) [N] of the pressure on those sides `edges` (E,2), ground on their left, that face upwards."""
     along = xy[edges[:, 1]] - xy[edges[:, 0]]
     upward = along[:, 0] < 0.0  # ground on the left of a side that runs to the left
     along = along[upward]
@@ -65,7 +65,7 @@ def pressure_forces(xy, edges, surcharge):
 
 
 def forces_of_even_loads(xy, edges, push, x=None, y=None):
-    """Forces (N,2) [N] at gridpoints xy (N,2) of loads `push` (E,2) [N], even over sides (E,2), as far as these lie in x, y."""
+    """Forces (N,2) [N] at gridpoints xy (N,2) of loads `push` (E,2) [N], uniform over the parts of sides (E,2) within x, y."""
     a, b = xy[edges[:, 0]], xy[edges[:, 1]]
     along = b - a
     first, last = np.zeros(len(edges)), np.ones(len(edges))

@@ -1,11 +1,11 @@
-"""Quiet sides (Lysmer & Kuhlemeyer 1969): the ground seems to go on beyond them, waves that arrive leave.
+"""Quiet sides (Lysmer & Kuhlemeyer 1969): dashpots absorb arriving waves as if the ground continued beyond the side.
 
-On a part of a side with length l and normal n dashpots pull with
+On a part of a side with length l and normal n the forces of the dashpots are
 
     f = -rho l [cP (v.n) n + cS (v - (v.n) n)]        rho cP = sqrt(rho (K + 4G/3)), rho cS = sqrt(rho G)
 
-half of it at each end, v the velocity of the half step before: of a wave omega dt/4 comes back. They add to the force that held
-the side when it became quiet.
+half of it at each end, v the velocity half a step earlier; the reflected share of a wave is omega dt/4. These forces are added to
+the reaction of the side when it became quiet.
 """
 
 from typing import NamedTuple
@@ -26,7 +26,7 @@ class Dashpots(NamedTuple):
     resistance: NDArray[np.float64]  # (n,2,2) [N s/m]
 
     def apply(self, state):
-        """Bring the applied forces up to the present velocities."""
+        """Updates the applied forces for the present velocities."""
         now = -np.einsum("nij,nj->ni", self.resistance, state.velocity[self.nodes])
         last = state.loads[self.place + WAVES]
         state.applied[self.nodes] += now - last[self.nodes]
@@ -34,7 +34,7 @@ class Dashpots(NamedTuple):
 
 
 def keep_reaction(model, state, boundary, gravity):
-    """Put what holds a side now among the loads that stay, before it becomes free; gravity [m/s2]."""
+    """Adds the present reaction of a side to the constant loads, before the side becomes free; gravity [m/s2]."""
     if boundary.place in state.loads:
         return
     points = points_in(model.grid, sides_of(model.grid), boundary)
@@ -48,7 +48,7 @@ def keep_reaction(model, state, boundary, gravity):
 
 
 def dashpots(model, boundary):
-    """The Dashpots of a quiet boundary; whole sides of zones with both ends in its range count."""
+    """Dashpots of a quiet boundary, on all sides of zones with both ends in its range."""
     points = points_in(model.grid, sides_of(model.grid), boundary)
     edges = edges_of(model.grid, boundary.on)
     edges = edges[np.isin(edges, points).all(axis=1)]

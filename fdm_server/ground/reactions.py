@@ -1,6 +1,6 @@
-"""Reactions: what holds or moves a side must push the ground with, to leave it at the velocity it has.
+"""Reactions: forces of boundaries on the ground that keep its prescribed velocity.
 
-On a component that is not free the reaction is what the other forces (of zones, applied, weight) lack of none:
+On a component that is not free the reaction balances the other forces (of zones, applied, weight):
 
     R = -(F_zones + F_applied + m g)        summed over the gridpoints of a boundary
 """
@@ -11,7 +11,7 @@ import numpy as np
 def reactions(model, state, gravity, holders):
     """Forces {name: {"x": .., "y": ..}} [N] of boundaries on the ground.
 
-    holders: {name: (gridpoints held in x, gridpoints held in y)}; components that are free by now count nothing.
+    holders: {name: (gridpoints held in x, gridpoints held in y)}; components that are free now do not count.
     """
     found = {}
     for label, by_axis in holders.items():

@@ -1,4 +1,4 @@
-"""A window or an excavation: its zones leave the model, and what they did to the gridpoints that stay remains as forces."""
+"""Removal of the zones of a window or an excavation; forces replace their action on the remaining gridpoints."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -14,23 +14,23 @@ from fdm_server.step.present_shape import renew
 
 
 class Reaction(NamedTuple):
-    """What removed zones did to the gridpoints that stay."""
+    """Action of removed zones on the remaining gridpoints."""
 
     force: NDArray[np.float64]  # (N,2) [N] of their stresses
-    mass: NDArray[np.float64]  # (N,) [kg] of theirs that gravity drew on
+    mass: NDArray[np.float64]  # (N,) [kg] of the removed zones, on which gravity acted
 
     def under(self, gravity):
-        """Forces (N,2) [N] that stand for the removed zones: stresses and weight."""
+        """Forces (N,2) [N] that replace the removed zones under `gravity` [m/s2]: stresses and weight."""
         total = self.force.copy()
         total[:, 1] -= gravity * self.mass
         return total
 
 
 def cut_window(model, state, mask):
-    """Remove the zones `mask` (Z of the grid,); returns new model, its state, reaction of what is gone.
+    """Removes the zones `mask` (Z of the grid,); returns new model, new state, and the Reaction of the removed zones.
 
-    Gridpoints keep their numbers; those left without zones are held. Adding `reaction.under(gravity)` to
-    `state.applied` keeps every other gridpoint in the equilibrium it was in.
+    Gridpoints keep their numbers; those without zones are held. Adding `reaction.under(gravity)` to
+    `state.applied` keeps the equilibrium of every other gridpoint.
     """
     gone = mask[model.zone]
     if gone.sum() != mask.sum():

@@ -8,11 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
-SNAP = 1e-6  # share of a zone by which lengths may miss a whole number of zones
+SNAP = 1e-6  # largest deviation of a length from a whole number of zones, in zones
 
 
 def net_mesh(g):
-    """Gridpoints xy (N,2) [m], zones (Z,4), column and row (Z,) of the table [grid]; raises ValueError saying what would fit."""
+    """Gridpoints xy (N,2) [m], zones (Z,4), column and row (Z,) of the table [grid]; raises ValueError with a remedy."""
     size = (g.zone_size, g.zone_size) if np.isscalar(g.zone_size) else tuple(g.zone_size)
     columns, rows = _whole(g.length, size[0], "length", "x"), _whole(g.height, size[1], "height", "y")
     profile = [(0.0, g.height), (g.length, g.height)] if g.kind == "box" else g.profile
@@ -49,7 +49,7 @@ def check_extent(profile, extent, size, miss=SNAP):
 
 
 def renumbered(corners):
-    """Numbers in the whole net of the gridpoints that zones use (N,), and the zones (Z,4) in the numbering of these."""
+    """Numbers (N,) in the whole net of the gridpoints that zones use, and the zones (Z,4) with the new numbers."""
     used, zones = np.unique(corners, return_inverse=True)
     return used, zones.reshape(corners.shape).astype(np.int64)
 
@@ -66,7 +66,7 @@ def _whole(extent, size, name, axis):
 
 
 def _surface(profile, size, columns, rows):
-    """Heights (in rows) of the snapped surface at the left and the right side of every column of cells."""
+    """Heights (in rows) of the fitted surface at the left and the right side of every column of cells."""
     at = np.rint(profile / np.asarray(size)).astype(int)
     left, right = np.zeros(columns, dtype=np.int64), np.zeros(columns, dtype=np.int64)
     for p, ((i0, j0), (i1, j1)) in enumerate(pairwise(at)):
@@ -82,7 +82,7 @@ def _surface(profile, size, columns, rows):
 
 
 def _misfit(profile, p, size, height):
-    """What is wrong with the face after profile point p, and the nearest zone size that would fit."""
+    """Problem of the face after profile point p, with the nearest zone size that fits."""
     (x0, y0), (x1, y1) = profile[p : p + 2]
     run, rise = abs(x1 - x0), abs(y1 - y0)
     counts = range(1, 4 * int(np.ceil(run / size[0])) + 1)

@@ -1,8 +1,8 @@
-"""A net of quadrilaterals whose columns run along the faces of a slope: no zone is cut, rows stay level.
+"""A net of quadrilaterals whose columns run along the faces of a slope: no zone is cut, and rows are level.
 
-Row by row from the top: gridpoints of a row are those of the row above, moved in proportion between the ends of the ground at its
-height, so columns lean like the face near it and stand upright at the far side. Where the ground has a level part, columns begin.
-Under triangles on the face the ground is too strong by twice as much as under such zones (docs/accuracy.md).
+Row by row from the top, the gridpoints of a row are those of the row above, moved in proportion between the ends of the ground at
+this height. So columns are inclined like the face near it and vertical at the far side. Columns begin at level parts of the
+ground. The factor of safety is too high by half as much as with triangles on the face (docs/accuracy.md).
 """
 
 from itertools import pairwise
@@ -36,7 +36,7 @@ def along_face_mesh(g, levels=()):
 
 
 def _sides(profile):
-    """Points (n,2) of the ground surface from below to its top, on the left and on the right."""
+    """Points (n,2) of the ground surface from the bottom to its top, on the left and on the right."""
     if np.any(np.diff(profile[:, 0]) < 0.0):
         raise ValueError("profile turns back in x: overhangs cannot be meshed")
     top = profile[:, 1].max()
@@ -51,7 +51,7 @@ def _sides(profile):
 
 
 def _ends(side, y, outward):
-    """x of the ground's end at height y: where the face above ends, and where the face below begins."""
+    """x of the end of the ground at height y: end of the face above, and beginning of the face below."""
     level = side[np.abs(side[:, 1] - y) < 1e-9 * side[-1, 1], 0]
     if len(level):
         return (level.max(), level.min()) if outward < 0 else (level.min(), level.max())
@@ -86,7 +86,7 @@ def _level(first, last, size):
 
 
 def _numbered(lines, begins, y):
-    """Gridpoints and zones of the lines from the bottom up; between two lines there are the columns of the upper one."""
+    """Gridpoints and zones of the lines from the bottom up; the columns between two lines are those of the upper one."""
     start = np.concatenate([[0], np.cumsum([len(x) for x in lines])])
     xy = np.column_stack([np.concatenate(lines), np.repeat(y, [len(x) for x in lines])])
     zones, column, row = [], [], []

@@ -2,9 +2,9 @@
 
 The net has lines through the profile's points. The surface follows a path of its gridpoints: along each straight part of the
 profile, from column to column (from row to row where it is steep) to the nearest gridpoint, along sides and diagonals of cells.
-These gridpoints then move onto the profile, by half a cell at most beside what profile points nearer than half a cell to each
-other ask for. Gridpoints up to `DEPTH` sides below share the move (they stay at the mean move of their neighbours); all others
-stay, so that zones there are rectangles. Tops of materials are followed in the same way (fdm_server/mesh/ground_layers.py).
+These gridpoints then move onto the profile, by half a cell at most, or farther if profile points are closer to each other than
+half a cell. Gridpoints up to `DEPTH` sides below also move (by the mean of their neighbours); all others are unchanged, so that
+zones there are rectangles. Tops of materials are treated in the same way (fdm_server/mesh/ground_layers.py).
 """
 
 from itertools import pairwise
@@ -25,8 +25,8 @@ WORST = 4.0  # largest aspect of a zone
 def fitted_mesh(g, tops=()):
     """Gridpoints xy (N,2) [m], zones (Z,4), column and row (Z,) of the table [grid].
 
-    tops: lines (points from left to right) that zones follow, level ones exactly, others where zones stay good.
-    Raises ValueError saying what would fit.
+    tops: lines (points from left to right) that zones follow: level lines exactly, others if the aspect of zones permits.
+    Raises ValueError with a remedy.
     """
     profile = np.array([(0.0, g.height), (g.length, g.height)] if g.kind == "box" else g.profile, dtype=np.float64)
     _check_profile(profile, g)
@@ -40,7 +40,7 @@ def fitted_mesh(g, tops=()):
         try:
             mesh = _mesh(profile, x, y, levels, [*followed, line], g.zone_size)
             followed.append(line)
-        except ValueError:  # this line spoils zones
+        except ValueError:  # this line makes zones too flat
             continue
     return mesh
 
@@ -51,7 +51,7 @@ def is_level(line):
 
 
 def levels_of(lines):
-    """Heights [m] of the level ones of lines."""
+    """Heights [m] of the level lines among `lines`."""
     return [line[0][1] for line in lines if is_level(line)]
 
 
@@ -72,7 +72,7 @@ def _mesh(profile, x, y, levels, lines, size, graded=False):
         below = np.isin(way @ (1, len(x)), corners)
         corners, column, row = cut_cells(corners, column, row, way[below])
     used, zones = renumbered(corners)
-    goal = {}  # place of every gridpoint on a path; the ground surface has the last word
+    goal = {}  # position of every gridpoint on a path; the ground surface takes precedence
     for way, places in inner:
         (i, j), (px, py) = way.T, places.T
         stays = ((j > 0) | (py == 0.0)) & ((i > 0) | (px == 0.0)) & ((i < len(x) - 1) | (px == x[-1]))  # on the grid's sides
@@ -106,7 +106,7 @@ def sides_of(aspect):
 
 
 def aspects(xy, zones):
-    """Aspect (Z,) [-] of zones: (longest side)^2 / (4 area), the largest of their triangles'; 1 for a square, inf inside out.
+    """Aspect (Z,) [-] of zones: (longest side)^2 / (4 area), largest of their triangles; 1 for a square, inf if inverted.
 
     A rectangle with sides a, b has (a/b + b/a)/2.
     """
@@ -129,7 +129,7 @@ def _check_profile(profile, g):
 
 
 def _path(profile, x, y, ground=True):
-    """Columns and rows (P,2) of the net's crossings along a profile (ground: nothing is above), and where they go (P,2) [m]."""
+    """Columns and rows (P,2) of gridpoints along a profile (ground: it is the surface), and their new positions (P,2) [m]."""
     at = np.column_stack([np.abs(lines - v[:, None]).argmin(axis=1) for lines, v in ((x, profile[:, 0]), (y, profile[:, 1]))])
     path, place = [at[0]], [profile[0]]
     for k, (start, end) in enumerate(pairwise(at)):
@@ -150,7 +150,7 @@ def _path(profile, x, y, ground=True):
 
 
 def _straight(start, end, lines, along):
-    """Gridpoints (n,2) of a straight part after its start, one a line of the axis `along`, and their shares (n,) of its way."""
+    """Gridpoints (n,2) of a straight part after its start, one for each line of the axis `along`, and their shares (n,)."""
     n = abs(end[along] - start[along])
     index = start[along] + np.sign(end[along] - start[along]) * np.arange(1, n + 1)
     first, last = lines[along][start[along]], lines[along][end[along]]
@@ -159,7 +159,7 @@ def _straight(start, end, lines, along):
     height = other[start[1 - along]] + share * (other[end[1 - along]] - other[start[1 - along]])
     nearest = np.floor(np.interp(height, other, np.arange(len(other))) + 0.5 + 1e-9).astype(np.int64)
     before = start[1 - along]
-    for k in range(n):  # one cell a step at most, and in time at the end
+    for k in range(n):  # one cell a step at most, and at the end after the last step
         left = n - 1 - k
         nearest[k] = np.clip(nearest[k], max(before - 1, end[1 - along] - left), min(before + 1, end[1 - along] + left))
         before = nearest[k]
@@ -169,10 +169,10 @@ def _straight(start, end, lines, along):
 
 
 def _keep_tips(nodes, start, end, at, k):
-    """Keep the path of a steep part (nodes (n,2), part k of the profile's gridpoints `at`) off the line of a tip it ends in.
+    """Moves the path of a steep part (nodes (n,2), part k of the profile's gridpoints `at`) off the line of a tip at its end.
 
-    A tip is the top of a steep part with no ground behind it, at a side of the grid or with another steep part down; or the
-    bottom between two steep parts. A path along the tip's own line would enclose nothing.
+    A tip is the top of a steep part with no ground behind it, at a side of the grid or with another steep part downwards; or the
+    bottom between two steep parts. A path along the line of the tip would enclose no zones.
     """
     before, after = (at[k - 1] - start if k else None), (at[k + 2] - end if k + 2 < len(at) else None)
     run, rise = end - start
@@ -183,12 +183,12 @@ def _keep_tips(nodes, start, end, at, k):
 
 
 def _steep(part, direction):
-    """Whether a part (run, rise) of the profile, None where there is none, is steep in this direction."""
+    """Whether a part (run, rise) of the profile, or None, is steep in this direction."""
     return part is not None and abs(part[1]) > abs(part[0]) and part[1] * direction > 0
 
 
 def _moved(xy, zones, surface, place, held):
-    """Positions (N,2) with the gridpoints `surface` at `place`; those below follow, but not in components `held` (N,2)."""
+    """Positions (N,2) [m] with the gridpoints `surface` at `place`; those below follow, except in components `held` (N,2)."""
     pairs = np.concatenate([zones[:, [k, (k + 1) % 4]] for k in range(4)])
     pairs = pairs[pairs[:, 0] != pairs[:, 1]]
     ones = np.ones(2 * len(pairs))

@@ -1,10 +1,10 @@
-"""Lines of a net of cells that need not be equal: through given stops, and farther apart towards the sides.
+"""Lines of a net of unequal cells: through given stops, and with distances that grow towards the sides.
 
 Outside the fine range [a, b] a line at distance s from it has the number
 
     t = ln(1 + (r - 1) s/h) / ln r        beyond that of the range's end,
 
-h the size of a zone in the range: lines at whole t enclose zones of h, h r, h r^2, ... Between two stops lines stand at equal
+h the size of a zone in the range: lines at whole t enclose zones of h, h r, h r^2, ... Between two stops the lines have equal
 steps of t, whose number is rounded.
 """
 
@@ -13,7 +13,7 @@ from math import expm1, log, log1p
 
 import numpy as np
 
-NEAREST = 0.5  # least distance of two stops, in zones; nearer ones share a line
+NEAREST = 0.5  # smallest distance of two stops, in zones; closer stops share a line
 
 
 def net_lines(extent, size, stops, fine=None, ratio=1.0):
@@ -47,7 +47,7 @@ def net_lines(extent, size, stops, fine=None, ratio=1.0):
 
 
 def _thinned(stops, extent, size):
-    """Stops from 0 to `extent` in order, at least NEAREST zones apart: the nearest two meet in their middle, ends stay."""
+    """Stops from 0 to `extent` in order, at least NEAREST zones apart: their middle replaces the closest two, ends stay."""
     at = sorted({0.0, extent, *(s for s in stops if 0.0 < s < extent)})
     while len(at) > 2 and min(gaps := [b - a for a, b in pairwise(at)]) < NEAREST * size:
         k = gaps.index(min(gaps))

@@ -27,12 +27,12 @@ class Grid(NamedTuple):
 
     @property
     def triangular(self):
-        """Which zones are triangles (Z,)."""
+        """(Z,) whether a zone is a triangle."""
         return self.zones[:, 2] == self.zones[:, 3]
 
 
 def build_grid(scene):
-    """Mesh of `scene.grid` with its materials; raises ValueError saying what would fit."""
+    """Mesh of `scene.grid` with its materials; raises ValueError with a remedy."""
     g = scene.grid
     if g.kind == "ring":
         mesh = ring_mesh(g)
@@ -61,7 +61,7 @@ def centroids(xy, zones):
 
 
 def chosen_zones(grid, table):
-    """Zones (Z,) in the columns and rows of a window or an excavation, or with their centre in its polygon."""
+    """(Z,) whether a zone is in the columns and rows of a window or an excavation, or has its centre in the polygon."""
     if table.polygon is not None:
         x, y = centroids(grid.xy, grid.zones).T
         return shapely.contains_xy(shapely.Polygon(table.polygon), x, y)
@@ -75,7 +75,7 @@ def _levels(materials):
 
 
 def _materials(materials, centre):
-    """Index of each zone's material: the last one whose region or ground holds the zone's centre."""
+    """(Z,) index of each zone's material: the last one whose region or ground contains the zone's centre."""
     index = np.full(len(centre), -1, dtype=np.int64)
     for m, material in enumerate(materials):
         inside = np.ones(len(centre), dtype=np.bool_)

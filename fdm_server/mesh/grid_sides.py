@@ -1,4 +1,4 @@
-"""Sides of the grid, and which components of velocity the boundaries of a scene hold or prescribe there."""
+"""Sides of the grid, and the components of velocity that the boundaries of a scene hold or prescribe there."""
 
 import numpy as np
 
@@ -6,20 +6,20 @@ from fdm_server.mesh.zone_sides import boundary_edges
 
 
 def side_of(grid, name):
-    """Gridpoints of a side; top is the level ground surface, face its inclined or upright parts.
+    """Gridpoints of a side; top is the level ground surface, face its inclined or vertical parts.
 
-    A ring has the sides inner and outer, and where it is no full one bottom (y = 0) and left (x = 0).
+    A ring has the sides inner and outer; a half or quarter ring also bottom (y = 0), a quarter also left (x = 0).
     """
     return np.unique(edges_of(grid, name))
 
 
 def edges_of(grid, name):
-    """Sides of zones (E,2) that form a side of the grid, zones on their left; raises ValueError for a side it has not."""
+    """Sides of zones (E,2) that form a side of the grid, zones on their left; raises ValueError for an unknown side."""
     return _named(sides_of(grid), name)
 
 
 def sides_of(grid):
-    """All sides of the grid {name: sides of zones (E,2)}; a ring's without those it has not."""
+    """All sides of the grid {name: sides of zones (E,2)}."""
     edges = boundary_edges(grid.zones)
     a, b = grid.xy[edges[:, 0]], grid.xy[edges[:, 1]]
     left, right, bottom, surface = _classes(grid, edges)
@@ -39,9 +39,9 @@ def _named(sides, name):
 
 
 def surface_edges(grid, zones, rims=()):
-    """Ground surface of `zones` (A,4): sides (E,2) that bound them, but not the grid at left, right and bottom nor a window.
+    """Ground surface of `zones` (A,4): their outer sides (E,2), without left, right and bottom of the grid and without windows.
 
-    rims: gridpoints of the windows' rims. The zones lie on the left of the sides.
+    rims: gridpoints of the windows' rims. The zones are on the left of the sides.
     """
     edges = boundary_edges(zones)
     surface = _classes(grid, edges)[3]
@@ -55,7 +55,7 @@ def _near(grid):
 
 
 def _classes(grid, edges):
-    """Which of the sides (E,2) lie on the left, on the right, at the bottom of the grid, or elsewhere."""
+    """Whether each of the sides (E,2) is on the left, on the right, at the bottom of the grid, or elsewhere: four masks (E,)."""
     a, b = grid.xy[edges[:, 0]], grid.xy[edges[:, 1]]
     low, high, near = grid.xy.min(axis=0), grid.xy.max(axis=0), _near(grid)
 
@@ -67,7 +67,7 @@ def _classes(grid, edges):
 
 
 def points_in(grid, sides, boundary):
-    """Gridpoints of the side (of `sides_of`) and range that a boundary names; raises ValueError where there are none."""
+    """Gridpoints of the side (of `sides_of`) and range of a boundary; raises ValueError if there are none."""
     points = np.unique(_named(sides, boundary.on))
     inside = np.ones(len(points), dtype=np.bool_)
     for axis, span in enumerate((boundary.x, boundary.y)):
@@ -80,7 +80,7 @@ def points_in(grid, sides, boundary):
 
 
 def extent_of(grid, name):
-    """Where a side is, in words."""
+    """Text with the extent of a side."""
     xy = grid.xy[side_of(grid, name)]
     if not len(xy):
         return f"the grid has no {name}"
@@ -100,7 +100,7 @@ def motion_of(boundary):
 
 
 def fixed_components(grid, boundaries):
-    """Which components of velocity are held or prescribed (N,2); the last of several boundaries counts."""
+    """(N,2) whether a component of velocity is held or prescribed; the last of several boundaries counts."""
     fixed, sides = np.zeros(grid.xy.shape, dtype=np.bool_), sides_of(grid)
     for boundary in boundaries:
         for axis, velocity in motion_of(boundary):

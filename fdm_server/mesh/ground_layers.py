@@ -1,19 +1,20 @@
 """Lines inside the ground that zones follow: tops of materials that are not level.
 
-A line is a path of gridpoints of the net as the ground surface is: these move onto it, and diagonal steps cut cells into two
-triangles. Where it comes out of the ground the profile gets a point. A line that would spoil zones is not followed: a zone there
-is of the material that holds its centre.
+A line is a path of gridpoints of the net like the ground surface: these gridpoints move onto the line, and diagonal steps cut
+cells into two triangles. At an outcrop the profile gets an additional point. Zones do not follow a line that would make them too
+flat; then the material that contains their centre counts.
 """
 
 import numpy as np
 import shapely
 
-OUTCROP = 0.75  # zones within which an outcrop moves to a point of the profile
+OUTCROP = 0.75  # distance in zones within which an outcrop moves to a point of the profile
 
 
 def pieces_below(line, profile, size):
-    """Parts [(n,2)] of a line (points, level beyond its ends) below the profile (P,2), from left to right, and the profile with
-    the points where they come out of the ground. `size` [m]: of a zone in x and y.
+    """Parts [(n,2)] of a line below the profile (P,2), from left to right, and the profile with the points of their outcrops.
+
+    line: points, level beyond its ends; size [m]: of a zone in x and y.
     """
     line = np.asarray(line, dtype=np.float64)
     (x0, x1), y = profile[[0, -1], 0], line[:, 1]
@@ -34,7 +35,7 @@ def pieces_below(line, profile, size):
 
 
 def _with_outcrop(profile, part, end, size):
-    """The profile with a point where a part of a line ends, which moves to a point of the profile that is near."""
+    """The profile with a point at the end of a part of a line; the end moves to a point of the profile within OUTCROP."""
     distance = np.abs((profile - part[end]) / np.asarray(size)).max(axis=1)
     nearest = distance.argmin()
     if distance[nearest] < OUTCROP:
@@ -46,7 +47,7 @@ def _with_outcrop(profile, part, end, size):
 
 
 def cut_cells(corners, column, row, path):
-    """Corners (Z,4), column and row (Z,) with the cells cut in two through which a path (P,2) of columns and rows steps."""
+    """Corners (Z,4), column and row (Z,) after a path (P,2) of columns and rows has cut cells in two by its diagonal steps."""
     (i0, j0), (i1, j1) = path[:-1].T, path[1:].T
     diagonal = (i0 != i1) & (j0 != j1)
     left, low = np.minimum(i0, i1)[diagonal], np.minimum(j0, j1)[diagonal]

@@ -1,7 +1,7 @@
 """Zones around a circular hole: radial lines at equal angles, and circles whose distance grows outwards.
 
-Without a growth ratio circles stand at r_k = a (b/a)^(k/n), which makes all zones about square: n is ln(b/a) over the angle of a
-zone, rounded. With a ratio g radial sizes are h, h g, h g^2, ..., h being about the width of the zones at the wall.
+Without a growth ratio the radii of circles are r_k = a (b/a)^(k/n), which makes all zones about square: n is ln(b/a) over the
+angle of a zone, rounded. With a ratio g, radial sizes are h, h g, h g^2, ..., h being about the width of the zones at the wall.
 """
 
 from math import log, log1p, pi
@@ -18,7 +18,7 @@ def ring_mesh(g):
     spokes = g.around + (g.part != "full")
     theta = angle * np.arange(spokes)
     direction = np.column_stack([np.cos(theta), np.sin(theta)])
-    direction[np.abs(direction) < 1e-12] = 0.0  # the symmetry sides lie on the axes exactly
+    direction[np.abs(direction) < 1e-12] = 0.0  # the symmetry sides are exactly on the axes
     xy = (radius[:, None, None] * direction).reshape(-1, 2)
     row, column = (index.ravel() for index in np.indices((len(radius) - 1, g.around)))
     a, b = row * spokes + column, row * spokes + (column + 1) % spokes

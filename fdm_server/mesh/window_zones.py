@@ -1,4 +1,4 @@
-"""Windows: the zones that become a hole, and the rim on which the discs will be hung."""
+"""Windows: the zones that become a hole, and the rim to which the discs will be coupled."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from fdm_server.mesh.zone_sides import boundary_edges, closed_loops, pieces
 
 
 def window_zones(grid, window):
-    """Which zones (Z,) become the hole: those in columns and rows, both ends included, or with their centre in the polygon."""
+    """(Z,) whether a zone becomes the hole: it is in columns and rows, both ends included, or has its centre in the polygon."""
     mask = chosen_zones(grid, window)
     if window.polygon is not None:
         if not np.any(mask):
@@ -26,7 +26,7 @@ def window_zones(grid, window):
 def rim_of(grid, mask):
     """Gridpoints (K,) around the zones in `mask` (Z,), counter-clockwise, from the smallest index on.
 
-    Raises ValueError, with the place, for zones that are not one piece without holes, meet in a gridpoint only, or touch a
+    Raises ValueError, with the place, if the zones are not one piece without holes, meet in a gridpoint only, or touch a
     side or the ground surface.
     """
     zones = grid.zones[mask]

@@ -1,4 +1,4 @@
-"""Sides of zones: which ones bound a set of zones, the loops they form, and the pieces they join."""
+"""Sides of zones: the boundary of a set of zones, its closed loops, and the connected pieces of the set."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -17,7 +17,7 @@ def boundary_edges(zones):
 def closed_loops(edges):
     """Closed chains [(K,), ..] of gridpoints that the directed `edges` form, each from its smallest index on.
 
-    No gridpoint may begin two of the edges.
+    No gridpoint may be the first of two edges.
     """
     following = dict(zip(*edges.T.tolist(), strict=True))
     loops = []
@@ -32,7 +32,7 @@ def closed_loops(edges):
 
 
 def pieces(zones):
-    """Number (A,) of the piece that each of zones (A,4) belongs to; sides join them, single gridpoints do not."""
+    """(A,) number of the connected piece of each of zones (A,4); sides connect zones, single gridpoints do not."""
     sides = np.sort(np.concatenate([zones[:, [k, (k + 1) % 4]] for k in range(4)]), axis=1)
     owner = np.tile(np.arange(len(zones)), 4)
     real = sides[:, 0] != sides[:, 1]  # not the repeated corner of a triangle

@@ -1,1 +1,1 @@
-"""What is measured and recorded of the grid: fields, energies, stable limits."""
+"""Measured and recorded quantities of the grid: fields, energies, stable limits."""

@@ -1,4 +1,4 @@
-"""Energies of the grid, made from the state when someone looks."""
+"""Energies of the grid, computed from the state on demand."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from fdm_server.step.blocks import from_blocks, triangle_double_areas
 
 
 def strain_energy(model, state):
-    """Elastic energy [J] stored in the zones, of the in-plane and out-of-plane stresses:
+    """Elastic energy [J] stored in the zones by the in-plane and out-of-plane stresses.
 
         area p^2/2K + (sm - zz)^2/6G + sum over the triangles of their share (sd^2 + xy^2)/2G,   p = (2 sm + zz)/3
 

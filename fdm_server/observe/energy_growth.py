@@ -1,23 +1,23 @@
-"""Blow-up found by energy, long before a number overflows.
+"""Detection of blow-up by energy, long before a number overflows.
 
-Whatever yields, slides or is damped only takes energy out. Since a moment with strain energy U0 and kinetic energy K0,
+Yield, slip and damping only dissipate energy. Since a moment with strain energy U0 and kinetic energy K0,
 
     K <= U0 + K0 + W
 
-with W the work of weights and applied forces, and of those that drive prescribed gridpoints. A slope that fails obeys this,
-however fast it goes; in static mode too, with scaled masses on both sides. A step that is too long for something stiff does
-not: velocities grow from step to step and nobody has done the work. Looks are some steps apart, so W is known by the
-trapezoidal rule only, and K, of a half step, can be twice the energy at omega^2 = 2: hence MARGIN. Sudden forces between two
-looks are seen too late: hence K must also have grown GROWTH times since it went beyond the margin.
+with W the work of weights, of applied forces and of the forces that drive prescribed gridpoints. A slope that fails fulfils this
+at any speed, also in static mode, with scaled masses on both sides. A step that is too long for a stiff part does not: velocities
+grow from step to step without work. Checks are some steps apart, so W is computed by the trapezoidal rule only, and K, of a half
+step, can be twice the energy at omega^2 = 2: hence MARGIN. Sudden forces between two checks are included too late: hence K must
+also have grown GROWTH times since it exceeded the margin.
 
-With windows all this holds for zones and discs together. What the discs' forces P do to the rim, they get back from the ring, so
-P is no external force; a mapping that loses or makes power does not keep to it. K, U0, K0 and the work of weights then include
-those of the discs as they were at their last look, and what is stored, U, counts too:
+With windows this applies to zones and discs together. The work of the discs' forces P on the rim is that of the ring on the
+discs, so P is not an external force; a mapping that loses or adds power violates this. K, U0, K0 and the work of weights then
+include those of the discs at their last observation, and the stored energy U counts also:
 
     K <= U0 + K0 + W - U,
 
-or a share FLOOR of U0 + K0 + W, where U takes nearly all and hides what is left. K may grow by less then (COUPLED_GROWTH), as far
-as the look to come: the forces that come late are inside.
+or a share FLOOR of U0 + K0 + W, if U is nearly equal to this sum. The limit of growth is lower then (COUPLED_GROWTH), and applies
+at the next check: the late forces are included.
 """
 
 import numpy as np
@@ -33,7 +33,7 @@ MARGIN, GROWTH, COUPLED_GROWTH, FLOOR = 5.0, 100.0, 25.0, 0.01
 
 @jit
 def external_force(n, k, force, applied, weight_mass, fixed, gravity):
-    """Component k of what acts on gridpoint n from outside [N]; on a held or driven one the reaction, inertia left out."""
+    """Component k of the external force on gridpoint n [N]; on a held or driven component the reaction, without inertia."""
     if fixed[n, k]:
         return -force[n, k]
     return applied[n, k] - (gravity * weight_mass[n] if k == 1 else 0.0)
@@ -41,9 +41,9 @@ def external_force(n, k, force, applied, weight_mass, fixed, gravity):
 
 @jit
 def work_kernel(force, applied, weight_mass, mass, added_mass, fixed, gravity, velocity, displacement, last, before):
-    """Work [J] since the last look, kinetic energy [J] of what is free, and the gridpoint with most of it.
+    """Work [J] since the last check, kinetic energy [J] of free components, and the gridpoint with the largest part of it.
 
-    last (N,2) [m], before (N,2) [N]: displacements and external forces at the last look, replaced by those of now.
+    last (N,2) [m], before (N,2) [N]: displacements and external forces at the last check, replaced by the present ones.
     """
     work = kinetic = most = 0.0
     fastest = 0
@@ -63,21 +63,21 @@ def work_kernel(force, applied, weight_mass, mass, added_mass, fixed, gravity, v
 
 
 class EnergyWatch:
-    """The balance above since this was made, at the beginning of a stage; rims: of the windows, if they are coupled.
+    """The balance above since the beginning of a stage; rims: of the windows, if they are coupled.
 
-    warn(name, text) then hears of motion that is beyond the margin at more than one look: work and discs may be seen late.
+    With rims, warn(name, text) is called for motion beyond the margin at more than one check: work and discs may be late.
     """
 
     def __init__(self, model, state, gravity, rims=(), warn=None):
         self.rims, self.warn = rims, warn
-        self.heights = None  # of the discs at the last look, and its gravity
+        self.heights = None  # of the discs at the last check, and its gravity
         self.last = state.displacement.copy()
         self.before = np.zeros_like(self.last)
         self._kernel(model, state, gravity)
         self.given = strain_energy(model, state) + kinetic_energy(model, state)  # U0 + K0 + W [J]
         self.most = self.given
-        self.onset = None  # K when it went beyond the margin
-        self.kinetic, self.looks = 0.0, 0  # K at the last look
+        self.onset = None  # K when it exceeded the margin
+        self.kinetic, self.looks = 0.0, 0  # K at the last check
 
     def _kernel(self, model, state, gravity):
         applied = state.applied
@@ -90,12 +90,12 @@ class EnergyWatch:
             float(gravity), state.velocity, state.displacement, self.last, self.before,
         )  # fmt: skip
 
-    def look(self, model, state, gravity):
-        """Bring the balance up to date, between the kernels of a step. Raises Unstable."""
+    def check(self, model, state, gravity):
+        """Updates the balance, between the kernels of a step. Raises Unstable."""
         work, kinetic, fastest = self._kernel(model, state, gravity)
         self.given += work
         if self.rims:
-            kinetic += self._look_at_discs(gravity)
+            kinetic += self._check_discs(gravity)
         self.most = max(self.most, self.given)
         bound, before = self._bound(model, state, kinetic), self.kinetic
         limit = MARGIN * bound
@@ -121,7 +121,7 @@ class EnergyWatch:
             )
 
     def _bound(self, model, state, kinetic):
-        """Most that K can be [J]; U is computed only where it matters."""
+        """Upper bound of K [J]; U is computed only if it matters."""
         least = FLOOR * self.most
         if not self.rims or kinetic <= MARGIN * least:
             return self.most
@@ -136,8 +136,8 @@ class EnergyWatch:
     def _text(self, kinetic):
         return f"the kinetic energy is {kinetic:.3g} J, the work of all forces {self.most:.3g} J: the motion grows by itself"
 
-    def _look_at_discs(self, gravity):
-        """Energies that discs had at the first look and the work of their weights since go to `given`; returns their K [J]."""
+    def _check_discs(self, gravity):
+        """Adds the initial energies of the discs and the work of their weights to `given`; returns their K [J]."""
         height = sum(rim.answer.height for rim in self.rims)
         if self.heights is None:
             self.given += sum(rim.answer.kinetic + rim.answer.stored for rim in self.rims)

@@ -1,27 +1,27 @@
-"""The energy ledger of a stage: where work comes from and where it goes. A recorder: nothing of it exists unless asked for.
+"""Energy ledger of the grid in a stage: energies and works. It exists only if the scene has `record.energy`.
 
 At whole steps n, with velocities v- and v+ half a step before and after, masses M and u the displacements:
 
     kinetic    T = v- . M v+ / 2
     strain     U: elastic energy of the stresses (fdm_server/observe/energy.py)
 
-Everything else is work since the stage began, of forces X over the displacements du between whole steps, by the trapezoidal
+All other terms are works since the stage began, of forces X over the displacements du between whole steps, by the trapezoidal
 rule, (X_n + X_n+1)/2 . du:
 
     gravity    of the weights
-    external   of applied forces, and of what holds or drives gridpoints
-    damping    what damping takes: - (M (v+ - v-)/dt - zones - applied - weight) on free components
-    masses     change of T with masses that are no constants (scaled ones in large strain, those that discs add to a rim):
+    external   of applied forces, and of the reactions at held or driven gridpoints
+    damping    of damping: - (M (v+ - v-)/dt - zones - applied - weight) on free components
+    masses     change of T with variable masses (scaled masses in large strain, masses that discs add to a rim):
                sum (M' - M) v-^2 / 2
-    plastic    of stresses on plastic strain, zone by zone and triangle by triangle; plastic strain: what elasticity does
-               not explain of a stress increment
+    plastic    of stresses on plastic strain, for each zone and triangle; plastic strain: strain increment minus the elastic
+               strain of the stress increment
 
-The discrete leap-frog keeps T + U exactly where nothing is damped (T is the kinetic energy for which it does), so
+The discrete leap-frog conserves T + U exactly without damping (T is the kinetic energy for which it does), so
 
     error = T - T0 + U - U0 + plastic + damping - masses - gravity - external
 
-is round-off in small strain, whatever yields: gridpoints and zones are booked apart. The stiffness part of Rayleigh damping
-is the difference of both, so there the error can show less.
+is round-off in small strain, also with yield: gridpoints and zones are booked separately. The stiffness part of Rayleigh damping
+is the difference of both, so there the error detects less.
 """
 
 import numpy as np
@@ -98,7 +98,7 @@ def zone_work(corner, x, y, inverse_double_area, share, pattern, elastic, veloci
 
 
 class Ledger:
-    """The ledger of one stage: `keep`, `book_motion`, `book_strain` in every step, `values` between the last two."""
+    """The ledger of one stage: `copy_before_step`, `book_motion`, `book_strain` in every step, `values` between the last two."""
 
     def __init__(self, model, state):
         self.old = state.velocity.copy()
@@ -111,15 +111,16 @@ class Ledger:
         self.mass = masses(model, state) + state.added_mass
         self.masses = 0.0
 
-    def keep(self, state):
-        """Before velocities change: what they and the stresses were."""
+    def copy_before_step(self, state):
+        """Copies velocities and stresses before velocities change."""
         self.old[:] = state.velocity
         self.stress[:] = state.stress
 
     def book_motion(self, model, state, gravity, kick=None, rims=()):
-        """After velocities have changed. kick [s]: where forces acted for less than a step, velocities count back a whole one.
+        """Books the works of forces, after velocities have changed.
 
-        rims: of open windows, whose discs' forces have `power` [W] in these velocities, in sum the `work_of_discs` [J].
+        kick [s]: time over which forces acted if it is less than a step; velocities are extrapolated back by a whole step.
+        rims: of open windows; the forces of their discs have the `power` [W] in these velocities, and the `work_of_discs` [J].
         """
         mass = masses(model, state) + state.added_mass
         self.masses += 0.5 * float((mass - self.mass) @ np.sum(self.old**2, axis=1))
@@ -130,7 +131,7 @@ class Ledger:
             state.force, state.applied, model.weight_mass, masses(model, state), state.added_mass, model.fixed,
             float(gravity), seconds(state), self.old, state.velocity, self.half_old, self.half_new,
         )  # fmt: skip
-        if self.begin is None:  # what velocities did before the stage is none of its business
+        if self.begin is None:  # the motion before the stage does not count
             self.begin = self.kinetic + strain_energy(model, state)
             self.half_old[:] = 0.0
             self.masses = 0.0
@@ -139,7 +140,7 @@ class Ledger:
         self.work_of_discs += self.power * seconds(state)
 
     def book_strain(self, model, state):
-        """After stresses have changed."""
+        """Books the works of stresses, after stresses have changed."""
         g = model.geometry
         whole, plastic = zone_work(
             g.corner, g.x, g.y, g.inverse_double_area, g.share, model.pattern, model.law.elastic,

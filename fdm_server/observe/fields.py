@@ -1,4 +1,4 @@
-"""Fields of the active zones, made from the state when someone looks; steps keep none of them."""
+"""Fields of the active zones, computed from the state on demand."""
 
 import numpy as np
 
@@ -19,19 +19,19 @@ def stress(model, state):
 
 
 def plastic_state(model, state):
-    """Sums (A,) of 1 shear now, 2 tension now, 4 shear past, 8 tension past; zeros where nothing yields."""
+    """Sums (A,) of 1 shear now, 2 tension now, 4 shear past, 8 tension past; zeros for a law without yield."""
     if state.plastic is None:
         return np.zeros(len(model.zone), dtype=np.int64)
     return from_blocks(state.plastic, len(model.zone))[:, 0]
 
 
 def plastic_shear_strain(model, state):
-    """Plastic shear strain (A,) [-] that softening goes by; there must be a material that softens."""
+    """Plastic shear strain (A,) [-] of softening; a material must soften."""
     return from_blocks(state.plastic_shear, len(model.zone))[:, 0]
 
 
 def history(model, state, name):
-    """What a law remembers under this name in the active zones (A,)."""
+    """History (A,) with this name in the active zones."""
     return from_blocks(state.history(name), len(model.zone))[:, 0]
 
 
@@ -39,7 +39,7 @@ def shear_strain(model, state):
     """Largest engineering shear strain (A,) [-] of the zones, from their displacement.
 
     Small strain: hypot(eps_xx - eps_yy, gamma_xy) of the mean displacement gradient. Large strain: the difference of the
-    principal logarithmic strains, which does not count turns; the same to first order.
+    principal logarithmic strains, which does not include rotation; the same to first order.
     """
     gradient = mean_gradient(model.grid.xy, model.zones, state.displacement)
     if state.mass is None:
@@ -47,7 +47,7 @@ def shear_strain(model, state):
     F = gradient + np.eye(2)
     C = np.einsum("zki,zkj->zij", F, F)
     mean, radius = 0.5 * (C[:, 0, 0] + C[:, 1, 1]), np.hypot(0.5 * (C[:, 0, 0] - C[:, 1, 1]), C[:, 0, 1])
-    return np.log((mean + radius) / np.abs(np.linalg.det(F)))  # mean +- radius: squares of the stretches, their product det^2
+    return np.log((mean + radius) / np.abs(np.linalg.det(F)))  # mean ± radius: squares of the stretches, their product det^2
 
 
 def shear_strain_rate(model, state):
@@ -57,7 +57,7 @@ def shear_strain_rate(model, state):
 
 def mean_gradient(xy, zones, motion):
     """Mean gradients (Z,2,2), d(motion_i)/dx_j, of `motion` (N,2) over zones (Z,4) with gridpoints at xy (N,2) [m]."""
-    # gradient of N_k over a zone: half the opposite side turned by 90 degrees, over the area
+    # gradient of N_k over a zone: half of the opposite side, rotated by 90 degrees, over the area
     across = np.roll(xy[zones], -1, axis=1) - np.roll(xy[zones], 1, axis=1)
     turned = np.stack([across[:, :, 1], -across[:, :, 0]], axis=2) / (2.0 * areas(xy, zones))[:, None, None]
     return np.einsum("zki,zkj->zij", motion[zones], turned)
@@ -68,9 +68,9 @@ def _max_shear(gradient):
 
 
 def zone_field(model, state, mask):
-    """What the discs of a window start from, for the zones in `mask` (Z of the grid,), which must be active.
+    """Rows (n,7) of the message FIELD (coupler_protocol.wire.payloads) for the zones in `mask` (Z of the grid,).
 
-    Rows (n,7) of the message FIELD (coupler_protocol.wire.payloads).
+    All zones in `mask` must be active.
     """
     chosen = mask[model.zone]
     zones = model.zones[chosen]

@@ -1,4 +1,4 @@
-"""What a frame of the grid holds. Nothing here runs between frames."""
+"""Content of a frame of the grid. Nothing here runs between frames."""
 
 from coupler_protocol.files.quantities import declare_field
 from fdm_server.ground import reactions as at_boundaries
@@ -37,6 +37,6 @@ def history(model, state, ratio, factor):
 
 
 def reactions(model, state, gravity, holders):
-    """Forces of boundaries on the ground as values of the histories: reaction_x:NAME, reaction_y:NAME where they hold x, y."""
+    """Forces of boundaries on the ground as values of histories: reaction_x:NAME if x is held, reaction_y:NAME if y is."""
     found = at_boundaries.reactions(model, state, gravity, holders)
     return {f"reaction_{axis}:{label}": force for label, by_axis in found.items() for axis, force in by_axis.items()}

@@ -1,9 +1,9 @@
-"""Frequencies of the grid: stiffness of zones as the kernels compute it, and which zone allows the shortest step.
+"""Frequencies of the grid: stiffness of zones as the kernels compute it, and the zone with the shortest stable step.
 
-The largest omega^2 of all zones together is at most that of the one with the largest, each by itself with the share of the
-gridpoints' masses it brought (Irons & Treharne 1971, A bound theorem in eigenvalues and its practical applications, Proc. 3rd
-Conf. Matrix Methods in Structural Mechanics, Wright-Patterson AFB): both u.K u and u.M u are sums over zones. Elastic zones
-count, for plastic flow only softens, and the shape is frozen.
+The largest omega^2 of all zones together is at most the largest omega^2 of a single zone with its share of the gridpoints' masses
+(Irons & Treharne 1971, A bound theorem in eigenvalues and its practical applications, Proc. 3rd Conf. Matrix Methods in
+Structural Mechanics, Wright-Patterson AFB), because u.K u and u.M u are sums over zones. Zones are elastic here, because plastic
+flow only softens, and their shape is constant.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ from fdm_server.step.stress import STRESS_ROWS, load
 
 @jit
 def _respond(row, x, y, inverse_double_area, pattern, elastic, u, strain, stress, force):
-    """Forces of all blocks on their corners where row `row` of corner displacements, and nothing else, is 1."""
+    """Computes the forces of all blocks on their corners if row `row` of corner displacements is 1 and all others are 0."""
     u[:] = 0.0
     u[row * LANES : (row + 1) * LANES] = 1.0
     stress[:] = 0.0
@@ -44,7 +44,7 @@ def zone_stiffness(model, state):
 
 
 def zone_masses(model, state):
-    """Shares (A, 4) [kg] of the active zones in the masses of their corners; the masses of contact springs are none of them."""
+    """Shares (A, 4) [kg] of the active zones in the masses of their corners, without the masses of contact springs."""
     xy, zones = present(model, state), model.zones
     apart, own = xy[zones].reshape(-1, 2), np.arange(zones.size).reshape(-1, 4)
     if state.in_real_time:
@@ -56,7 +56,7 @@ def zone_masses(model, state):
 
 
 def zone_frequencies(stiffness, mass, zones):
-    """Largest omega^2 (A,) of each zone by itself; stiffness (A, 8, 8), mass (A, 4), zones (A, 4)."""
+    """Largest omega^2 (A,) of each single zone; stiffness (A, 8, 8), mass (A, 4), zones (A, 4)."""
     first = (zones[:, :, None] == zones[:, None, :]).argmax(axis=2)  # corners of a triangle that are one gridpoint
     merge = np.zeros((len(zones), 8, 8))
     for corner in range(4):
@@ -77,11 +77,10 @@ def stiffness_matrix(model, stiffness):
 
 
 def safe_limits(model, state, nodes=None, sums=None):
-    """Limits of the step (coupler_protocol.criteria.stable_step.limit) by zones and, with rims, by their nodes: {"grid",
-    "interface"}.
+    """Limits of the step (coupler_protocol.criteria.stable_step.limit): "grid" by zones, with rims "interface" by their nodes.
 
     nodes (K,): gridpoints of all rims; sums (K,) [N/m]: of the mass rule of their contact springs (dem_server/coupling/rim.py),
-    which bound u.K u of the springs by 2 sums u^2. A node has to bear these and what the bound of the zones asks of its mass.
+    which bound u.K u of the springs by 2 sums u^2. The mass of a node must be enough for these and for its zones.
     """
     xy, alpha = present(model, state), model.law.damping or model.law.combined or 0.0
     mass = zone_masses(model, state)

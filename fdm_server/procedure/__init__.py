@@ -1,1 +1,1 @@
-"""Stages of a scene as the grid conducts them."""
+"""Stages of a scene on the side of the grid, which conducts them."""

@@ -1,4 +1,4 @@
-"""The procedure as the continuum conducts it: each stage of the scene in its turn."""
+"""The procedure on the side of the continuum, which conducts the stages of the scene in order."""
 
 import logging
 from pathlib import Path
@@ -37,7 +37,7 @@ log = logging.getLogger(__name__)
 
 
 class ContinuumSide:
-    """The grid, its rims and the way through the stages."""
+    """The grid, its rims and the progress through the stages."""
 
     def __init__(self, scene, hub, out, progress, origin=None, plugin=None):
         self.scene, self.hub, self.out, self.progress, self.origin = scene, hub, Path(out), progress, origin
@@ -47,21 +47,21 @@ class ContinuumSide:
         self.model = build_model(scene, self.grid)
         self.state = initial_state(scene, self.model) if origin is None else new_state(self.model)
         self.rims = [Rim(self.grid, window, hub.conversations[rank]) for rank, window in enumerate(scene.window, start=1)]
-        self.digs = excavations(scene, self.grid, self.model.fixed, self.rims)
+        self.excavations = excavations(scene, self.grid, self.model.fixed, self.rims)
         self.bin_length = bin_length(scene, self.grid)
         self.coupled = False
-        self.gravity = 0.0, 1.0  # [m/s2], and the factor it is multiplied by, as the last stage left them
+        self.gravity = 0.0, 1.0  # [m/s2], and its factor, at the end of the last stage
         self.steps = 0
         self.time = 0.0  # [s]; static steps count as 1
         self.earlier = []  # rows of run.json of the stages before `origin`
         self.results = []
-        self.stage = None  # the StageRun in which the run is
+        self.stage = None  # StageRun of the present stage
         self.warnings = []  # of all stages so far
         self.recorder = None
         self.farewells = {}
         self.saved = None if origin is None else load(scene, origin, restart.NAME)
         if self.saved:
-            restart.take_up(self, self.saved)
+            restart.restore(self, self.saved)
 
     @property
     def session(self):
@@ -69,11 +69,11 @@ class ContinuumSide:
         return self.rims[0].talk.conversation.session if self.rims else 0
 
     def run(self):
-        """All stages that are left; returns the reason for the end."""
+        """Computes all remaining stages; returns the reason for the end."""
         about = {} if self.origin is None else {"kept_stages": kept_stages(self.scene, self.origin)}
         path = part_file(self.scene, self.out, restart.NAME, self.origin)
         with Recorder(path, "continuum", self.scene.title, about) as self.recorder:
-            begin = self.meet()
+            begin = self.connect_discs()
             for index, stage in enumerate(self.scene.stage):
                 if index >= begin:
                     self.watch.begin(stage.name)
@@ -82,13 +82,13 @@ class ContinuumSide:
                     self.stage = None
             reason = "all stages done"
             if self.coupled:
-                self.farewells = {rim.talk.rank: rim.talk.say_stop(reason) for rim in self.rims}
+                self.farewells = {rim.talk.rank: rim.talk.send_stop(reason) for rim in self.rims}
         if self.scene.record.trace is not None:
             self.watch.write(self.out / f"{restart.NAME}.trace.csv")
         return reason
 
-    def meet(self):
-        """Welcome the discs and, where this run goes on from another, bring both sides to the moment; returns the first stage."""
+    def connect_discs(self):
+        """Welcomes the discs; if this run continues another, restores both sides. Returns the number of the first stage."""
         index = self.saved.index if self.saved else -1
         there = bool(self.saved) and filled(self.scene, index)
         if self.rims:
@@ -97,14 +97,14 @@ class ContinuumSide:
         if self.saved:
             self.frame(self.origin.stage, self.saved.about["gravity_factor"])
         for rim in self.rims if there else ():
-            rim.hear_ready()
+            rim.receive_ready()
         for rim in self.rims if self.coupled else ():
             gravity = leg_of(self.scene.stage[index + 1], *self.gravity).at(0)
-            rim.talk.say_go(gravity, self.steps, self.time, index + 1, self.bin_length)
+            rim.talk.send_go(gravity, self.steps, self.time, index + 1, self.bin_length)
         return index + 1
 
     def compute(self, stage):
-        """Take the steps of a stage."""
+        """Takes the steps of a stage."""
         stage.set_clock()
         if large_strain(self.scene, stage.stage):
             begin_large_strain(self.model, self.state)
@@ -122,7 +122,7 @@ class ContinuumSide:
     # -- what a stage leaves -----------------------------------------------------------------------------------------
 
     def record(self, stage, order):
-        """Histories and frames, as `order` says."""
+        """Records histories and frames, and calls the plugin, by the flags of `order`."""
         if self.steps % self.scene.record.history == 0:
             values = record.history(self.model, self.state, stage.ratio, order.gravity_factor)
             values |= record.reactions(self.model, self.state, stage.leg.gravity * order.gravity_factor, stage.sides.holders)
@@ -134,12 +134,12 @@ class ContinuumSide:
             self.plugin.step(Moment(0, stage.stage.name, self.steps, self.model, self.state))
 
     def frame(self, name, factor):
-        """Write one frame."""
+        """Writes one frame."""
         info = FrameInfo(self.steps, self.time, name, factor)
         self.recorder.frame(info, **record.frame(self.model, self.state))
 
     def finish(self, stage, instead=None):
-        """Book the outcome of a stage and save the State (`instead`: the one to go on with, where this one is discarded)."""
+        """Stores the result of a stage and saves the State; `instead`: State for the next stage if this one is discarded."""
         if not stage.rims:
             self.frame(stage.stage.name, stage.factor)
         result = stage.result()
@@ -155,20 +155,20 @@ class ContinuumSide:
         self.state = self.state if instead is None else instead
         if not stage.stage.discard:
             self.gravity = stage.leg.gravity, stage.factor
-        self.recorder.sync()  # a run that goes on from the checkpoint relies on all frames before it
+        self.recorder.sync()  # a run that continues from the checkpoint needs all frames before it
         self.save(stage.stage.name, END, stage.factor)
-        self.watch.to("recording")
+        self.watch.add_to("recording")
         log.info("stage %s", result)
         self.progress(stage.stage.name, f"done: {result['ended_by']}", self.steps, None, stage.ratio, stage.factor, now=True)
 
     def rows(self, unfinished=()):
-        """Rows of run.json of all stages that are done, and of those `unfinished`."""
+        """Rows of run.json of all completed stages, and of those `unfinished`."""
         results = [*self.results, *unfinished]
         continuum = [times.as_dict() for times in self.watch.stages][: len(results)]
         return self.earlier + stage_rows(results, continuum, [f.get("stages", []) for f in self.farewells.values()])
 
     def summary(self):
-        """Stages for run.json, as far as they got, and what the discs reported."""
+        """Content of run.json: stages so far, and the reports of the discs."""
         return {
             "steps": self.steps,
             "gridpoints": len(self.grid.xy),
@@ -184,5 +184,5 @@ class ContinuumSide:
         }
 
     def save(self, stage, phase, factor=0.0):
-        """Write the State to its checkpoint file; returns the path."""
+        """Writes the State to its checkpoint file; returns the path."""
         return restart.save(self, stage, phase, factor)

@@ -1,17 +1,17 @@
-"""What the continuum does in each kind of stage. side: the fdm_server.procedure.grid_side.ContinuumSide, stage: its StageRun."""
+"""Kinds of stages of the continuum. side: the fdm_server.procedure.grid_side.ContinuumSide, stage: its StageRun."""
 
 import copy
 import logging
 
 from fdm_server.coupling.rim import open_windows
-from fdm_server.ground.load_ramps import dig, press
+from fdm_server.ground.load_ramps import remove_zones, surcharge_ramp
 from fdm_server.observe import fields
 
 log = logging.getLogger(__name__)
 
 
 def equilibrium(side, stage):
-    """The grid alone comes to rest; displacements count from there."""
+    """Brings the grid alone to rest; displacements and velocities are set to zero at its end."""
     side.compute(stage)
     side.state.displacement[:] = 0.0
     side.state.velocity[:] = 0.0
@@ -19,30 +19,30 @@ def equilibrium(side, stage):
 
 
 def locate(side, stage):
-    """The grid alone under other gravity; where `discard` is set, nothing of it stays."""
+    """Computes the grid alone under other gravity; with `discard` the State before the stage is restored."""
     before = copy.deepcopy(side.state) if stage.stage.discard else None
     side.compute(stage)
     side.finish(stage, before)
 
 
 def fill(side, stage):
-    """Every window's discs take over the stress of their zones."""
+    """Sends the stress of the zones to the discs of every window, which take it over."""
     for rim in side.rims:
-        rim.talk.hear_packed()
+        rim.talk.receive_packed()
         field = fields.zone_field(side.model, side.state, rim.mask)
-        rim.talk.say_field(field, stage.gravity, stage.stage.insitu is not False)
+        rim.talk.send_field(field, stage.gravity, stage.stage.insitu is not False)
     for rim in side.rims:
-        rim.hear_ready()
+        rim.receive_ready()
         log.info("rank %d: %s", rim.talk.rank, rim.report)
-    side.watch.to("waiting")
+    side.watch.add_to("waiting")
     side.finish(stage)
 
 
 def couple(side, stage):
-    """Windows become holes, discs take over gradually."""
+    """Cuts holes for the windows, and hands over to the discs gradually."""
     side.model, side.state = open_windows(side.model, side.state, side.rims)
     for rim in side.rims:
-        rim.talk.say_go(stage.gravity, side.steps, side.time, stage.index, side.bin_length)
+        rim.talk.send_go(stage.gravity, side.steps, side.time, stage.index, side.bin_length)
     side.coupled = True
     stage.rims = side.rims
     side.compute(stage)
@@ -50,22 +50,22 @@ def couple(side, stage):
 
 
 def excavate(side, stage):
-    """Zones are dug away; the ground is relieved of them gradually."""
-    mask, over = side.digs[stage.index], stage.stage.excavate.over
-    side.model, side.state, stage.load = dig(side.model, side.state, mask, stage.gravity, over)
+    """Removes zones; their forces on the ground are reduced gradually."""
+    mask, over = side.excavations[stage.index], stage.stage.excavate.over
+    side.model, side.state, stage.load = remove_zones(side.model, side.state, mask, stage.gravity, over)
     side.compute(stage)
     side.finish(stage)
 
 
 def surcharge(side, stage):
-    """Pressure on the ground surface grows."""
-    stage.load = press(side.model, side.state, stage.stage.surcharge, [rim.nodes for rim in side.rims])
+    """Increases the pressure on the ground surface."""
+    stage.load = surcharge_ramp(side.model, side.state, stage.stage.surcharge, [rim.nodes for rim in side.rims])
     side.compute(stage)
     side.finish(stage)
 
 
 def steps_alone(side, stage):
-    """Nothing but steps: gravity grows (overload), or boundaries hold, move or load sides of the grid (load)."""
+    """Takes steps only: gravity grows (overload), or boundaries hold, move or load sides of the grid (load)."""
     side.compute(stage)
     side.finish(stage)
 

@@ -1,7 +1,7 @@
-"""What the continuum saves at the end of a stage, and how it goes on from there.
+"""Checkpoints of the continuum at the end of a stage, and how it continues from them.
 
-Beside the State of the grid this is which zones there still are, for the model is built from them, and what each rim keeps of the
-zones it was cut from.
+A checkpoint contains the State of the grid, the active zones, from which the model is built, and for each rim the reaction of its
+removed zones.
 """
 
 import json
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol.files import checkpoint, restart
-from coupler_protocol.scene.schedule import acting
+from coupler_protocol.scene.schedule import acting_boundaries
 from fdm_server.mesh.grid_sides import fixed_components
 from fdm_server.model import State, build_model, model_of
 
@@ -19,7 +19,7 @@ NAME = "fdm.rank0"
 
 
 class RimState(NamedTuple):
-    """Reaction of the zones that were inside a rim of K gridpoints, and what its discs do to it."""
+    """Reaction of the removed zones inside a rim of K gridpoints, and the forces of its discs."""
 
     reaction: NDArray[np.float64]  # (K,2) [N] without weight
     reaction_mass: NDArray[np.float64]  # (K,) [kg]
@@ -27,7 +27,7 @@ class RimState(NamedTuple):
 
 
 class GridState(NamedTuple):
-    """All that changes on the continuum's side."""
+    """Everything that changes on the continuum's side."""
 
     zone: NDArray[np.int64]  # (A,) active zones
     grid: State
@@ -35,7 +35,7 @@ class GridState(NamedTuple):
 
 
 def save(side, stage, phase, factor):
-    """Write the checkpoint of a stage of a fdm_server.procedure.grid_side.ContinuumSide; returns its path."""
+    """Writes the checkpoint of a stage of a fdm_server.procedure.grid_side.ContinuumSide; returns its path."""
     path = side.out / f"{NAME}.{stage}.h5"
     rims = {rim.window.name: RimState(rim.reaction, rim.reaction_mass, rim.force) for rim in side.rims}
     more = {"rows": side.rows(), "gravity": side.gravity, "time": side.time, "warnings": side.warnings}
@@ -46,14 +46,14 @@ def save(side, stage, phase, factor):
 
 
 def model_at(scene, grid, zone, index):
-    """Model of the zones `zone` (A,) that there are, with the sides as they are held in the stage with number `index`."""
+    """Model of the active zones `zone` (A,), with the sides held as in the stage with number `index`."""
     whole = build_model(scene, grid)
-    fixed = fixed_components(grid, acting(scene, index))
+    fixed = fixed_components(grid, acting_boundaries(scene, index))
     return model_of(grid, zone, whole.density, whole.material_law, fixed)
 
 
-def take_up(side, saved):
-    """Bring a side that was just built to a saved stage end (coupler_protocol.files.restart.Saved)."""
+def restore(side, saved):
+    """Restores a new side from a saved stage end (coupler_protocol.files.restart.Saved)."""
     found = checkpoint.rebuild(GridState, saved.fields)
     side.model = model_at(side.scene, side.grid, found.zone, saved.index)
     side.state = found.grid

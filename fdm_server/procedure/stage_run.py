@@ -1,9 +1,9 @@
-"""One stage while it runs: gravity, handover, and when it ends."""
+"""One stage while it runs: gravity, hand-over and end."""
 
 import logging
 
 from coupler_protocol.scene.ending import Ending
-from coupler_protocol.scene.schedule import beginning, leg_of
+from coupler_protocol.scene.schedule import leg_of, new_boundaries
 from coupler_protocol.wire import messages
 from fdm_server.coupling import common_step
 from fdm_server.coupling.band_reached import BandWatch
@@ -19,31 +19,31 @@ log = logging.getLogger(__name__)
 
 
 class StageRun:
-    """One stage while it runs: its step count, gravity, handover and end."""
+    """One stage while it runs: step count, gravity, hand-over and end."""
 
     def __init__(self, side, index, stage, leg):
         self.side, self.index, self.stage, self.leg = side, index, stage, leg
         self.rims = side.rims if side.coupled else []
-        self.load = None  # a fdm_server.ground.load_ramps.ForceRamp, where forces change
-        self.sides = NOTHING  # what boundaries do
+        self.load = None  # a fdm_server.ground.load_ramps.ForceRamp if forces change
+        self.sides = NOTHING  # actions of boundaries
         self.done = 0
         self.time = 0.0  # [s] since the stage began; static steps count as 1
-        self.ledger = None  # a fdm_server.observe.energy_ledger.Ledger, where the scene asks for it
+        self.ledger = None  # a fdm_server.observe.energy_ledger.Ledger if the scene has record.energy
         self.energy = None  # a fdm_server.observe.energy_growth.EnergyWatch
-        self.stretch = None  # a fdm_server.coupling.rim_stretch.StretchWatch, where there are rims
-        self.interface = []  # a fdm_server.coupling.rim_growth.RimWatch of every window that is open
+        self.stretch = None  # a fdm_server.coupling.rim_stretch.StretchWatch if there are rims
+        self.interface = []  # a fdm_server.coupling.rim_growth.RimWatch of every open window
         self._warned = set()
         self.ended = False
-        self.kick = None  # [s] that forces act in the first step of a coupled stage in real time; None: the whole step
-        self._step = self._step_before = 0.0  # [s] agreed with the discs; of the real-time stage before
+        self.kick = None  # [s] time over which forces act in the first step of a coupled real-time stage; None: the whole step
+        self._step = self._step_before = 0.0  # [s] agreed with the discs; of the previous real-time stage
         self.ratio = ([1.0] + [row["ratio_continuum"] for row in side.earlier + side.results])[-1]
         self.ended_by = ""
         rows = side.earlier + side.results
         self.pace = Pace(side.scene.coupling.exchange_every, rows[-1].get("fell_back", "") if rows else "")
         self._last_step = self._unjudged = False
         self._handover = (stage.handover or 500) if stage.kind == "couple" else 0
-        change = stage.excavate or stage.surcharge
-        ramps = max(self._handover, leg.over, change.over if change else 0, *(b.over for b in beginning(side.scene, index)), 0)
+        change, sides = stage.excavate or stage.surcharge, new_boundaries(side.scene, index)
+        ramps = max(self._handover, leg.over, change.over if change else 0, *(b.over for b in sides), 0)
         self._ending = Ending(stage.until, ramps) if stage.until else None
         self._band = BandWatch(stage.until.band, side.grid) if stage.until and stage.until.band else None
         self._every = side.scene.record.history
@@ -57,7 +57,7 @@ class StageRun:
 
     @property
     def factor(self):
-        """Gravity factor of the present step (after the last one: of the last)."""
+        """Gravity factor of the present step, after the last step that of the last."""
         return self.leg.factor(max(0, self.done - self.ended))
 
     @property
@@ -66,19 +66,19 @@ class StageRun:
         return min(1.0, self.done / self._handover) if self._handover else 1.0
 
     def watch_rims(self, state):
-        """See that nothing grows by itself at the interface and that both sides agree on its power."""
+        """Checks the interface for unstable growth and for a mismatch of power."""
         for watch in self.interface:
-            watch.see(clock.seconds(state), self.side.steps + 1)
+            watch.check(clock.seconds(state), self.side.steps + 1)
 
     def warn(self, name, text):
-        """A warning of the stage, once of each name, after the steps taken so far: into the log and run.json."""
+        """Writes a warning to the log and to run.json, once for each name in a stage."""
         if name not in self._warned:
             self._warned.add(name)
             log.warning("step %d of stage %s: %s: %s", self.side.steps, self.stage.name, name, text)
             self.side.warnings.append({"stage": self.stage.name, "step": self.side.steps, "name": name, "text": text})
 
     def order(self):
-        """Scalars of VELOCITY for the present step, `interval` 0 where nothing is said after it."""
+        """Order for the present step; its `interval` is 0 if no VELOCITY follows the step."""
         dt = clock.seconds(self.side.state)
         self.ended_by = self.ended_by or self._ending.out_of_steps(self.done + 1) or self._ending.out_of_time(self.time + dt, dt)
         self._last_step = bool(self.ended_by)
@@ -92,12 +92,12 @@ class StageRun:
         if self._last_step:
             following = leg_of(self._next, self.leg.gravity, self.leg.factor(self.done)).at(0)
         if self.rims:
-            self.pace.moved(self.rims, self.side.state.velocity)
+            self.pace.note_velocities(self.rims, self.side.state.velocity)
         interval = self.pace.due(number, must=flags != 0)
         return messages.Order(self.index, number, following, self.leg.factor(self.done), dt, float(interval), flags)
 
-    def look(self, model, state):
-        """Every few steps: sanity, ratios of both codes, and whether the next step is to be the stage's last."""
+    def observe(self, model, state):
+        """Checks, every few steps, the motion, the ratios of both codes, and whether the next step is the last of the stage."""
         if self._band and self.done and self.side.steps % self.side.scene.record.every == 0:  # the last step made a frame
             self.ended_by = self.ended_by or self._band.reached(model, state, self.rims)
         if self.side.steps % self._every == 0:
@@ -107,10 +107,10 @@ class StageRun:
 
     def _inspect(self, model, state):
         self._unjudged = True
-        self.side.hub.stop.check()  # stages of the grid alone wait for nobody who would ask
+        self.side.hub.stop.check()  # stages of the grid alone have no messages at which a stop would be checked
         check_motion(model, state)
-        self.energy.look(model, state, self.gravity)
-        warning = self.stretch.look(state.displacement) if self.stretch else ""
+        self.energy.check(model, state, self.gravity)
+        warning = self.stretch.check(state.displacement) if self.stretch else ""
         if warning:
             log.warning("step %d of stage %s: %s", self.side.steps, self.stage.name, warning)
         if self.ledger:
@@ -128,7 +128,7 @@ class StageRun:
         self.side.progress(self.stage.name, "", self.done, self.stage.until.steps, max(ratios), self.factor)
 
     def set_clock(self):
-        """Bring model and state to the stage's kind of time and damping (fdm_server/step/clock.py)."""
+        """Sets mode and damping of the stage in model and state (fdm_server/step/clock.py)."""
         side, stage = self.side, self.stage
         damping = side.scene.damping if stage.damping is None else stage.damping
         factor = (stage.step_factor or clock.STEP_FACTOR) if stage.in_real_time else None
@@ -136,7 +136,7 @@ class StageRun:
         side.model = clock.begin(side.model, side.state, damping, factor)
 
     def agree_on_step(self):
-        """Agree with the discs on the step of a stage in real time, later see that it still is short enough; returns the model.
+        """Sets the common step in the first step of a stage in real time, and checks it in later steps; returns the model.
 
         Leap-frog: the first forces act for the mean of the steps before and after them, from rest for half a step.
         """
@@ -145,18 +145,18 @@ class StageRun:
             return side.model
         if not state.in_real_time:
             if self.pace.begins:
-                self.pace.heard(self.rims, masses(side.model, state))
+                self.pace.note_forces(self.rims, masses(side.model, state))
             return side.model
         if self.done == 0:
-            side.model = common_step.agree(side.model, state, self.rims)
+            side.model = common_step.set_common_step(side.model, state, self.rims)
             self._step, self.kick = state.dt, 0.5 * (self._step_before + state.dt)
         else:
             self.kick = None
-            common_step.keep(side.model, state, self.rims, self._step)
+            common_step.check_common_step(side.model, state, self.rims, self._step)
         return side.model
 
     def set_loads(self):
-        """Applied forces of the next step, where they change."""
+        """Sets the applied forces of the next step, if they change."""
         if self.load is not None:
             self.load.apply(self.side.state, self.done)
         if self.sides.push is not None:
@@ -164,13 +164,13 @@ class StageRun:
         for side in self.sides.dashpots:
             side.apply(self.side.state)
 
-    def drive(self, state):
-        """Velocities that boundaries prescribe in the present step."""
+    def set_velocities(self, state):
+        """Sets the velocities that boundaries prescribe in the present step."""
         if self.sides.drive is not None:
             self.sides.drive.apply(state, self.done)
 
     def step_done(self):
-        """Count the step."""
+        """Counts the step."""
         self.done += 1
         dt = clock.seconds(self.side.state)
         self.time += dt
@@ -181,7 +181,7 @@ class StageRun:
         self.ended = self._last_step
 
     def outcome(self):
-        """Row of run.json so far; `ended_by` is "" where the stage did not reach its end."""
+        """Row of run.json so far; `ended_by` is "" if the stage did not reach its end."""
         return {
             "name": self.stage.name,
             "kind": self.stage.kind,

@@ -1,7 +1,7 @@
-"""Kernels of laws that other distributions add (effects/added_laws.py). None of it is in a step without such a law.
+"""Kernels of laws that other distributions add (effects/added_laws.py). A step without such a law contains none of them.
 
-Each law is a type of its own, that of its Parameters. Where the step is compiled, `corrected` is picked by this type and compiled
-into it; where it is not, by the same class as the step goes on.
+Each law has a separate type, that of its Parameters. In a compiled step `corrected` is chosen by this type at compilation; in an
+uncompiled step it is chosen by the same class at run time.
 """
 
 from coupler_protocol.compiled.jit import by_type, jit
@@ -24,7 +24,7 @@ def _compiled_values(law, m, i):
 
 
 def _corrected(law, memory, b, m, i, sm, zz, sd, xy):
-    """Stresses [Pa] of a triangle of zone i in block b after the law, and what this adds to the memory of the zone."""
+    """Stresses [Pa] of a triangle of zone i in block b after the law, and the change of the zone's memory."""
     corrected, p = module_of(type(law)).corrected, type(law)(*_values(law, m, i))
     if memory is None:
         return *corrected(sm, zz, sd, xy, p), 0.0
@@ -50,9 +50,9 @@ def _compiled_corrected(law, memory, b, m, i, sm, zz, sd, xy):
 
 @jit
 def correct(b, m, share, law, memory, stress, k):
-    """Stresses of block b, and `memory` (B, 16) of its zones, after one law, whose parameters stand in row m.
+    """Corrects stresses of block b, and `memory` (B, 16) of its zones, by one law, whose parameters are in row m.
 
-    sm, zz and what a zone remembers are of the zone: what its triangles ask for is averaged by area, `share` in row k.
+    sm, zz and memory belong to the zone: the changes of its triangles are averaged by area, `share` in row k.
     """
     for i in range(LANES):
         sm, zz = stress[b, SM + i], stress[b, ZZ + i]
@@ -71,7 +71,7 @@ def correct(b, m, share, law, memory, stress, k):
 
 
 def correct_all(b, m, share, laws, memories, stress, k):
-    """Stresses of block b after all added laws in turn; memories: of each law, an array or None."""
+    """Corrects stresses of block b by all added laws in order; memories: of each law, an array or None."""
     for law, memory in zip(laws, memories, strict=True):
         correct(b, m, share, law, memory, stress, k)
 

@@ -1,12 +1,12 @@
-"""Zones in blocks of 16 lanes, the layout in which kernels work on them.
+"""Blocks of 16 zones, the memory layout of the kernels.
 
 Values of zones are stored as (B, 16 R): B blocks, each of R rows (corners, triangles, components) of 16 zones
 side by side, so that an operation on a row is a few vector instructions. Row and lane share one index, `row *
-LANES + lane`: the distance between rows is then known to the compiler, which needs it to vectorise (four
-times faster than an index of its own for rows). Empty lanes at the end of the last block repeat gridpoint 0
-and have no area.
+LANES + lane`, so the distance between rows is constant for the compiler, which needs this to vectorise (four
+times faster than a separate index for rows). Empty lanes at the end of the last block repeat gridpoint 0 and
+have no area.
 
-Every zone is seen as two overlaid pairs of constant-strain triangles (Marti & Cundall 1982): corners (0,1,2),
+Every zone consists of two overlaid pairs of constant-strain triangles (Marti & Cundall 1982): corners (0,1,2),
 (0,2,3) and (0,1,3), (1,2,3). In a triangular zone two of the four have no area.
 """
 
@@ -20,11 +20,11 @@ TRIANGLES = np.array([[0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3]])
 
 
 class Gather(NamedTuple):
-    """Which corner forces each of N gridpoints sums up, and in which order gridpoints take their turn."""
+    """Corner forces whose sum is the force on each of N gridpoints, and the order of gridpoints."""
 
     order: NDArray[np.uint32]  # (N,) gridpoints in the order in which they are summed
     ready: NDArray[np.uint32]  # (S+2,) order[ready[s]:ready[s + 1]] are summed after strip s; s = S: the seam between threads
-    start: NDArray[np.uint32]  # (N+1,) forces on gridpoint n stand at place[start[n]:start[n + 1]]
+    start: NDArray[np.uint32]  # (N+1,) forces on gridpoint n are at place[start[n]:start[n + 1]]
     place: NDArray[np.uint32]  # (M,)
 
 
@@ -61,7 +61,7 @@ def new_history(history, points, blocks):
 
 
 def triangle_double_areas(xy, zones):
-    """Twice the areas of the zones' triangles (Z,4) [m2], exactly zero for those a triangular zone lacks."""
+    """Twice the areas of the zones' triangles (Z,4) [m2], exactly zero for the two missing ones of a triangular zone."""
     a, b, c = (xy[zones[:, TRIANGLES[:, k]]] for k in range(3))
     r1, r2 = b - a, c - a
     return r1[..., 0] * r2[..., 1] - r1[..., 1] * r2[..., 0]
@@ -83,11 +83,11 @@ def build_geometry(xy, zones):
 
 
 def build_gather(zones, points):
-    """Where the forces on each gridpoint stand: (start (N+1,), place (M,)) into blocks of corner forces.
+    """Positions of the forces on each gridpoint: (start (N+1,), place (M,)) into blocks of corner forces.
 
-    Corner forces have 8 rows: x at the four corners, then y. `place` is the flat position of an x component,
-    in the order of zones and corners; sums in this order have the same bits in every run. Places are unsigned: for a signed
-    index numba asks at every access whether it counts from the end, which makes the sum twice as slow.
+    Corner forces have 8 rows: x at the four corners, then y. `place` is the flat position of an x component, in the order of
+    zones and corners; sums in this order have the same bits in every run. Places are unsigned: for a signed index numba tests at
+    every access whether it is negative, which makes the sum twice as slow.
     """
     zone, corner = np.divmod(np.arange(zones.size), 4)
     block, lane = np.divmod(zone, LANES)

@@ -1,6 +1,6 @@
-"""What a step means in a stage: a step of 1 with scaled masses on the way to rest (static), or dt seconds with real masses.
+"""Step of the grid in a stage: 1 with scaled masses (static mode), or dt seconds with real masses.
 
-The velocities of one mean nothing in the other: they begin at zero where the meaning changes.
+Velocities of one mode have no meaning in the other: a change of mode sets them to zero.
 """
 
 from dataclasses import replace
@@ -15,9 +15,9 @@ STEP_FACTOR = 0.5
 
 
 def begin(model, state, damping, step_factor=None):
-    """The model for steps with the damping of a scene's table; brings the state to it.
+    """Returns the model with the damping of a scene's table; changes the state to its mode.
 
-    step_factor: share of the stable step taken in real time; None: static mode.
+    step_factor: step over the stable step in real time; None: static mode.
     """
     law = with_damping(model.law, damping)
     model = replace(model, law=law, step_factor=step_factor)
@@ -31,5 +31,5 @@ def begin(model, state, damping, step_factor=None):
 
 
 def seconds(state):
-    """What a step adds to the time [s]: in static mode 1, which counts steps."""
+    """Step [s] in real time; 1 in static mode, where the time counts steps."""
     return state.dt if state.in_real_time else 1.0

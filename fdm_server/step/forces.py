@@ -1,11 +1,11 @@
 """Forces of zones on their corners, and their sum at gridpoints.
 
-A triangle with stress sigma and area A pulls corner k by -A sigma grad N_k. With r1 = b - a, r2 = c - a:
+The force of a triangle with stress sigma and area A on corner k is -A sigma grad N_k. With r1 = b - a, r2 = c - a:
 
     f_b = -(xx y2 - xy x2,  xy y2 - yy x2)/2
     f_c =  (xx y1 - xy x1,  xy y1 - yy x1)/2        f_a = -f_b - f_c
 
-Both overlaid pairs of triangles fill the zone, so each counts half. The mean stress sm is one for the zone:
+Both overlaid pairs of triangles fill the zone, so each counts half. The mean stress sm is a value of the zone:
 its forces follow from the outline of the zone alone.
 """
 
@@ -26,12 +26,12 @@ def triangle_forces(sd, xy, x1, y1, x2, y2):
 
 @jit
 def corner_forces(b, x, y, stress, corner_force):
-    """Forces [N] of the zones of block b on their corners: 8 rows, x at the four corners, then y."""
+    """Computes forces [N] of the zones of block b on their corners: 8 rows, x at the four corners, then y."""
     for i in range(LANES):
         x1, x2, x3 = x[b, C1 + i] - x[b, C0 + i], x[b, C2 + i] - x[b, C0 + i], x[b, C3 + i] - x[b, C0 + i]
         y1, y2, y3 = y[b, C1 + i] - y[b, C0 + i], y[b, C2 + i] - y[b, C0 + i], y[b, C3 + i] - y[b, C0 + i]
 
-        half = 0.5 * stress[b, SM + i]  # corner k feels half the pressure on the chord between its neighbours
+        half = 0.5 * stress[b, SM + i]  # half of the pressure on the chord between its neighbours acts on corner k
         f1x, f1y, f2x, f2y, f3x, f3y = (
             -half * y2,
             half * x2,
@@ -63,7 +63,7 @@ def corner_forces(b, x, y, stress, corner_force):
 
 @jit
 def sum_at_gridpoints(order, first, last, start, place, corner_force, force):
-    """Sums of the corner forces on the gridpoints order[first:last], each in fixed order: force (N,2) [N]."""
+    """Computes the sums of corner forces on the gridpoints order[first:last], each in fixed order: force (N,2) [N]."""
     flat = corner_force.reshape(corner_force.size)
     for k in range(first, last):
         n = order[k]
@@ -76,6 +76,6 @@ def sum_at_gridpoints(order, first, last, start, place, corner_force, force):
 
 
 def sum_all(model, corner_force, force):
-    """Sums of the corner forces on all gridpoints."""
+    """Computes the sums of corner forces on all gridpoints."""
     order = model.partition.order
     sum_at_gridpoints(order, 0, len(order), model.start, model.place, corner_force, force)

@@ -1,10 +1,10 @@
-"""The light half of a step: forces accelerate gridpoints; and how far these are from equilibrium.
+"""The cheap half of a step: forces accelerate gridpoints; and the unbalanced force ratio.
 
 With F = forces of zones + applied forces + weight on a gridpoint, damped by its law, over a step dt:
 
     v += F dt / (m + m_added)           held components stay zero
 
-In static mode dt = 1, and nothing is multiplied by it. Velocities stand at half steps, positions and forces at whole steps
+In static mode dt = 1, and there is no multiplication by dt. Velocities are at half steps, positions and forces at whole steps
 (leap-frog).
 """
 
@@ -30,10 +30,10 @@ def velocity_kernel(
     first, last, force, applied, mass, added_mass, weight_mass, fixed, gravity,
     damping, half_combined, previous, half_drag, dt, velocity,
 ):  # fmt: skip
-    """Velocities [m/s] of gridpoints first..last half a step after the forces [N].
+    """Updates velocities [m/s] of gridpoints first..last to half a step after the forces [N].
 
-    Absent effects are None: `damping` alpha; `half_combined` alpha/2 with the unbalanced forces of the step before, `previous`
-    (N,2) [N]; `half_drag` a dt/2 of Rayleigh damping; in static mode `dt` [s].
+    Absent effects are None: `damping` alpha; `half_combined` alpha/2 with the unbalanced forces of the previous step, `previous`
+    (N,2) [N]; `half_drag` a dt/2 of Rayleigh damping; `dt` [s] is None in static mode.
     """
     for n in range(first, last):
         inverse = 1.0 / (mass[n] + added_mass[n])
@@ -58,7 +58,7 @@ def velocity_kernel(
 
 
 def update_velocities(model, state, gravity, kick=None):
-    """Accelerate the gridpoints over one step; gravity [m/s2] acts downwards. kick [s]: where forces act for less than a step."""
+    """Accelerates the gridpoints over one step; gravity [m/s2] acts downwards. kick [s]: time of the forces if not the step."""
     law, mass, gravity = model.law, masses(model, state), float(gravity)
     half_combined = None if law.combined is None else 0.5 * law.combined
     mass_part = None if law.rayleigh is None else law.rayleigh.mass
@@ -76,7 +76,7 @@ def update_velocities(model, state, gravity, kick=None):
 
 @jit
 def imbalance_kernel(start, place, corner_force, force, applied, weight_mass, fixed, gravity):
-    """Largest unbalanced force [N], sum of all forces' sizes [N], number of gridpoints that can move."""
+    """Largest unbalanced force [N], sum of the magnitudes of all forces [N], number of gridpoints that can move."""
     flat = corner_force.reshape(corner_force.size)
     largest = total = 0.0
     free = 0
@@ -94,7 +94,7 @@ def imbalance_kernel(start, place, corner_force, force, applied, weight_mass, fi
 
 
 def unbalanced_ratio(model, state, gravity):
-    """Largest unbalanced force over the mean, per gridpoint, of the sizes of all forces that meet there [-].
+    """Largest unbalanced force over the mean, per gridpoint, of the magnitudes of all forces that act on it [-].
 
     Taken over gridpoints that can move, in the components in which they can; forces are those of zones on
     their corners, weights and applied forces.
@@ -103,11 +103,11 @@ def unbalanced_ratio(model, state, gravity):
         model.start, model.place, state.corner_force, state.force, state.applied, model.weight_mass,
         model.fixed, float(gravity),
     )  # fmt: skip
-    return 0.0 if total == 0.0 else largest * free / total  # not a number stays not a number
+    return 0.0 if total == 0.0 else largest * free / total  # NaN stays NaN
 
 
 def kinetic_energy(model, state):
-    """Kinetic energy [J]; in static mode with masses scaled for a step of 1: a measure of motion, no physical energy."""
+    """Kinetic energy [J]; in static mode with masses scaled for a step of 1, which is not a physical energy."""
     mass = masses(model, state) + state.added_mass
     return 0.5 * float(np.sum(mass[:, None] * state.velocity**2))
 

@@ -1,7 +1,7 @@
-"""Kernels of large strain, block by block: present shape, shape at mid-step, and stresses that turn with their zones.
+"""Kernels of large strain for each block: present shape, shape at mid-step, and rotation of stresses with their zones.
 
-None of it is compiled into a step of small strain. The shapes of one block are scratch, (1, rows) like a block of `Geometry`, so
-that the kernels of small strain read them.
+A step of small strain contains none of them. The shapes of one block are scratch memory, (1, rows) like a block of `Geometry`, so
+that the kernels of small strain can read them.
 """
 
 from coupler_protocol.compiled.jit import jit
@@ -19,7 +19,7 @@ TURN_ROWS = 8
 
 @jit(forceinline=True)
 def double_areas(x, y, i):
-    """Twice the areas [m2] of the triangles of lane i; exactly 0 where two corners are one."""
+    """Twice the areas [m2] of the triangles of lane i; exactly 0 if two corners are the same."""
     x1, x2, x3 = x[0, C1 + i] - x[0, C0 + i], x[0, C2 + i] - x[0, C0 + i], x[0, C3 + i] - x[0, C0 + i]
     y1, y2, y3 = y[0, C1 + i] - y[0, C0 + i], y[0, C2 + i] - y[0, C0 + i], y[0, C3 + i] - y[0, C0 + i]
     last = (x2 - x1) * (y3 - y1) - (x3 - x1) * (y2 - y1)
@@ -28,7 +28,7 @@ def double_areas(x, y, i):
 
 @jit(forceinline=True)
 def inverse(double):
-    """1 over twice an area; where there is none, a number by which nothing but zero is multiplied."""
+    """1 over twice an area; for no area a number by which only zero is multiplied."""
     return 1.0 / (double if double > 0.0 else 1.0)
 
 
@@ -40,7 +40,7 @@ def inside_out(double, share):
 
 @jit
 def present_shape(b, corner, grid_share, xy, displacement, x, y, share):
-    """Corners x, y [m] of block b where xy + displacement (N,2) puts them, shares of the triangles; how many are inside out."""
+    """Sets corners x, y [m] of block b at xy + displacement (N,2), and shares; returns the number of inverted triangles."""
     for k in range(4 * LANES):
         point = corner[b, k]
         x[0, k] = xy[point, 0] + displacement[point, 0]
@@ -57,7 +57,7 @@ def present_shape(b, corner, grid_share, xy, displacement, x, y, share):
 
 @jit
 def middle_shape(end_x, end_y, u, x, y, inverse_double_area):
-    """Corners x, y [m] half a step before `end_x`, `end_y`, and 1/2A [1/m2] of triangles and zones there."""
+    """Sets corners x, y [m] half a step before `end_x`, `end_y`, and 1/2A [1/m2] of triangles and zones there."""
     for k in range(4 * LANES):
         x[0, k] = end_x[0, k] - 0.5 * u[k]
         y[0, k] = end_y[0, k] - 0.5 * u[V + k]
@@ -72,7 +72,7 @@ def middle_shape(end_x, end_y, u, x, y, inverse_double_area):
 
 @jit(forceinline=True)
 def half_turn_row(x, y, inverse_double_area, u, t, a, b, c, turn):
-    """Row t of the half turns of triangles with corners in rows a, b, c."""
+    """Sets row t of the half rotations of triangles with corners in rows a, b, c."""
     for i in range(LANES):
         x1, x2 = x[0, b + i] - x[0, a + i], x[0, c + i] - x[0, a + i]
         y1, y2 = y[0, b + i] - y[0, a + i], y[0, c + i] - y[0, a + i]
@@ -84,7 +84,7 @@ def half_turn_row(x, y, inverse_double_area, u, t, a, b, c, turn):
 
 @jit
 def half_turns(x, y, inverse_double_area, u, turn):
-    """Cosines and sines of half the step's turn of the four triangles, from the shape at mid-step."""
+    """Sets cosines and sines of half of the step's rotation of the four triangles, from the shape at mid-step."""
     half_turn_row(x, y, inverse_double_area, u, T0, C0, C1, C2, turn)
     half_turn_row(x, y, inverse_double_area, u, T1, C0, C2, C3, turn)
     half_turn_row(x, y, inverse_double_area, u, T2, C0, C1, C3, turn)
@@ -93,7 +93,7 @@ def half_turns(x, y, inverse_double_area, u, turn):
 
 @jit
 def turn_stress(b, turn, stress):
-    """Turn the stresses of block b by half a step."""
+    """Rotates the stresses of block b by half a step."""
     for i in range(LANES):
         for t in (T0, T1, T2, T3):
             sd, xy = stress[b, SD + t + i], stress[b, XY + t + i]

@@ -2,8 +2,8 @@
 
 A triangle with constrained modulus M = K + 4G/3, longest side L and area A is stable for a step dt = 1 if
 each of its corners gets the mass M L^2 / 6A from it. The static mass is their sum over all triangles of both
-overlaid pairs; since each of the two counts half in the forces, this holds a factor 2 in reserve, which local
-damping uses up at most by 1 + alpha (Itasca 2011, FLAC 7.0 Theory and Background).
+overlaid pairs. Each of the two counts half in the forces, so this has a factor 2 in reserve, of which local
+damping needs at most 1 + alpha (Itasca 2011, FLAC 7.0 Theory and Background).
 
 In real time the masses are rho A/3 per triangle, half of it in each pair, and the same bound makes a step stable up to
 
@@ -24,7 +24,7 @@ CORNERS = tuple(map(tuple, TRIANGLES.tolist()))
 
 
 def static_masses(xy, zones, modulus):
-    """Masses (N,) [kg] of gridpoints at a step of 1; modulus (Z,) [Pa] is K + 4G/3. One where no zone is."""
+    """Masses (N,) [kg] of gridpoints at a step of 1; modulus (Z,) [Pa] is K + 4G/3. Gridpoints without zones have mass 1."""
     mass = np.zeros(len(xy))
     add_static_masses(xy, zones, modulus, mass)
     return mass
@@ -32,7 +32,7 @@ def static_masses(xy, zones, modulus):
 
 @jit
 def add_static_masses(xy, zones, modulus, mass):
-    """Kernel of `static_masses`; `mass` (N,) begins as zeros."""
+    """Kernel of `static_masses`; `mass` (N,) is zero at first."""
     for z in range(zones.shape[0]):
         for a, b, c in CORNERS:
             i, j, k = zones[z, a], zones[z, b], zones[z, c]
@@ -51,7 +51,7 @@ def add_static_masses(xy, zones, modulus, mass):
 
 
 def weight_masses(xy, zones, density):
-    """Real masses (N,) [kg] of gridpoints: a third of each triangle's, each pair counting half."""
+    """Real masses (N,) [kg] of gridpoints: a third of the mass of each triangle; each pair counts half."""
     share = density[:, None] * triangle_double_areas(xy, zones) / 12.0
     return np.bincount(zones[:, TRIANGLES].ravel(), np.repeat(share.ravel(), 3), minlength=len(xy))
 

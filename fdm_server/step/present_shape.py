@@ -1,9 +1,9 @@
-"""Where gridpoints are, and the masses that go with the present shape. In small strain the shape never changes.
+"""Present positions of gridpoints, and the masses of the present shape. In small strain the shape is constant.
 
-In large strain the position of a gridpoint is always that of the grid plus its displacement. Static masses follow the shape:
-every `MASS_STEPS` steps they are computed anew. They hold a factor 2 in reserve of which damping needs 1 + alpha; what is left
-(11 % at alpha = 0.8) covers zones that change by half a percent in each of these steps. In real time masses are real, and it is
-the step that follows the shape: at the same times it is made shorter where zones have become thinner.
+In large strain the position of a gridpoint is that of the grid plus its displacement. Static masses follow the shape: they are
+recomputed every `MASS_STEPS` steps. They have a factor 2 in reserve, of which damping needs 1 + alpha; the remainder (11 % at
+alpha = 0.8) is enough for zones that change by half a percent in each of these steps. In real time masses are real, and the step
+follows the shape: at the same intervals it is shortened if zones have become thinner.
 """
 
 from fdm_server.step.masses import real_step, static_masses
@@ -12,7 +12,7 @@ MASS_STEPS = 20
 
 
 def begin_large_strain(model, state):
-    """From now on zones are where their gridpoints are; does nothing where this holds already."""
+    """Begins large strain: zones follow their gridpoints from now on; does nothing in large strain."""
     if state.mass is None:
         renew(model, state)
 
@@ -23,26 +23,26 @@ def moving(model, state):
 
 
 def present(model, state):
-    """Positions (N,2) [m] that zones compute with."""
+    """Positions (N,2) [m] of the gridpoints in the present shape of zones."""
     return model.grid.xy if state.mass is None else model.grid.xy + state.displacement
 
 
 def masses(model, state):
-    """Masses (N,) [kg] of the gridpoints: scaled for a step of 1, or real where steps are."""
+    """Masses (N,) [kg] of the gridpoints: scaled for a step of 1 in static mode, or real in real time."""
     if state.in_real_time:
         return model.weight_mass
     return model.mass if state.mass is None else state.mass
 
 
 def count_step(model, state):
-    """Count a step of large strain; masses and steps too old are computed anew."""
+    """Counts a step of large strain; recomputes masses or the step after MASS_STEPS steps."""
     state.mass_age += 1
     if state.mass_age >= MASS_STEPS:
         renew(model, state)
 
 
 def renew(model, state):
-    """Static masses, and a step in real time that is short enough, for the present shape in large strain."""
+    """Recomputes static masses, or shortens the step in real time, for the present shape in large strain."""
     xy = model.grid.xy + state.displacement
     state.mass = static_masses(xy, model.zones, model.modulus)
     state.mass_age = 0

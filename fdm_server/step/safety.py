@@ -6,11 +6,11 @@ from fdm_server.step.blocks import triangle_double_areas
 
 
 class Unstable(ArithmeticError):  # noqa: N818
-    """The computation has left physics: nothing after this step means anything."""
+    """The computation is unstable: its results after this step have no meaning."""
 
 
 def check_zones(xy, zones, number):
-    """Raise Unstable where a zone (A,4) with gridpoints xy (N,2) [m] is inverted or has no area; `number` (A,) names them."""
+    """Raises Unstable if a zone (A,4) with gridpoints xy (N,2) [m] is inverted or has no area; number (A,): for the message."""
     double = triangle_double_areas(xy, zones)
     present = np.ones(double.shape, dtype=np.bool_)
     present[zones[:, 2] == zones[:, 3], 1::2] = False  # (0,2,3) and (1,2,3) of a triangular zone
@@ -21,7 +21,7 @@ def check_zones(xy, zones, number):
 
 
 def check_motion(model, state):
-    """Raise Unstable where a velocity is not finite or takes a gridpoint across the grid in one step; a few microseconds."""
+    """Raises Unstable if a velocity is not finite or moves a gridpoint across the grid in one step; takes a few microseconds."""
     speed = np.abs(state.velocity).max() * (state.dt if state.in_real_time else 1.0)
     if not np.isfinite(speed):
         bad = np.flatnonzero(~np.isfinite(state.velocity).all(axis=1))

@@ -1,6 +1,6 @@
-"""Kernels of softening: the strength of every zone from its plastic shear strain. None of it is in a step without the table.
+"""Kernels of softening: strength of every zone from its plastic shear strain. A step without the table contains none of them.
 
-A block none of whose zones has flowed yet takes the strength of its materials as it stands.
+A block without plastic shear strain uses the initial strength of its materials.
 """
 
 from math import sqrt
@@ -23,7 +23,7 @@ SHEAR_ROWS, OPENING_ROWS = 10, 3  # parameters of Mohr-Coulomb and of the tensio
 
 @jit
 def curve_values(table, strain, values, share):
-    """Values of the four curves of 16 zones, rows of `values`, at their plastic shear strains; table: rows of softening."""
+    """Sets `values`, rows of the four curves of 16 zones, at their plastic shear strains; table: rows of softening."""
     points = table.shape[0] // ((CURVES + 1) * LANES)
     for k in range(points - 1):
         first, last = table[k * LANES : (k + 1) * LANES], table[(k + 1) * LANES : (k + 2) * LANES]
@@ -40,8 +40,8 @@ def curve_values(table, strain, values, share):
 
 @jit
 def strengths(strain, stiffness, values, shear, opening):
-    """Parameters of the 16 zones that have flowed, rows of `shear` and `opening`, for their curves' values; the others' stay."""
-    for i in range(LANES):  # sines, one by one
+    """Sets parameters, rows of `shear` and `opening`, of those of 16 zones with plastic shear strain, from their curve values."""
+    for i in range(LANES):  # sines are not vectorised
         values[FRICTION + i] = passive_ratio(values[FRICTION + i])
         values[DILATION + i] = passive_ratio(values[DILATION + i])
     for i in range(LANES):
@@ -69,7 +69,7 @@ def strengths(strain, stiffness, values, shear, opening):
 def limit_softened(
     b, m, share, elastic, mohr_coulomb, tension, softening, stress, plastic, plastic_shear, shear, opening, values, limited
 ):  # fmt: skip
-    """`limit` with the strength of the present plastic shear strains, which grow by what follows.
+    """`limit` with the strength of the present plastic shear strains; adds their increments.
 
     Scratch: shear (1, 10 rows), opening (1, 3 rows), values (5 rows).
     """

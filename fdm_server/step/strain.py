@@ -1,12 +1,12 @@
 """Strain increments of zones from the velocities of their corners, Gauss' theorem and mixed discretisation.
 
-A triangle abc with r1 = b - a, r2 = c - a, velocity differences du1 = u_b - u_a, du2 = u_c - u_a deforms by
+For a triangle abc with r1 = b - a, r2 = c - a and velocity differences du1 = u_b - u_a, du2 = u_c - u_a
 
     du/dx = (du1 y2 - du2 y1)/2A        du/dy = (du2 x1 - du1 x2)/2A
 
-Triangles in a mesh are too stiff where volume is kept (plastic flow). Therefore the deviator belongs to each
-triangle, the dilation e to the whole zone (Marti & Cundall 1982, Int. J. Numer. Anal. Methods Geomech. 6, 129-139):
-the area mean over its triangles,
+Triangles in a mesh are too stiff if the volume is constant (plastic flow). Therefore the deviator belongs to each
+triangle, the dilation e to the whole zone (Marti & Cundall 1982, Int. J. Numer. Anal. Methods Geomech. 6, 129-139)
+as the area mean over its triangles,
 
     e = [(u0 - u2)(y1 - y3) + (u1 - u3)(y2 - y0) + (v0 - v2)(x3 - x1) + (v1 - v3)(x0 - x2)]/2A
 """
@@ -16,7 +16,7 @@ from fdm_server.step.blocks import LANES
 
 C0, C1, C2, C3 = (k * LANES for k in range(4))  # rows of the corners of a zone
 T0, T1, T2, T3 = C0, C1, C2, C3  # rows of its triangles (0,1,2), (0,2,3), (0,1,3), (1,2,3)
-V = 4 * LANES  # from a corner's row of u to its row of v
+V = 4 * LANES  # distance from a corner's row of u to its row of v
 # rows of strain: one of dilation e, then eps_xx - eps_yy and gamma_xy of the four triangles
 DILATION, DIFFERENCE, GAMMA = (k * LANES for k in (0, 1, 5))
 STRAIN_ROWS = 9
@@ -24,7 +24,7 @@ STRAIN_ROWS = 9
 
 @jit
 def gather_velocities(b, corner, velocity, u):
-    """Corner velocities u [m/s] of block b, 8 rows: x at the four corners, then y, from velocity (N,2)."""
+    """Copies velocity (N,2) to corner velocities u [m/s] of block b, 8 rows: x at the four corners, then y."""
     for k in range(4 * LANES):
         point = corner[b, k]
         u[k] = velocity[point, 0]
@@ -33,7 +33,7 @@ def gather_velocities(b, corner, velocity, u):
 
 @jit
 def gather_increments(b, corner, velocity, dt, u):
-    """Displacements of a step dt [s] at the corners of block b, in the rows of u [m]."""
+    """Sets u [m], 8 rows: displacements of a step dt [s] at the corners of block b."""
     for k in range(4 * LANES):
         point = corner[b, k]
         u[k] = dt * velocity[point, 0]
@@ -51,7 +51,7 @@ def triangle_strain(inverse, x1, y1, x2, y2, du1, dv1, du2, dv2):
 
 @jit
 def strain_increments(b, x, y, inverse_double_area, u, strain):
-    """Strain increments [-] of block b in one step: e of zones, xx - yy and gamma_xy of triangles."""
+    """Computes strain increments [-] of block b in one step: e of zones, xx - yy and gamma_xy of triangles."""
     for i in range(LANES):
         x1, x2, x3 = x[b, C1 + i] - x[b, C0 + i], x[b, C2 + i] - x[b, C0 + i], x[b, C3 + i] - x[b, C0 + i]
         y1, y2, y3 = y[b, C1 + i] - y[b, C0 + i], y[b, C2 + i] - y[b, C0 + i], y[b, C3 + i] - y[b, C0 + i]

@@ -1,10 +1,10 @@
-"""Stresses of zones: elastic trial stress, then the return to where the law allows.
+"""Stresses of zones: elastic trial stress, then the return to the yield surface.
 
-Mixed discretisation (Marti & Cundall 1982): sm = (xx + yy)/2 and zz answer to the dilation, which a zone has
-only one of, so they belong to the zone; sd = (xx - yy)/2 and xy belong to each triangle. A triangle's
-principal stresses are sm -+ r in the plane, with r = sqrt(sd^2 + xy^2), and zz across it; any of the three
-may be the middle one. Principal directions do not turn in a return. The changes of sm and zz that the returns
-of the four triangles ask for are averaged by area: without that, dilatant flow diverges.
+Mixed discretisation (Marti & Cundall 1982): sm = (xx + yy)/2 and zz follow from the dilation, which is one value
+for a zone, so they belong to the zone; sd = (xx - yy)/2 and xy belong to each triangle. The principal stresses of
+a triangle are sm ± r in the plane, with r = sqrt(sd^2 + xy^2), and zz normal to it; any of the three may be the
+intermediate one. Principal directions do not rotate in a return. The changes of sm and zz by the returns of the
+four triangles are averaged by area: without this, dilatant flow diverges.
 
 Rayleigh damping adds the rate of stress in a step to the stress that makes forces: `copy_stress` before, `add_rate` after.
 """
@@ -23,7 +23,7 @@ from fdm_server.step.strain import DIFFERENCE, DILATION, GAMMA, T0, T1, T2, T3
 # rows of stress: sm and zz of the zone, then sd and xy of its four triangles
 SM, ZZ, SD, XY = (k * LANES for k in (0, 1, 2, 6))
 STRESS_ROWS = 10
-# rows of what the returns ask for, four triangles each
+# rows of the changes by returns, four triangles each
 NEW_SD, NEW_XY, CHANGE_SM, CHANGE_ZZ, FLOW = (4 * k * LANES for k in range(5))
 RETURN_ROWS = 20
 SHEARING = RETURN_ROWS * LANES  # with softening four more: plastic shear strain, share of the zone's
@@ -37,7 +37,7 @@ shear_strain = jit(softening_law.shear_strain, forceinline=True)
 
 @jit
 def load(b, m, elastic, strain, stress):
-    """Add the elastic stress of the strain increments of block b, whose parameters stand in row m."""
+    """Adds the elastic stress of the strain increments of block b, whose parameters are in row m."""
     for i in range(LANES):
         sm, zz = pressure_increment(strain[DILATION + i], elastic[m, i], elastic[m, 2 * LANES + i])
         stress[b, SM + i] += sm
@@ -57,9 +57,9 @@ def trial(b, k, i, stress):
 
 @jit
 def return_triangles(b, m, share, mohr_coulomb, tension, stress, limited, softens):
-    """What the law makes of the trial stresses of block b, written to the rows of `limited`.
+    """Corrects the trial stresses of block b to the yield surface; writes the results to the rows of `limited`.
 
-    softens: elastic parameters where plastic shear strain is asked for, or None.
+    softens: elastic parameters if plastic shear strain is needed, or None.
     """
     for t in range(4):
         o = t * LANES
@@ -110,7 +110,7 @@ def return_triangles(b, m, share, mohr_coulomb, tension, stress, limited, soften
 
 @jit
 def beyond_law(b, m, mohr_coulomb, tension, stress):
-    """Whether any triangle of block b has a trial stress that the law does not allow."""
+    """Whether any triangle of block b has a trial stress outside the yield surface."""
     beyond = 0
     for t in range(4):
         o = t * LANES
@@ -130,7 +130,7 @@ def beyond_law(b, m, mohr_coulomb, tension, stress):
 
 @jit
 def limit(b, m, share, mohr_coulomb, tension, stress, plastic, limited, softens):
-    """Bring the stresses of block b back to where the law allows them, update the zones' plastic state; whether any yields."""
+    """Corrects the stresses of block b to the yield surface, and the plastic state; returns whether any zone yields."""
     if not beyond_law(b, m, mohr_coulomb, tension, stress):
         for i in range(LANES):
             before = plastic[b, i]
@@ -153,13 +153,13 @@ def limit(b, m, share, mohr_coulomb, tension, stress, plastic, limited, softens)
 
 @jit
 def copy_stress(b, stress, before):
-    """Keep the stresses of block b in `before` (1, 10 rows)."""
+    """Copies the stresses of block b to `before` (1, 10 rows)."""
     for k in range(STRESS_ROWS * LANES):
         before[0, k] = stress[b, k]
 
 
 @jit
 def add_rate(b, stress, viscosity, before):
-    """Turn stresses before the step into those that make forces: stress + viscosity (stress - before)."""
+    """Replaces the stresses before the step by those that make forces: stress + viscosity (stress - before)."""
     for k in range(STRESS_ROWS * LANES):
         before[0, k] = stress[b, k] + viscosity * (stress[b, k] - before[0, k])

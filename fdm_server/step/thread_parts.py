@@ -1,8 +1,8 @@
-"""How a step is cut into parts: strips of blocks for the cache, runs of strips for threads.
+"""Parts of a step: strips of blocks for the cache, runs of strips for threads.
 
-The forces of zones on a gridpoint can be summed as soon as the last zone around it is done. Doing so strip by strip finds the
-corner forces still in the cache. A thread takes a run of strips; gridpoints between two runs, the seam, are summed when both
-are through. Every sum takes its terms in the order of `Model.place`, so the bits are those of one thread.
+The forces of zones on a gridpoint can be summed as soon as the last zone around it is computed. When this is done strip by strip,
+the corner forces are still in the cache. A thread takes a run of strips; gridpoints between two runs, the seam, are summed when
+both are complete. Every sum has the order of `Model.place`, so the bits are those of one thread.
 """
 
 from itertools import pairwise
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from fdm_server.step.blocks import LANES
 
-STRIP = 64  # blocks: 1,024 zones, whose data fit into the cache next to the core
-FEWEST = 16  # strips a thread: below, waiting for each other costs more than it saves
+STRIP = 64  # blocks: 1,024 zones, whose data fit into the cache of a core
+FEWEST = 16  # strips of a thread: with fewer, waiting costs more time than threads save
 
 
 class Partition(NamedTuple):
@@ -27,13 +27,13 @@ class Partition(NamedTuple):
 
 
 def build_partition(zones, points, threads):
-    """Partition for zones (A,4) in blocks of their order and N = points gridpoints, among at most so many threads."""
+    """Partition for zones (A,4) in blocks of their order and N = points gridpoints, for at most `threads` threads."""
     strip = np.repeat(np.arange(len(zones)) // (STRIP * LANES), 4)
     count = int(strip[-1]) + 1
     runs = max(1, min(threads, count // FEWEST))
     bounds = [count * k // runs for k in range(runs + 1)]
     first = np.full(points, count)
-    last = np.zeros(points, dtype=np.int64)  # gridpoints without a zone come with the first strip
+    last = np.zeros(points, dtype=np.int64)  # gridpoints without a zone belong to the first strip
     np.minimum.at(first, zones.ravel(), strip)
     np.maximum.at(last, zones.ravel(), strip)
     run = np.searchsorted(bounds, (np.minimum(first, last), last), side="right")

@@ -1,4 +1,4 @@
-"""The heavy half of a step: gridpoints move, zones strain, stresses follow, forces return to gridpoints."""
+"""The expensive half of a step: gridpoints move, zones strain, stresses and forces on gridpoints follow."""
 
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ from fdm_server.step.thread_parts import STRIP
 
 @jit
 def move_kernel(first, last, velocity, dt, displacement):
-    """Displacements (N,2) [m] of gridpoints first..last after a step of their velocities; dt [s], in static mode None."""
+    """Updates displacements (N,2) [m] of gridpoints first..last by a step of their velocities; dt [s], None in static mode."""
     for n in range(first, last):
         if dt is None:
             displacement[n, 0] += velocity[n, 0]
@@ -54,12 +54,12 @@ def zones_kernel(
     first, last, geometry, gather, stiffness, arrays,
     mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy,
 ):  # fmt: skip
-    """One step of the zones of strips first..last and of the forces they return; how many triangles are inside out.
+    """Computes one step of the zones of strips first..last and of their forces; returns the number of inverted triangles.
 
-    geometry, gather, stiffness, arrays: what every step needs. Absent effects are None, each an argument of its own, for only
+    geometry, gather, stiffness, arrays: needed in every step. Absent effects are None, each a separate argument, because only
     these are left out of the machine code: `mohr_coulomb`, `tension`, `plastic`, `softening` with `plastic_shear`; `added` laws
-    with their `memory`; `viscosity`, b/dt of Rayleigh damping; in static mode `dt` [s]; in small strain `xy` (N,2), where
-    displacements count from.
+    with their `memory`; `viscosity`, b/dt of Rayleigh damping; `dt` [s] is None in static mode; `xy` (N,2) [m], positions at
+    zero displacement, is None in small strain.
     """
     corner, x, y, inverse_double_area, share = geometry
     order, ready, start, place = gather
@@ -135,14 +135,14 @@ def zones_kernel(
 
 
 def advance(model, state):
-    """Move the gridpoints by one step of their velocities and bring stresses and forces up to date.
+    """Moves the gridpoints by one step of their velocities and updates stresses and forces.
 
-    Raises Unstable where a zone turns inside out (large strain; small strain never leaves the shape it began with).
+    Raises Unstable for inverted zones in large strain; in small strain the shape is constant.
     """
     law, parts, xy = model.law, model.partition, shape.moving(model, state)
     stiffness_part = None if law.rayleigh is None else law.rayleigh.stiffness
     viscosity = None if stiffness_part is None else stiffness_part / state.dt
-    # plain tuples at the border: for a named one numba looks up its class at every call
+    # plain tuples as arguments: for a named tuple numba looks up its class at every call
     geometry, gather = tuple(model.geometry), tuple(model.gather)
     stiffness = tuple(Stiffness(model.pattern, law.elastic))
     arrays = tuple(Arrays(state.velocity, state.displacement, state.stress, state.corner_force, state.force))

@@ -241,8 +241,8 @@ def window(radius):
     packed = packing.pack(nodes, ring.xy, ring.radius, scene.discs, np.random.default_rng([scene.seed, 1]))
     model, state = build_model(ring.xy, ring.radius, packed, scene.discs, scene.ring)
     contact_forces(model, state)
-    bodies.mark(model, state, found.outlines, scene.discs.stone.density)
-    return Case(bodies.make(model, state, found.outlines, scene.stones.body), state, settling=40)
+    bodies.assign_discs(model, state, found.outlines, scene.discs.stone.density)
+    return Case(bodies.form_stones(model, state, found.outlines, scene.stones.body), state, settling=40)
 
 
 def law_rows(work, repeats, companion):

@@ -92,7 +92,7 @@ class Box:
     def step(self):
         """One step of gridpoints and zones, with its bookings where the ledger is kept."""
         if self.ledger:
-            self.ledger.keep(self.state)
+            self.ledger.copy_before_step(self.state)
         update_velocities(self.model, self.state, 0.0)
         if self.ledger:
             self.ledger.book_motion(self.model, self.state, 0.0)

@@ -119,7 +119,7 @@ def case(scene, field, stony, seed):
     target, found = zones(nodes, field), None
     if stony:
         found = mesostructure.draw(nodes, scene.stones, np.random.default_rng([seed, 1, *b"stones"]))
-        bodies.mark(model, state, found.outlines, discs.stone.density)
+        bodies.assign_discs(model, state, found.outlines, discs.stone.density)
     aim = virtual_strain.aim_of(model, state, target)
     before = []
     model, told = take_over(

@@ -69,7 +69,7 @@ def measure(run):
     window, stages = run.info["windows"][0], {row["name"]: row for row in run.info["stages"]}
     return {
         "scene_hash": run.info["scene_hash"],
-        "states": {one.letter: one.in_words() for one in reached},
+        "states": {one.letter: one.as_text() for one in reached},
         "seen": {one.letter: one.seen.gravity_factor if one.seen else None for one in reached},
         "alike": {one.letter: one.alike for one in reached},
         "band": failure.summary(run),

@@ -12,7 +12,7 @@ from dem_server.effects.spring import Spring
 from dem_server.model import build_model
 from dem_server.packing.packing import pack
 from dem_server.step.contact_pass import contact_forces
-from dem_server.stones.bodies import mark
+from dem_server.stones.bodies import assign_discs
 from dem_server.stones.mesostructure import draw
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -90,7 +90,7 @@ def packed_with_stones(corners, seed=0, **changes):
     """Model and State of a packed window whose discs are marked as stones, and its mesostructure."""
     model, state = packed(corners, soil_discs(stone=stone_grain()), seed)
     found = draw(rim(corners), stones_table(**changes), np.random.default_rng(seed))
-    mark(model, state, found.outlines, stone_grain().density)
+    assign_discs(model, state, found.outlines, stone_grain().density)
     return model, state, found
 
 

@@ -176,7 +176,7 @@ def test_check_reads_the_file_of_discs(tmp_path):
     with pytest.raises(SceneError, match="there is no file"):
         build_scene(scene_of([STAGE], window=False, file=str(tmp_path / "none.csv")))
     scene = build_scene(scene_of([STAGE], window=False, file=disc_file(tmp_path, [[0.0, 0.0, R]], "x,y,radius")))
-    assert check.answer(scene)["file"]["discs"] == 1
+    assert check.describe(scene)["file"]["discs"] == 1
 
 
 def test_all_problems_of_a_file_are_told_before_anything_is_written(tmp_path):

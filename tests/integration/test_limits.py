@@ -52,5 +52,5 @@ def test_check_says_the_limits_before_anything_is_computed(configs, tmp_path):
 
 
 def test_scenes_that_couple_nothing_have_no_such_limits(configs):
-    assert not step_limits.concerned(Scene.read(configs / "quick_pile.toml"))
-    assert not step_limits.concerned(Scene.read(configs / "hole.toml"))
+    assert not step_limits.couples_discs(Scene.read(configs / "quick_pile.toml"))
+    assert not step_limits.couples_discs(Scene.read(configs / "hole.toml"))

@@ -29,7 +29,7 @@ def kept(scene, gravity, steps, damping=UNDAMPED, factor=None, drive=None, start
         start(model, state)
     ledger, rows = Ledger(model, state), []
     for n in range(steps):
-        ledger.keep(state)
+        ledger.copy_before_step(state)
         update_velocities(model, state, gravity)
         if drive:
             drive(model, state, n)

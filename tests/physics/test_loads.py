@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from zone_cases import DENSITY, GRAVITY, PAPER, box, settle, sides, slope, soil
 
-from fdm_server.ground.load_ramps import dig, press, pressure_forces
+from fdm_server.ground.load_ramps import pressure_forces, remove_zones, surcharge_ramp
 from fdm_server.mesh.grid import build_grid, centroids
 from fdm_server.mesh.grid_sides import surface_edges
 from fdm_server.model import build_model, new_state
@@ -53,7 +53,7 @@ def follow(model, state, ramp, ratio=1e-10):
 def test_the_ground_rises_when_a_layer_is_dug_away(over):
     model, state = column()
     layer = model.grid.row >= 8  # the upper two metres
-    model, state, ramp = dig(model, state, layer, GRAVITY, over)
+    model, state, ramp = remove_zones(model, state, layer, GRAVITY, over)
     worst = follow(model, state, ramp)
     left = HEIGHT - 2.0
     top = model.grid.xy[:, 1] == left
@@ -66,7 +66,7 @@ def test_the_ground_rises_when_a_layer_is_dug_away(over):
 
 def test_the_ground_settles_under_a_pressure_everywhere():
     model, state = column()
-    follow(model, state, press(model, state, pressure((0.0, 2.0), 80e3, 500)))
+    follow(model, state, surcharge_ramp(model, state, pressure((0.0, 2.0), 80e3, 500)))
     top = model.grid.xy[:, 1] == HEIGHT
     np.testing.assert_allclose(state.displacement[top, 1], -80e3 * HEIGHT / A1, rtol=1e-7)
 
@@ -74,7 +74,7 @@ def test_the_ground_settles_under_a_pressure_everywhere():
 def test_surcharges_add_up():
     model, state = column()
     for part in ((0.0, 2.0), (0.0, 0.7), (0.7, 2.0)):
-        press(model, state, pressure(part, 40e3)).apply(state, 0)
+        surcharge_ramp(model, state, pressure(part, 40e3)).apply(state, 0)
     np.testing.assert_allclose(state.applied[:, 1].sum(), -2 * 40e3 * 2.0, rtol=1e-12)
     settle(model, state, GRAVITY, 1e-10)
     top = model.grid.xy[:, 1] == HEIGHT

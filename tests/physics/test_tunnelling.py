@@ -57,8 +57,8 @@ def test_the_tip_of_a_turning_clump_counts():
     bar = [[2.0 * R * k, 0.0] for k in range(-10, 11)]
     model, state = loose_discs([*bar, [20.0 * R, 2.2 * R]], np.full(22, R), stone=grain, **SMOOTH)
     outline = np.array([[-21.0, -1.0], [21.0, -1.0], [21.0, 1.0], [-21.0, 1.0]]) * R
-    bodies.mark(model, state, [outline], 2000.0)
-    model = bodies.make(model, state, [outline], "clump")
+    bodies.assign_discs(model, state, [outline], 2000.0)
+    model = bodies.form_stones(model, state, [outline], "clump")
     model = in_real_time(model, state, 1.0)
     spin = 1.0 * STOPS / (20.0 * R)
     state.clumps.motion[0, 4] = spin

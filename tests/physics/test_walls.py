@@ -114,8 +114,8 @@ def test_a_rigid_stone_on_a_wall(real):
     grain.dashpot = changes["dashpot"]
     model, state = loose_discs(xy, np.full(4, R), bond=None, **changes)
     square = np.array([[-R, 0.0], [3.0 * R, 0.0], [3.0 * R, 4.0 * R], [-R, 4.0 * R]])
-    bodies.mark(model, state, [square], 2000.0)
-    model = bodies.make(model, state, [square], "clump")
+    bodies.assign_discs(model, state, [square], 2000.0)
+    model = bodies.form_stones(model, state, [square], "clump")
     state.walls = make_walls([[-1.0, 0.0, 1.0, 0.0]], np.zeros((1, 2)), model)
     contact_forces(model, state)
     model = in_static_mode(model, state) if real is None else in_real_time(model, state, real)

@@ -1,6 +1,6 @@
-"""Rules between tables, one a function. Each yields (path, problem, remedy).
+"""Rules between tables, one function each. Each function yields (path, problem, remedy).
 
-Rules that only a server knows come through the entry-point group `colluvium.rules`.
+Rules of the servers are added through the entry-point group `colluvium.rules`.
 """
 
 from importlib.metadata import entry_points
@@ -22,7 +22,7 @@ LEAST = 4.0  # largest discs that must fit side by side into the shorter side of
 
 
 def broken_rules(scene):
-    """All broken rules of a scene whose tables are valid one by one."""
+    """Yields all broken rules of a scene whose single tables are valid: (path, problem, remedy)."""
     for rules in (COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES), RULES_OF_VALUES):
         broken = [found for rule in rules for found in rule(scene)]
         if broken:
@@ -31,13 +31,13 @@ def broken_rules(scene):
 
 
 def doubts(scene):
-    """Doubts about a valid scene, (path, what, remedy): our own, and those of the entry-point group `colluvium.doubts`."""
+    """Doubts about a valid scene, (path, what, remedy): of this package and of the entry-point group `colluvium.doubts`."""
     own = [found for doubt in DOUBTS for found in doubt(scene)]
     return own + [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
 
 
 def listed_doubts(scene):
-    """The doubts as rows {"key", "what", "remedy"} of run.json, fos.json and the answer of `colluvium check`."""
+    """Doubts as rows {"key", "what", "remedy"} of run.json, fos.json and `colluvium check`."""
     return [{"key": dotted(path), "what": what, "remedy": remedy} for path, what, remedy in doubts(scene)]
 
 
@@ -59,7 +59,7 @@ def grid_needs_material(scene):
 
 
 def effects_of_discs_are_ours(scene):
-    """Laws of discs that another distribution declares: kernels of discs compute none of them."""
+    """Laws of discs are those of this distribution: the kernels of discs compute no others."""
     from coupler_protocol.scene.scene import declared_effects, distribution_of
 
     discs = scene.discs
@@ -86,7 +86,7 @@ def names_are_unique(scene):
 
 
 def stones_need_their_material(scene):
-    """Stones are made of discs with springs of their own; a cluster is held together by bonds."""
+    """Stones need a material with springs, and a cluster also bonds."""
     grain = scene.discs.stone if scene.discs else None
     if scene.stones is not None and grain is None:
         yield ("stones",), "stones without a material", "add a [discs.stone] table or remove [stones]"
@@ -106,7 +106,7 @@ def stones_need_their_material(scene):
 
 
 def stones_are_drawn_or_mapped(scene):
-    """Random stones have a content and sizes; mapped ones have neither, nor other keys that could not act."""
+    """Random stones have a content and sizes; mapped stones have neither, nor other keys that would have no effect."""
     stones = scene.stones
     if stones is None:
         return
@@ -143,7 +143,7 @@ def pairs_name_what_there_is(scene):
 
 
 def largest_discs_fit(scene):
-    """A window is at least four of the largest discs across, where a grading says how large they are."""
+    """With a grading, a window is at least four of the largest discs across."""
     if scene.discs is None or scene.discs.grading is None:
         return
     for i, window in enumerate(scene.window):
@@ -154,7 +154,7 @@ def largest_discs_fit(scene):
 
 
 def across_of(scene, window):
-    """Shorter side of the rectangle round a window [m]; infinite where it is not said."""
+    """Shorter side of the bounding rectangle of a window [m]; infinite if it is not given."""
     if window.polygon is not None:
         return float(np.ptp(np.array(window.polygon), axis=0).min())
     if scene.grid is None or not scene.grid.zone_size or window.columns is None or window.rows is None:

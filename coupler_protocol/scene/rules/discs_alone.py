@@ -1,4 +1,4 @@
-"""Rules for scenes without a grid, and for keys that only such scenes may have: one rule a function, as in between_tables.py."""
+"""Rules for scenes without a grid, and for keys of such scenes only: one function each, as in between_tables.py."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from coupler_protocol.scene.tables.discs import names_of_walls
 
 
 def discs_alone_need(scene):
-    """Discs with springs, and one polygon or a file that says where they are."""
+    """Discs alone need springs, and one polygon or a file of discs."""
     if scene.discs is None:
         yield ("discs",), "the scene has neither a grid nor discs", "add a [grid] or a [discs] table"
         return
@@ -24,7 +24,7 @@ def discs_alone_need(scene):
 
 
 def tables_of_the_grid(scene):
-    """Tables that only a grid could use."""
+    """Scenes without a grid have no tables that only a grid uses."""
     for name in ("material", "boundary"):
         if getattr(scene, name):
             yield (name,), "this needs a grid", f"add a [grid] table or remove [[{name}]]"
@@ -63,7 +63,7 @@ def stages_of_discs_alone(scene):
 
 
 def walls_have_a_length(scene):
-    """A wall runs from one point to another, and has a name of its own."""
+    """A wall has two different ends and a unique name."""
     walls = scene.discs.wall if scene.discs else []
     names = names_of_walls(walls)
     for i, wall in enumerate(walls):
@@ -74,7 +74,7 @@ def walls_have_a_length(scene):
 
 
 def walls_move_in_one_kind_of_time(scene):
-    """Stages change only walls that exist; a speed is either in m/s or in m a step."""
+    """Stages change only existing walls; a speed is either in m/s or in m a step."""
     walls = scene.discs.wall if scene.discs else []
     names = names_of_walls(walls)
     acting: dict[str, tuple[tuple, Any]] = {
@@ -101,7 +101,7 @@ def walls_move_in_one_kind_of_time(scene):
 
 
 def only_without_a_grid(scene):
-    """Keys for discs alone in a scene with a grid."""
+    """Scenes with a grid have no keys for discs alone."""
     if scene.discs and scene.discs.wall:
         yield ("discs", "wall"), "only scenes without a grid have this", "remove it, or remove [grid]"
     if scene.discs and scene.discs.file is not None and len(scene.window) > 1:

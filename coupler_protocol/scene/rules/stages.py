@@ -1,11 +1,11 @@
-"""Rules between the stages of a scene, one a function, as in between_tables.py."""
+"""Rules between the stages of a scene, one function each, as in between_tables.py."""
 
-from coupler_protocol.scene.schedule import acting, beginning, large_strain
+from coupler_protocol.scene.schedule import acting_boundaries, large_strain, new_boundaries
 from coupler_protocol.scene.stage_kinds import KINDS, named, of
 
 
 def stages_follow_each_other(scene):
-    """Fill before couple, couple once, and what a kind of stage can use."""
+    """Stages have a valid order (fill before couple, each once) and only keys that their kind uses."""
     done = set()
     for i, stage in enumerate(scene.stage):
         at, kind = ("stage", i), of(stage)
@@ -38,7 +38,7 @@ def never_ends(stage):
 
 
 def large_strain_begins_in_the_shape_drawn(scene):
-    """In large strain the grid leaves the shape that the scene draws, in which equilibrium and windows begin."""
+    """Stages that need the shape drawn in the scene precede stages in large strain, which change it."""
     moved = None
     for i, stage in enumerate(scene.stage):
         if stage.large_strain and of(stage).drawn:
@@ -51,7 +51,7 @@ def large_strain_begins_in_the_shape_drawn(scene):
 
 
 def loads_have_their_stages(scene):
-    """Excavations and surcharges stand in stages of their kind, which last long enough and change nothing else."""
+    """Excavations and surcharges are in stages of their kind, which last long enough and change nothing else."""
     for i, stage in enumerate(scene.stage):
         for kind in (kind.table for kind in KINDS if kind.table):
             load = getattr(stage, kind)
@@ -70,7 +70,7 @@ def loads_have_their_stages(scene):
 
 
 def real_time_exchanges_every_step(scene):
-    """Forces held constant over several steps add energy, which only static damping removes: static stages only."""
+    """Only static stages exchange less than every step: held forces add energy, which only static damping removes."""
     every = scene.coupling.exchange_every
     if every > 1 and not scene.window:
         yield ("coupling", "exchange_every"), "the scene has no window, so nothing is exchanged", "remove the key"
@@ -83,7 +83,7 @@ def real_time_exchanges_every_step(scene):
 
 
 def substeps_belong_to_real_time(scene):
-    """In static mode both sides' steps are 1, with masses of their own."""
+    """Sub-steps need a coupled stage in real time: in static mode the steps of both sides are 1."""
     kinds = [stage.kind for stage in scene.stage]
     coupled = scene.stage[kinds.index("couple") :] if "couple" in kinds else ()
     if scene.coupling.substeps > 1 and not any(stage.in_real_time for stage in coupled):
@@ -91,7 +91,7 @@ def substeps_belong_to_real_time(scene):
 
 
 def surcharges_lie_on_the_ground(scene):
-    """A surcharge has a width, and ground under it."""
+    """A surcharge has a width and is on the ground."""
     for i, stage in enumerate(scene.stage):
         if stage.surcharge is not None and scene.grid.kind == "ring":
             yield ("stage", i, "surcharge"), "a ring has no ground surface", "use a [[boundary]] with pressure on inner or outer"
@@ -109,7 +109,7 @@ def boundaries_change_with_steps_enough(scene):
         if stage.boundary and stage.kind not in allowed:
             remedy = f"move it to a stage of kind {', '.join(allowed)}"
             yield ("stage", i, "boundary"), f"boundaries cannot change in a stage of kind {stage.kind!r}", remedy
-        for boundary in beginning(scene, i):
+        for boundary in new_boundaries(scene, i):
             path: tuple = next((("boundary", k) for k, b in enumerate(scene.boundary) if b is boundary), ())
             path = path or ("stage", i, "boundary", next(k for k, b in enumerate(stage.boundary) if b is boundary))
             if stage.until is not None and stage.until.steps is not None and stage.until.steps < boundary.over:
@@ -120,20 +120,20 @@ def boundaries_change_with_steps_enough(scene):
 def quiet_sides_belong_to_real_time(scene):
     """Quiet sides begin, and act, in stages in real time."""
     for i, stage in enumerate(scene.stage):
-        if not stage.in_real_time and of(stage).computes and any(b.quiet for b in acting(scene, i)):
+        if not stage.in_real_time and of(stage).computes and any(b.quiet for b in acting_boundaries(scene, i)):
             why = f"a quiet side acts in static stage {stage.name!r}: it would move without end"
             yield ("stage", i), why, 'give the stage time = "real", or start the quiet side in a later stage: [[stage.boundary]]'
 
 
 def weight_needs_gravity(scene):
-    """Initial stress from weight needs the gravity of the first stage."""
+    """Initial stress from weight needs gravity in the first stage."""
     if scene.initial_stress is not None and scene.initial_stress.k0 is not None and not scene.stage[0].gravity:
         why = f"the first stage, {scene.stage[0].name!r}, has no gravity, which the weight of the ground needs"
         yield ("initial_stress", "k0"), why, "add gravity = 9.81 to it, or give a gradient in place of k0"
 
 
 def is_level(scene):
-    """Whether the ground is level: it has no toe, no crest and no band between them."""
+    """Whether the ground is level, without toe, crest and a band between them."""
     return scene.grid is None or scene.grid.profile is None or len({y for _, y in scene.grid.profile}) == 1
 
 

@@ -89,9 +89,9 @@ def _unusual(scene):
         low, high = extra["usual"]
         if not low <= value <= high:
             unit = extra["unit"]
-            what = f"{path[-1]} of {_owner(scene, path)} is {in_words(value)} {unit}: soil and rock have {in_words(low)} .. "
+            what = f"{path[-1]} of {_owner(scene, path)} is {as_written(value)} {unit}: soil and rock have {as_written(low)} .. "
             remedy = meant(value, unit, low, high) or f"give {path[-1]} in {unit}"
-            yield Suspect(path, f"{what}{in_words(high)}", remedy, "stiffness" if unit == "Pa" else unit)
+            yield Suspect(path, f"{what}{as_written(high)}", remedy, "stiffness" if unit == "Pa" else unit)
 
 
 def _numbers(table, path):
@@ -111,10 +111,10 @@ def _numbers(table, path):
 def meant(value, unit, low, high):
     """What a value of the unit probably is in other units, in words; "" if none of them brings it between low and high."""
     found = [(value * factor, name) for factor, name in OTHERS.get(unit, ()) if low <= value * factor <= high]
-    return f"did you mean {' or '.join(f'{in_words(v)} ({value:g} {name})' for v, name in found)}?" if found else ""
+    return f"did you mean {' or '.join(f'{as_written(v)} ({value:g} {name})' for v, name in found)}?" if found else ""
 
 
-def in_words(value):
+def as_written(value):
     """A number as one writes it in a scene: 12.4e3, 100e6, 2000."""
     if value == 0.0 or 1e-3 <= abs(value) < 1e4:
         return f"{value:.4g}"
@@ -162,7 +162,9 @@ def _stress_scale(scene, share):
 
 def _beside(scene):
     weight = overburden(scene)
-    return f"beside the weight of the ground, {in_words(weight)} Pa at {height_of(scene):g} m" if weight else "beside the moduli"
+    return (
+        f"beside the weight of the ground, {as_written(weight)} Pa at {height_of(scene):g} m" if weight else "beside the moduli"
+    )
 
 
 def _weak(scene):
@@ -171,7 +173,7 @@ def _weak(scene):
         for table, key, share in (("mohr_coulomb", "cohesion", LEAST_COHESION), ("tension", "strength", LEAST_TENSION)):
             value = getattr(getattr(m, table, None), key, 0.0)
             if 0.0 < value < _stress_scale(scene, share):
-                what = f"{key} of material {m.name!r} is {in_words(value)} Pa: nothing {_beside(scene)}"
+                what = f"{key} of material {m.name!r} is {as_written(value)} Pa: nothing {_beside(scene)}"
                 remedy = f"did you mean {value:g}e3 ({value:g} kPa)? Use 0 for no {key}"
                 yield Suspect(("material", i, table, key), what, remedy, "strength")
 
@@ -183,8 +185,8 @@ def _soft(scene):
         modulus = m.elastic.bulk + 4.0 / 3.0 * m.elastic.shear
         if weight > SHORTENING * modulus:
             what = f"material {m.name!r} would shorten by {100 * weight / modulus:.0f} % under the weight of the ground, "
-            what += f"{in_words(weight)} Pa at {height_of(scene):g} m: bulk {in_words(m.elastic.bulk)} Pa"
-            remedy = f"did you mean bulk = {in_words(1e3 * m.elastic.bulk)}, shear = {in_words(1e3 * m.elastic.shear)} (kPa)?"
+            what += f"{as_written(weight)} Pa at {height_of(scene):g} m: bulk {as_written(m.elastic.bulk)} Pa"
+            remedy = f"did you mean bulk = {as_written(1e3 * m.elastic.bulk)}, shear = {as_written(1e3 * m.elastic.shear)} (kPa)?"
             yield Suspect(("material", i, "elastic"), what, remedy, "stiffness", weight > NOTHING_LEFT * modulus)
 
 
@@ -197,9 +199,9 @@ def _soft_discs(scene):
     for key in ("soil", "stone"):
         spring = getattr(getattr(discs, key), "spring", None)
         stiffness = (spring.normal if discs.stiffness == "contact" else 0.5 * spring.normal) if spring else np.inf
-        if load > SHORTENING * stiffness:
-            what = f"discs of {key} would overlap by {100 * load / stiffness:.0f} % of their diameter under {in_words(load)} Pa"
-            remedy = f"did you mean normal = {in_words(1e3 * spring.normal)} ({spring.normal:g} kN/m)?"
+        if spring and load > SHORTENING * stiffness:
+            what = f"discs of {key} would overlap by {100 * load / stiffness:.0f} % of their diameter under {as_written(load)} Pa"
+            remedy = f"did you mean normal = {as_written(1e3 * spring.normal)} ({spring.normal:g} kN/m)?"
             path = ("discs", key, "spring", "normal")
             yield Suspect(path, what, remedy, "springs", load > NOTHING_LEFT * stiffness)
 
@@ -228,7 +230,7 @@ def _small_loads(scene):
         values = {key: getattr(table, key, None) or 0.0 for key in ("pressure", "shear", "xx", "yy", "zz", "xy")}
         largest = max(values, key=lambda key: abs(values[key]))
         if 0.0 < abs(values[largest]) < least:
-            what = f"{largest} of {dotted(path)} is {in_words(values[largest])} Pa: nothing {_beside(scene)}"
+            what = f"{largest} of {dotted(path)} is {as_written(values[largest])} Pa: nothing {_beside(scene)}"
             remedy = f"did you mean {values[largest]:g}e3 ({values[largest]:g} kPa)?"
             yield Suspect((*path, largest), what, remedy, "loads")
 
@@ -236,7 +238,9 @@ def _small_loads(scene):
 def _loads(scene):
     """(path, table) of every load on the ground in static stages."""
     stages = [(("stage", i), stage) for i, stage in enumerate(scene.stage) if not stage.in_real_time]
-    boundaries = [(("boundary", k), b) for k, b in enumerate(scene.boundary) if not scene.stage[0].in_real_time]
+    boundaries: list[tuple[tuple, Any]] = [
+        (("boundary", k), b) for k, b in enumerate(scene.boundary) if not scene.stage[0].in_real_time
+    ]
     for path, stage in stages:
         boundaries += [((*path, "boundary", k), b) for k, b in enumerate(stage.boundary)]
         if stage.surcharge is not None:
@@ -269,9 +273,10 @@ def _gravity(scene):
 
 def speeds(scene):
     """Motions that are metres a step, and look like metres a second or like a whole displacement."""
+    rows: list[tuple[tuple, tuple[float, float], Any]]
     if scene.grid is not None:
         size, what = _least_zone(scene), "a zone"
-        moving = [(("boundary", k), b, scene.stage[0]) for k, b in enumerate(scene.boundary)]
+        moving: list[tuple[tuple, Any, Any]] = [(("boundary", k), b, scene.stage[0]) for k, b in enumerate(scene.boundary)]
         moving += [(("stage", i, "boundary", k), b, s) for i, s in enumerate(scene.stage) for k, b in enumerate(s.boundary)]
         rows = [(p, (b.velocity.x or 0.0, b.velocity.y or 0.0), s) for p, b, s in moving if b.velocity is not None]
     else:
@@ -279,7 +284,7 @@ def speeds(scene):
 
         size, what = grading_of(scene.discs).smallest, "the smallest radius"
         first = next((stage for stage in scene.stage if stage.kind == "discs"), scene.stage[0])
-        walls = [(("discs", "wall", k), wall, first) for k, wall in enumerate(scene.discs.wall)]
+        walls: list[tuple[tuple, Any, Any]] = [(("discs", "wall", k), wall, first) for k, wall in enumerate(scene.discs.wall)]
         walls += [(("stage", i, "wall", k), wall, s) for i, s in enumerate(scene.stage) for k, wall in enumerate(s.wall)]
         rows = [(p, wall.velocity, s) for p, wall, s in walls]
     for path, velocity, stage in rows:

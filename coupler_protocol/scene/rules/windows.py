@@ -1,6 +1,6 @@
-"""Rules for windows in a grid that need the scene alone: one rule a function, as in between_tables.py.
+"""Rules for windows that need only the scene, not its grid: one function each, as in between_tables.py.
 
-Which zones a polygon holds only the grid knows: those rules are in fdm_server/checks/grid_can_be_built.py.
+Rules that need the zones in a polygon are in fdm_server/checks/grid_can_be_built.py.
 """
 
 ACROSS = 8  # discs that a window must be wide
@@ -48,7 +48,7 @@ def windows_need_discs(scene):
 
 
 def discs_fit_into_windows(scene):
-    """A window of equal zones is at least eight discs across; of others and of polygons the grid's server finds it."""
+    """A window of equal zones is at least eight discs across; the grid's server checks other zones and polygons."""
     for i, w in enumerate(scene.window if scene.discs and scene.grid.regular else []):
         if w.columns is None or w.rows is None:
             continue

@@ -1,4 +1,4 @@
-"""What a scene says about the sides of the grid, and about the stress that the ground begins with."""
+"""Tables for the sides of the grid and for the initial stress of the ground."""
 
 from typing import Annotated, Literal
 
@@ -86,12 +86,12 @@ class Boundary(Table):
 
     @property
     def place(self):
-        """Side and range in words: loads of the same place replace each other."""
+        """Text of side and range: loads of the same place replace each other."""
         return " ".join([self.on, *(f"{axis} {span[0]!r} {span[1]!r}" for axis in "xy" if (span := getattr(self, axis)))])
 
     @property
     def summary(self):
-        """What acts where, in words."""
+        """Text of the condition and its place."""
         return f"{' and '.join(key for key in (*MOTIONS, *FORCES) if getattr(self, key) is not None)} on {self.place}"
 
     @property

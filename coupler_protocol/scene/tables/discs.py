@@ -1,4 +1,4 @@
-"""The [discs] table of a scene but for its materials, and its walls."""
+"""The [discs] table of a scene without its materials, and its walls."""
 
 from contextlib import suppress
 from typing import Literal
@@ -38,7 +38,7 @@ class Moves(Table):
 
     @property
     def moves(self):
-        """Whether it moves at all."""
+        """Whether the wall moves."""
         return self.servo is not None or self.velocity != (0.0, 0.0)
 
 
@@ -97,7 +97,7 @@ class Discs(Table):
     @classmethod
     def _radius_of_the_grading(cls, data):
         if isinstance(data, dict) and "radius" not in data and data.get("grading") is not None:
-            radius = 1.0  # where the grading itself is wrong, that is what will be said
+            radius = 1.0  # if the grading is wrong, only the grading is reported
             with suppress(ValidationError):
                 radius = Grading.model_validate(data["grading"]).mean_radius
             return {**data, "radius": radius}

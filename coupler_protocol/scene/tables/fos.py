@@ -1,4 +1,4 @@
-"""The table `[fos]` of a scene: how a factor of safety is looked for."""
+"""The table `[fos]` of a scene: search for a factor of safety."""
 
 from typing import Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""Sizes of discs: the [discs.grading] table, and what follows from it.
+"""Sizes of discs: the [discs.grading] table, and its moments.
 
 A grading is a distribution of diameters d. With F(d) the share of the discs, by number, that are not larger:
 
@@ -6,7 +6,7 @@ A grading is a distribution of diameters d. With F(d) the share of the discs, by
     curve: shares P of the discs' area that pass d, linear in ln d between the points:
            dF ~ dP / d^2 = P' d^-3 dd                                                               (2)
 
-(1) are the words of [stones] size; (2) is the sieve curve of soil mechanics, drawn over a logarithmic axis. Moments:
+(1) has the keys of [stones] size; (2) is the sieve curve of soil mechanics, over a logarithmic axis. Moments:
 
     (1)  E[d^k] = exp(k mu + k^2 sigma^2 / 2) (Phi(b - k sigma) - Phi(a - k sigma)) / (Phi(b) - Phi(a))
     (2)  E[d^k] = S(k - 2) / S(-2),   S(q) = sum P' int d^(q-1) dd                                  (3)
@@ -98,7 +98,7 @@ class Grading(Table):
 
 
 class Uniform:
-    """Radii uniform in radius (1 -+ spread), with the same properties as a Grading."""
+    """Radii uniform in radius (1 ± spread), with the same properties as a Grading."""
 
     def __init__(self, radius, spread):
         self.mean_radius, self.spread = radius, spread
@@ -111,5 +111,5 @@ class Uniform:
 
 
 def grading_of(discs):
-    """The Grading of a scene's `discs` table, or the Uniform that stands for it."""
+    """The Grading of a scene's `discs` table, or its Uniform radii."""
     return getattr(discs, "grading", None) or Uniform(discs.radius, discs.spread)

@@ -1,4 +1,4 @@
-"""The [grid] table of a scene: which mesh, how large, how fine."""
+"""The [grid] table of a scene: kind, extent and zone size of the mesh."""
 
 from typing import Annotated, Literal
 

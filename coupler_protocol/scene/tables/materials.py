@@ -1,6 +1,6 @@
-"""What materials hold beside their effects: soils of the continuum, materials of discs, and contacts between them.
+"""Keys of materials besides their effects: soils of the continuum, materials of discs, and contacts between them.
 
-Tables of effects (elastic, friction, bond, ...) come to these classes from the entry points (coupler_protocol.scene.scene).
+Tables of effects (elastic, friction, bond, ...) are added to these classes from the entry points (coupler_protocol.scene.scene).
 """
 
 from itertools import pairwise

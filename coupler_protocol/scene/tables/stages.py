@@ -1,4 +1,4 @@
-"""The [[stage]] tables of a scene: the procedure, what each step of it changes, and when it ends."""
+"""The [[stage]] tables of a scene: the procedure, the changes of each stage, and its end."""
 
 from typing import Annotated, Literal
 
@@ -86,7 +86,7 @@ class Stage(Table):
 
     @property
     def in_real_time(self):
-        """Whether it computes real masses and seconds; else scaled masses on the way to rest (static mode)."""
+        """Whether the stage computes with real masses and seconds; else with scaled masses (static mode)."""
         return self.time == "real"
 
     @model_validator(mode="before")

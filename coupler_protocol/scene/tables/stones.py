@@ -1,4 +1,4 @@
-"""The [stones] table of a scene: how many, which sizes, shapes and directions, or where a file maps them."""
+"""The [stones] table of a scene: content, sizes, shapes and directions of random stones, or a file of mapped stones."""
 
 from typing import Annotated, Literal
 
@@ -80,5 +80,5 @@ class Stones(Table):
     )
 
     def changed(self, *keys):
-        """Which of `keys` have other values than by default."""
+        """Those of `keys` whose values differ from the defaults."""
         return [key for key in keys if getattr(self, key) != type(self).model_fields[key].default]

@@ -57,7 +57,7 @@ def one_loop(scene, folder):
     side = ContinuumSide(scene, hub, folder, Progress(0, "none"), origin)
     model, grid, rim = side.model, side.state, side.rims[0]
     window = SimpleNamespace(scene=scene)
-    disc_restart.take_up(window, load(scene, origin, DISCS), rim.xy)
+    disc_restart.restore(window, load(scene, origin, DISCS), rim.xy)
     discs, ring, gravity = window.state, window.rim, 9.81 * FACTOR
 
     model = grid_clock.begin(model, grid, stage.damping, grid_clock.STEP_FACTOR)
@@ -66,7 +66,7 @@ def one_loop(scene, folder):
     grid.added_mass[rim.nodes] = inner
     rim.sums = ring.stiffness_sums(disc_model, discs)
     rim.answer = rim.answer._replace(dt_limit=discs.next_dt)
-    model = common_step.agree(model, grid, [rim])
+    model = common_step.set_common_step(model, grid, [rim])
     discs.next_dt, kick = grid.dt, 0.5 * grid.dt
     for _ in range(STEPS):
         force = ring.nodal_forces(discs)

@@ -50,7 +50,7 @@ class Joined:
         self.grid.added_mass[self.nodes] = self.inner
         rim = SimpleNamespace(nodes=self.nodes, sums=self.rim.stiffness_sums(self.disc_model, self.discs))
         rim.answer = SimpleNamespace(dt_limit=disc_clock.longest_step(self.disc_model, self.discs, substeps))
-        self.grid_model = common_step.agree(self.grid_model, self.grid, [rim])
+        self.grid_model = common_step.set_common_step(self.grid_model, self.grid, [rim])
         self.take(self.grid.dt, from_rest, substeps)
 
     def begin_static(self, local=0.7):

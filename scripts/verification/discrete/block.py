@@ -41,8 +41,8 @@ def on_slope(slope, friction, damping=None):
     )
     changes = {"bond": None, "friction": Friction(coefficient=friction), "damping": damping, "stone": grain}
     model, state = loose_discs(xy, np.full(4, R), **changes)
-    bodies.mark(model, state, [outline], DENSITY)
-    model = bodies.make(model, state, [outline], "clump")
+    bodies.assign_discs(model, state, [outline], DENSITY)
+    model = bodies.form_stones(model, state, [outline], "clump")
     state.walls = make_walls([[*(-along), *(9.0 * along)]], np.zeros((1, 2)), model)
     contact_forces(model, state)
     return in_real_time(model, state, 0.1), state, along

@@ -51,8 +51,8 @@ def crowd(fraction=0.1, **laws):
                                               1.6 * along + 0.6 * across, -1.6 * along + 0.6 * across]))  # fmt: skip
     grain = SimpleNamespace(density=2700.0, spring=Spring(normal=5e8, shear=2e8), bond=None, **laws)
     model, state = loose_discs(np.vstack(xy), np.concatenate(radius), bond=None, damping=None, stone=grain, **laws)
-    stones.mark(model, state, outlines, 2700.0)
-    model = in_real_time(stones.make(model, state, outlines, "clump"), state, fraction)
+    stones.assign_discs(model, state, outlines, 2700.0)
+    model = in_real_time(stones.form_stones(model, state, outlines, "clump"), state, fraction)
     for body in (state.disc, state.clumps.motion):
         body[:, 2:4] = -3.0 * body[:, :2] / R * 0.1 + rng.normal(0.2, 0.5, (len(body), 2))
         body[:, 4] = rng.normal(0.0, 10.0, len(body))

@@ -52,8 +52,8 @@ def angles(places, loose=(), **changes):
         xy.append(FIVE @ M + [x, y])
     xy = np.vstack([*xy, *np.reshape(loose, (-1, 2))])
     model, state = loose_discs(xy, np.full(len(xy), R), stone=Stone(), **changes)
-    bodies.mark(model, state, outlines, Stone.density)
-    return bodies.make(model, state, outlines, "clump"), state
+    bodies.assign_discs(model, state, outlines, Stone.density)
+    return bodies.form_stones(model, state, outlines, "clump"), state
 
 
 def quarter_turn(steps):

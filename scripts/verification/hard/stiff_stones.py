@@ -27,9 +27,9 @@ def jump():
     discs = packing.pack(nodes, ring.xy, ring.radius, scene.discs, np.random.default_rng(11))
     model, state = alone_window.bare(scene, discs, reference_gap=True)
     contact_forces(model, state)
-    bodies.mark(model, state, found.outlines, scene.discs.stone.density)
+    bodies.assign_discs(model, state, found.outlines, scene.discs.stone.density)
     before = contacts(state)
-    model = bodies.harden(model, state)
+    model = bodies.stiffen_stones(model, state)
     contact_forces(model, state)
     after = contacts(state)
     if len(after.slot) != len(before.slot):

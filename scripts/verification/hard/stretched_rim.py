@@ -46,7 +46,7 @@ def torn(steps):
         fastest = max(fastest, float(np.abs(window.state.v).max()))
         if n % 10 == 0:
             carried.look(window.rim, window.state)
-            said += [text] if (text := watch.look(state.displacement)) else []
+            said += [text] if (text := watch.check(state.displacement)) else []
     return watch, said, carried, fastest
 
 

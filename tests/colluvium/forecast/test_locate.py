@@ -40,7 +40,7 @@ def test_the_line_follows_the_band_within_a_quarter_of_a_zone(cells_about, line)
     cells, surface = cells_about(line)
     level = shear_band.toe_to_crest(cells, surface)
     assert 0.05 < level < 0.2
-    found = band_line.along(cells, surface, level)
+    found = band_line.line_of_band(cells, surface, level)
     inner = shapely.points(found[2:-2])  # the ends lie at the ground, where there are no cells on one side
     assert len(found) > 15
     assert shapely.distance(line, inner).max() < 0.125
@@ -49,9 +49,9 @@ def test_the_line_follows_the_band_within_a_quarter_of_a_zone(cells_about, line)
 
 def test_the_way_through_a_box_is_where_the_line_cuts_its_outline():
     line = np.array([(0.0, 0.0), (4.0, 2.0), (8.0, 6.0)])
-    assert band_line.inside(line, shapely.box(2.0, 0.0, 6.0, 5.0)) == ((2.0, 1.0), (6.0, 4.0))
-    assert band_line.inside(line, shapely.box(0.0, 3.0, 1.0, 5.0)) is None
-    np.testing.assert_allclose(band_line.some(np.array([(0.0, 0.0), (0.0, 1.0), (3.0, 1.0)]), 3), [(0, 0), (1, 1), (3, 1)])
+    assert band_line.crossing(line, shapely.box(2.0, 0.0, 6.0, 5.0)) == ((2.0, 1.0), (6.0, 4.0))
+    assert band_line.crossing(line, shapely.box(0.0, 3.0, 1.0, 5.0)) is None
+    np.testing.assert_allclose(band_line.even_points(np.array([(0.0, 0.0), (0.0, 1.0), (3.0, 1.0)]), 3), [(0, 0), (1, 1), (3, 1)])
 
 
 @pytest.fixture
@@ -78,7 +78,7 @@ def located(tables, tmp_path, slope):
             recorder.frame(info, points=xy, cells=zones, point_fields=displacement, cell_fields=strain)
         scene = build_scene(tables)
         with open_run(tmp_path) as run:
-            return locate.answer(run, scene), scene
+            return locate.band_and_windows(run, scene), scene
 
     return answer
 
@@ -93,7 +93,7 @@ def test_a_window_on_the_band_is_crossed(located):
         assert point == pytest.approx([x, 4.5 + slope * (x - 5.0)], abs=0.13)
     assert window["ends"]["lower"] == pytest.approx(STRAIGHT.distance(shapely.LineString([(11, 5), (13, 5)])), abs=0.13)
     assert window["ends"]["upper"] == pytest.approx(STRAIGHT.distance(shapely.LineString([(11, 10.5), (13, 10.5)])), abs=0.13)
-    said = locate.in_words(found)
+    said = locate.as_text(found)
     assert said[0].startswith("look: at 9.00 g, the grid alone: a band of ")
     assert said[1].startswith("the band crosses window band: it enters at (11.00, 8.")
     assert not any("warning" in sentence for sentence in said)
@@ -107,7 +107,7 @@ def test_a_window_off_the_band_is_warned_of_and_a_better_one_named(located, colu
     assert window["enters"] is window["leaves"] is None
     better = window["better"]
     assert [b - a for a, b in (better["columns"], better["rows"])] == [b - a for a, b in (columns, rows)]
-    said = locate.in_words(found)[1]
+    said = locate.as_text(found)[1]
     assert said.startswith(f"warning: the band misses window band: it passes {window['distance']:.1f} m from it")
     assert f"columns = {better['columns']}, rows = {better['rows']}" in said
     again, scene = located(better["columns"], better["rows"])
@@ -135,7 +135,7 @@ def test_an_l_off_the_band_is_told_how_far_to_move(located):
     polygon = np.add(L_SHAPE, (14.0, 2.0))
     found, _ = located(polygon=polygon.tolist())
     better = found["windows"][0]["better"]
-    assert "with the window moved by ({:.4g}, {:.4g}) m it would cross".format(*better["by"]) in locate.in_words(found)[1]
+    assert "with the window moved by ({:.4g}, {:.4g}) m it would cross".format(*better["by"]) in locate.as_text(found)[1]
     again, scene = located(polygon=(polygon + better["by"]).tolist())
     assert again["windows"][0]["crosses"]
     middle = shapely.box(*locate.outline(build_grid(scene), scene.window[0]).bounds).centroid
@@ -148,18 +148,18 @@ def test_a_window_that_the_band_only_touches_is_not_needed(located):
     window = found["windows"][0]
     assert not window["crosses"]
     assert window["enters"]
-    assert "does not need window band: it enters at" in locate.in_words(found)[1]
+    assert "does not need window band: it enters at" in locate.as_text(found)[1]
 
 
 def test_no_band_is_said_so(located):
     found, _ = located([22, 25], [10, 20], most=0.005)
     assert found["line"] == found["windows"] == []
-    (said,) = locate.in_words(found)
+    (said,) = locate.as_text(found)
     assert said.startswith("warning: look: at 9.00 g, the grid alone: no band of 1 % shear strain connects toe and crest (")
 
 
 def test_the_scene_is_cut_to_what_the_grid_alone_computes(tables):
-    scene = locate.cut(build_scene(tables))
+    scene = locate.grid_alone(build_scene(tables))
     assert [stage.name for stage in scene.stage] == ["equilibrium", "look"]
     assert (scene.window, scene.discs, scene.stones, scene.ring) == ([], None, None, None)
     assert build_scene(scene.model_dump(mode="json", exclude_none=True)).digest() == scene.digest()
@@ -174,4 +174,4 @@ def test_without_such_a_stage_there_is_no_answer(tables):
     del tables["stage"][1]
     scene = build_scene(tables)
     assert locate.stage_of(scene) is None
-    assert locate.answer(SimpleNamespace(stages=["equilibrium"]), scene) is None
+    assert locate.band_and_windows(SimpleNamespace(stages=["equilibrium"]), scene) is None

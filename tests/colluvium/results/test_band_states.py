@@ -89,7 +89,7 @@ def test_one_state_after_the_other(make_run):
     assert [one.reach.frame for one in band_states.states(found)] == [1, 3, 4, 5]
     assert [one.alike for one in band_states.states(found)] == ["", "", "", ""]
     assert band_states.last_before(found).frame == 2
-    assert band_states.states(found)[3].in_words() == "d (complete, toe to crest): 1.50 g, step 500"
+    assert band_states.states(found)[3].as_text() == "d (complete, toe to crest): 1.50 g, step 500"
 
 
 def test_levels_are_the_strains_that_connect(make_run):
@@ -103,14 +103,14 @@ def test_states_reached_in_the_same_frame_are_reported_so(make_run):
     reached = band_states.states(band_states.reaches(make_run(((), ()), ALL)))
     assert [one.reach.frame for one in reached] == [1, 3, 3, 3]
     assert [one.alike for one in reached] == ["", "cd", "bd", "bc"]
-    assert reached[2].in_words().endswith("step 300, in the same frame as b and d")
+    assert reached[2].as_text().endswith("step 300, in the same frame as b and d")
 
 
 def test_states_not_reached_are_reported_so(make_run):
     found = band_states.reaches(make_run(((BEFORE,), (INSIDE,))))
     reached = band_states.states(found)
     assert [one.reach and one.reach.frame for one in reached] == [1, 2, None, None]
-    assert reached[3].in_words() == "d (complete, toe to crest): not reached"
+    assert reached[3].as_text() == "d (complete, toe to crest): not reached"
     assert band_states.last_before(found).frame == 1
 
 
@@ -120,7 +120,7 @@ def test_a_connection_that_is_lost_again_does_not_count(make_run):
     reached = band_states.states(band_states.reaches(make_run(through, entered, through, ALL)))
     assert [one.reach.frame for one in reached] == [1, 2, 4, 5]
     assert reached[2].seen.frame == 2
-    assert reached[2].in_words() == "c (through the window): 1.40 g, step 400 (seen at 1.20 g, lost again)"
+    assert reached[2].as_text() == "c (through the window): 1.40 g, step 400 (seen at 1.20 g, lost again)"
 
 
 def test_a_window_that_shears_everywhere_has_no_band(make_run):

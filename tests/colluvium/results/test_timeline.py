@@ -19,10 +19,10 @@ def traced(folder, steps, coupled=True, apart=0.0):
         trace.begin("couple")
     for _ in range(5):
         for trace in (grid, discs) if coupled else (grid,):
-            trace.to("waiting")
+            trace.add_to("waiting")
             trace.stages[-1].steps += 1
-            trace.to("computing")
-            trace.to("recording")
+            trace.add_to("computing")
+            trace.add_to("recording")
     discs.rows = [(*row[:3], row[3] + apart, row[4] + apart) for row in discs.rows]
     for name, trace in zip(NAMES, (grid, discs), strict=True):
         trace.write(folder / f"{name}.trace.csv")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse
 
-from coupler_protocol.criteria.stable_step import Springs, highest, in_words, limit, spring_sums, step, stiffness_matrix
+from coupler_protocol.criteria.stable_step import Springs, as_text, highest, limit, spring_sums, step, stiffness_matrix
 
 
 def chain(masses, k=3.0):
@@ -65,5 +65,5 @@ def test_damping_shortens_the_step():
 
 
 def test_limits_in_words():
-    assert in_words(limit(4.0, 0.0, None, "zone", (1.0, 2.0))) == "1.00 (set by zone at (1.00, 2.00) m)"
-    assert in_words(limit(1.0, 0.0, 0.5, "node", (1.0, 2.0))) == "4.00 = 2 s (set by node at (1.00, 2.00) m)"
+    assert as_text(limit(4.0, 0.0, None, "zone", (1.0, 2.0))) == "1.00 (set by zone at (1.00, 2.00) m)"
+    assert as_text(limit(1.0, 0.0, 0.5, "node", (1.0, 2.0))) == "4.00 = 2 s (set by node at (1.00, 2.00) m)"

@@ -24,10 +24,10 @@ def test_a_stage_without_its_seconds_is_found():
 def test_attempts_are_kept_in_order(tmp_path):
     for reason in ("first", "second"):
         run_json.set_aside(tmp_path)
-        about = run_json.beginning(tmp_path, Origin(tmp_path, "fill"), None)
+        about = run_json.origin_content(tmp_path, Origin(tmp_path, "fill"), None)
         run_json.write(tmp_path, ENDED | {"reason": reason} | about)
     run_json.set_aside(tmp_path)
-    about = run_json.beginning(tmp_path, Origin(tmp_path, "fill"), None)
+    about = run_json.origin_content(tmp_path, Origin(tmp_path, "fill"), None)
     assert [attempt["reason"] for attempt in about["attempts"]] == ["first", "second"]
     assert about["attempts"][0] == {"exit_code": 6, "reason": "first", "plugin": "a.py", "end": "now"}
     assert about["begins_after"] == {"run": str(tmp_path), "stage": "fill"}
@@ -36,4 +36,4 @@ def test_attempts_are_kept_in_order(tmp_path):
 
 def test_a_branch_into_another_folder_has_no_attempts(tmp_path):
     (tmp_path / "run.earlier.json").write_text(json.dumps(ENDED))
-    assert "attempts" not in run_json.beginning(tmp_path, Origin(Path("elsewhere"), "fill"), None)
+    assert "attempts" not in run_json.origin_content(tmp_path, Origin(Path("elsewhere"), "fill"), None)

@@ -36,7 +36,7 @@ def raiser(error):
     ],
 )
 def test_an_end_has_one_message_and_one_code(capsys, error, code):
-    assert command_line.ended("fdm-server", raiser(error)) == code
+    assert command_line.exit_code_of("fdm-server", raiser(error)) == code
     said = capsys.readouterr().err
     assert said.startswith("fdm-server: ")
     assert str(error) in said
@@ -44,7 +44,7 @@ def test_an_end_has_one_message_and_one_code(capsys, error, code):
 
 
 def test_what_nobody_expected_is_our_own_fault_and_shows_where(capsys, caplog):
-    assert command_line.ended("dem-server", raiser(KeyError("rim"))) == 7
+    assert command_line.exit_code_of("dem-server", raiser(KeyError("rim"))) == 7
     said = capsys.readouterr().err
     assert "a fault of this program, please report it" in said
     assert "KeyError: 'rim'" in said
@@ -52,12 +52,12 @@ def test_what_nobody_expected_is_our_own_fault_and_shows_where(capsys, caplog):
 
 
 def test_the_second_ctrl_c_ends_at_once(capsys):
-    assert command_line.ended("fdm-server", raiser(KeyboardInterrupt())) == 130
+    assert command_line.exit_code_of("fdm-server", raiser(KeyboardInterrupt())) == 130
     assert "twice" in capsys.readouterr().err
 
 
 def test_a_good_end_is_zero_and_silent(capsys):
-    assert command_line.ended("fdm-server", lambda: None) == 0
+    assert command_line.exit_code_of("fdm-server", lambda: None) == 0
     assert capsys.readouterr() == ("", "")
 
 
@@ -112,7 +112,7 @@ def test_the_log_file_says_what_happened(tmp_path):
     handlers = list(root.handlers)
     try:
         command_line.log_to(tmp_path / "a.log")
-        command_line.ended("fdm-server", raiser(exits.PeerLost("silence")))
+        command_line.exit_code_of("fdm-server", raiser(exits.PeerLost("silence")))
     finally:
         for handler in set(root.handlers) - set(handlers):
             root.removeHandler(handler)

@@ -10,10 +10,10 @@ def stepped(watch, stages=("one", "two"), steps=5):
     for stage in stages:
         watch.begin(stage)
         for _ in range(steps):
-            watch.to("waiting")
+            watch.add_to("waiting")
             watch.stages[-1].steps += 1
-            watch.to("computing")
-            watch.to("recording")
+            watch.add_to("computing")
+            watch.add_to("recording")
     return watch
 
 

@@ -90,34 +90,34 @@ NO_SHEAR = {"bulk": 0.5e9, "young": None, "poisson": None}
 def test_a_hello_that_does_not_fit_is_rejected_with_the_first_difference_and_a_good_one_is_still_welcome(scene, wrong, words):
     transport, (end,) = link_inproc.transports(1)
     peer = Peer(end, 0, session=0)
-    peer.say(HELLO, 0, wrong(right_hello(scene)))
-    peer.say(HELLO, 0, right_hello(scene))
+    peer.send_control(HELLO, 0, wrong(right_hello(scene)))
+    peer.send_control(HELLO, 0, right_hello(scene))
     welcome_all(a_hub(transport), scene, {1: RIM})
-    answer = peer.hear()
+    answer = peer.receive()
     assert (answer.kind, answer.rank, answer.sequence) == (REJECT, 1, 0)
     assert re.search(words, answer.content["reason"]), answer.content["reason"]
-    assert peer.hear().kind == WELCOME
+    assert peer.receive().kind == WELCOME
 
 
 def test_a_rank_the_scene_does_not_have_is_rejected(scene):
     transport, (end,) = link_inproc.transports(1)
     wrong, right = Peer(end, 0, rank=3, session=0), Peer(end, 0, rank=1, session=0)
-    wrong.say(HELLO, 0, right_hello(scene))
-    right.say(HELLO, 0, right_hello(scene))
+    wrong.send_control(HELLO, 0, right_hello(scene))
+    right.send_control(HELLO, 0, right_hello(scene))
     welcome_all(a_hub(transport), scene, {1: RIM})
-    assert wrong.hear().content["reason"] == "the scene has ranks [1], not 3"
-    assert right.hear().kind == WELCOME
+    assert wrong.receive().content["reason"] == "the scene has ranks [1], not 3"
+    assert right.receive().kind == WELCOME
 
 
 def test_a_rank_can_be_claimed_once_as_long_as_its_holder_lives(scene):
     transport, ends = link_inproc.transports(3)
     first, second, other = (Peer(end, 0, rank, session=0) for end, rank in zip(ends, (1, 1, 2), strict=True))
     for peer in (first, second, other):
-        peer.say(HELLO, 0, right_hello(scene))
+        peer.send_control(HELLO, 0, right_hello(scene))
     welcome_all(a_hub(transport, 2), scene, {1: RIM, 2: RIM})
-    assert first.hear().kind == WELCOME
-    assert second.hear().content["reason"] == "rank 1 is taken and its holder lives"
-    assert other.hear().kind == WELCOME
+    assert first.receive().kind == WELCOME
+    assert second.receive().content["reason"] == "rank 1 is taken and its holder lives"
+    assert other.receive().kind == WELCOME
 
 
 def test_a_rank_can_be_claimed_again_when_its_holder_went_away_before_the_run_began(scene):
@@ -130,13 +130,13 @@ def test_a_rank_can_be_claimed_again_when_its_holder_went_away_before_the_run_be
             for end, rank in ((gone, 1), (fresh, 1), (other, 2)):
                 peer = Peer(end, 0, rank, session=0)
                 for _ in range(50):  # a closed line takes a moment to be noticed
-                    peer.say(HELLO, 0, right_hello(scene))
-                    if peer.hear(5.0).kind == WELCOME:
+                    peer.send_control(HELLO, 0, right_hello(scene))
+                    if peer.receive(5.0).kind == WELCOME:
                         break
                 else:
                     pytest.fail(f"rank {rank} was not welcome")
                 if end is gone:
-                    peer.say(PACKED, 1, {"discs": 1})
+                    peer.send_control(PACKED, 1, {"discs": 1})
                     end.close()
         assert hub.conversations[1].sequence == 1
         assert hub.conversations[1]._inbox == []
@@ -149,28 +149,28 @@ def test_a_hello_said_again_gets_the_same_welcome(scene):
     transport, (end,) = link_inproc.transports(1)
     hub = a_hub(transport)
     peer = Peer(end, 0, session=0)
-    peer.say(HELLO, 0, right_hello(scene))
+    peer.send_control(HELLO, 0, right_hello(scene))
     welcome_all(hub, scene, {1: RIM})
-    welcome = peer.hear()
+    welcome = peer.receive()
 
     def ask_again():
         time.sleep(0.07)  # sooner it would be taken for one that piled up
-        peer.say(HELLO, 0, right_hello(scene), again=True)
-        repeated = peer.hear()
+        peer.send_control(HELLO, 0, right_hello(scene), again=True)
+        repeated = peer.receive()
         while repeated.flags:
-            repeated = peer.hear()
+            repeated = peer.receive()
         peer.session = repeated.session
-        peer.say(PACKED, 1)
+        peer.send_control(PACKED, 1)
         return repeated.frame
 
     with Beside(ask_again) as beside:
-        hub.conversations[1].hear((PACKED,))
+        hub.conversations[1].receive((PACKED,))
     assert beside.result == welcome.frame
 
 
 def test_an_absent_process_is_given_up(scene):
     transport, (end, _) = link_inproc.transports(2)
-    Peer(end, 0, session=0).say(HELLO, 0, right_hello(scene))
+    Peer(end, 0, session=0).send_control(HELLO, 0, right_hello(scene))
     hub = a_hub(transport, 2)
     hub.clocks.arrival = 0.4
     with pytest.raises(PeerLost, match=r"no discrete process of rank 2 came within 0.4 s"):
@@ -180,8 +180,8 @@ def test_an_absent_process_is_given_up(scene):
 def test_a_failure_before_everybody_is_there_ends_the_wait(scene):
     transport, (end, _) = link_inproc.transports(2)
     peer = Peer(end, 0, session=0)
-    peer.say(HELLO, 0, right_hello(scene))
-    peer.say(FAILURE, 0, {"reason": "no memory"})
+    peer.send_control(HELLO, 0, right_hello(scene))
+    peer.send_control(FAILURE, 0, {"reason": "no memory"})
     with pytest.raises(PeerLost, match="rank 1 ended: no memory"):
         welcome_all(a_hub(transport, 2), scene, {1: RIM, 2: RIM})
 
@@ -192,21 +192,21 @@ def test_nonsense_does_not_end_the_wait(scene):
     peer.send(b"nonsense")
     peer.send(frames.control_frame(PACKED, 0, 1, 0, {}))
     peer.send(bytes(5 << 20))
-    peer.say(HELLO, 0, right_hello(scene))
+    peer.send_control(HELLO, 0, right_hello(scene))
     welcome_all(a_hub(transport), scene, {1: RIM})
-    assert "another run" in peer.hear().content["reason"]
-    assert peer.hear().kind == WELCOME
+    assert "another run" in peer.receive().content["reason"]
+    assert peer.receive().kind == WELCOME
 
 
 def test_another_version_of_the_protocol_is_told_so(scene, monkeypatch):
     transport, (end,) = link_inproc.transports(1)
     peer = Peer(end, 0, session=0)
     monkeypatch.setattr("coupler_protocol.wire.messages.PROTOCOL_VERSION", PROTOCOL_VERSION + 1)
-    peer.say(HELLO, 0, right_hello(scene))
+    peer.send_control(HELLO, 0, right_hello(scene))
     monkeypatch.undo()
-    peer.say(HELLO, 0, right_hello(scene))
+    peer.send_control(HELLO, 0, right_hello(scene))
     welcome_all(a_hub(transport), scene, {1: RIM})
-    answer = peer.hear()
+    answer = peer.receive()
     assert answer.kind == REJECT
     assert answer.content["reason"] == f"protocol version {PROTOCOL_VERSION + 1}, not {PROTOCOL_VERSION}"
 
@@ -228,7 +228,7 @@ def test_another_version_of_the_protocol_is_told_so(scene, monkeypatch):
 )
 def test_an_answer_that_cannot_be_used_ends_the_discrete_side_as_the_peers_fault(scene, kind, content, words):
     hub, (end,) = link_inproc.transports(1)
-    Peer(hub, "thread 1", session=0).say(kind, 0, content)
+    Peer(hub, "thread 1", session=0).send_control(kind, 0, content)
     with pytest.raises(PeerLost, match=words):
         join(Conversation(end, 1, 0, clocks(), StopRequest()), scene)
 

@@ -92,16 +92,16 @@ def test_a_thousand_steps_keep_every_bit_and_say_nothing_twice(lines):
 
     def answer():
         for _ in numbers:
-            here.accept(grid.hear((FORCE,), in_step=True)[1])
+            here.accept(grid.receive((FORCE,), in_step=True)[1])
             back.values[:] = here.values
-            grid.say_step(back)
+            grid.send_step(back)
 
     got = frames.StepFrame(VELOCITY, SESSION, 1, 0, 40)
     with Beside(answer):
         for row in numbers:
             there.values[:] = row
-            discs.say_step(there)
-            got.accept(discs.hear((VELOCITY,), in_step=True)[1])
+            discs.send_step(there)
+            got.accept(discs.receive((VELOCITY,), in_step=True)[1])
             assert got.values.tobytes() == row.tobytes()
     assert grid.repeated == discs.repeated == grid.refused == discs.refused == 0
 
@@ -112,13 +112,13 @@ def test_a_thousand_steps_keep_every_bit_and_say_nothing_twice(lines):
 def test_a_discrete_process_that_closes_is_given_up(lines):
     hub_end, (end,) = lines(1)
     grid, discs = conversations(hub_end, end, timeout=0.2, give_up=0.6)
-    grid.say_control(GO, {})
-    discs.hear((GO,))
+    grid.send_control(GO, {})
+    discs.receive((GO,))
     assert hub_end.connected(1)
     end.close()
     begin = time.monotonic()
     with pytest.raises(PeerLost, match="rank 1 was lost: not connected"):
-        grid.hear((FORCE,), in_step=True)
+        grid.receive((FORCE,), in_step=True)
     assert 0.5 < time.monotonic() - begin < 10.0
     assert not hub_end.connected(1)
 
@@ -126,13 +126,13 @@ def test_a_discrete_process_that_closes_is_given_up(lines):
 def test_a_continuum_that_closes_is_given_up(lines):
     hub_end, (end,) = lines(1)
     grid, discs = conversations(hub_end, end, timeout=0.2, give_up=0.6)
-    grid.say_control(GO, {})
-    discs.hear((GO,))
+    grid.send_control(GO, {})
+    discs.receive((GO,))
     assert end.connected()
     hub_end.close()
     begin = time.monotonic()
     with pytest.raises(PeerLost, match="the continuum was lost: not connected"):
-        discs.hear((VELOCITY,), in_step=True)
+        discs.receive((VELOCITY,), in_step=True)
     assert 0.5 < time.monotonic() - begin < 10.0
     assert not end.connected()
 
@@ -143,11 +143,11 @@ def test_one_lost_process_of_two_is_the_one_that_is_named(lines):
     for rank, end in enumerate(ends, start=1):
         introduce(hub_end, end, rank)
         hub.conversations[rank].begin(SESSION)
-        hub.conversations[rank].say_control(GO, {})
+        hub.conversations[rank].send_control(GO, {})
     ends[1].close()
     with pytest.raises(PeerLost, match="rank 2 was lost"):
-        hub.conversations[2].hear((FORCE,), in_step=True)
-    assert hub.conversations[1].say_again()
+        hub.conversations[2].receive((FORCE,), in_step=True)
+    assert hub.conversations[1].send_again()
 
 
 def test_a_line_that_breaks_and_comes_back_costs_nothing_but_time(lines):
@@ -159,8 +159,8 @@ def test_a_line_that_breaks_and_comes_back_costs_nothing_but_time(lines):
     again = lines.add(link_tcp.HubTransport(hub_end.endpoint))
     again.admit(sender, 1)
     grid.transport = again
-    discs.say_control(PACKED, {"discs": 5})
-    _, frame = grid.hear((PACKED,))
+    discs.send_control(PACKED, {"discs": 5})
+    _, frame = grid.receive((PACKED,))
     assert frames.content_of(frame) == {"discs": 5}
 
 
@@ -170,16 +170,16 @@ def test_a_line_that_breaks_and_comes_back_costs_nothing_but_time(lines):
 def test_a_second_claim_of_a_rank_is_turned_away_while_its_holder_lives(lines):
     hub_end, (holder, thief) = lines(2)
     grid, discs = conversations(hub_end, holder)
-    grid.say_control(GO, {})
-    discs.hear((GO,))
+    grid.send_control(GO, {})
+    discs.receive((GO,))
     claim = Peer(thief, 0, session=0)
-    claim.say(HELLO, 0, {})
-    discs.say_control(PACKED, {})
+    claim.send_control(HELLO, 0, {})
+    discs.send_control(PACKED, {})
     time.sleep(0.2)
-    assert grid.hear((PACKED,))[0] == PACKED
+    assert grid.receive((PACKED,))[0] == PACKED
     with pytest.raises(PeerLost):
-        grid.hear((FORCE,), within=0.3)
-    answer = claim.hear()
+        grid.receive((FORCE,), within=0.3)
+    answer = claim.receive()
     assert answer.kind == REJECT
     assert "rank 1 is taken and its holder lives" in answer.content["reason"]
     hub_end.send(b"mine", 1)
@@ -203,9 +203,9 @@ def test_port_scans_and_foreign_clients_leave_the_hub_alone(lines):
         client.send_multipart(parts)
         client.close()
     foreign.term()
-    discs.say_control(PACKED, {"discs": 5})
-    assert frames.content_of(grid.hear((PACKED,))[1]) == {"discs": 5}
-    grid.say_control(GO, {})
+    discs.send_control(PACKED, {"discs": 5})
+    assert frames.content_of(grid.receive((PACKED,))[1]) == {"discs": 5}
+    grid.send_control(GO, {})
     assert hub_end.connected(1)
     assert end.connected()
 

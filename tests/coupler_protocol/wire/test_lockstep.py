@@ -32,27 +32,27 @@ GONE = {"gravity": 9.81, "step": 3, "time": 3.0, "stage": 1}
 
 def test_an_answer_of_the_same_turn_is_heard():
     talk, peer = discrete_side()
-    talk.say_control(PACKED, {"discs": 3})
-    peer.say(GO, 0, GONE)
-    kind, frame = talk.hear((GO, STOP))
+    talk.send_control(PACKED, {"discs": 3})
+    peer.send_control(GO, 0, GONE)
+    kind, frame = talk.receive((GO, STOP))
     assert kind == GO
     assert wire.content_of(frame) == GONE
-    assert peer.hear().content == {"discs": 3}
+    assert peer.receive().content == {"discs": 3}
     assert talk.repeated == talk.refused == 0
 
 
 def test_a_lost_message_is_said_again_with_the_same_bytes():
     talk, peer = discrete_side()
-    talk.say_control(PACKED, {"discs": 3})
-    lost = peer.hear()
+    talk.send_control(PACKED, {"discs": 3})
+    lost = peer.receive()
 
     def answer():
-        again = peer.hear()
-        peer.say(GO, 0, GONE)
+        again = peer.receive()
+        peer.send_control(GO, 0, GONE)
         return again
 
     with Beside(answer) as beside:
-        assert talk.hear((GO,))[0] == GO
+        assert talk.receive((GO,))[0] == GO
     assert talk.repeated >= 1
     assert beside.result.flags == wire.AGAIN
     assert beside.result.frame == bytes(wire.sent_again(lost.frame))
@@ -61,59 +61,59 @@ def test_a_lost_message_is_said_again_with_the_same_bytes():
 
 def test_a_doubled_answer_changes_nothing():
     talk, peer = discrete_side()
-    peer.say(GO, 0, GONE)
-    peer.say(GO, 0, GONE)
-    peer.say(GO, 1, GONE | {"step": 4})
-    talk.hear((GO,))
-    assert wire.content_of(talk.hear((GO,))[1])["step"] == 4
+    peer.send_control(GO, 0, GONE)
+    peer.send_control(GO, 0, GONE)
+    peer.send_control(GO, 1, GONE | {"step": 4})
+    talk.receive((GO,))
+    assert wire.content_of(talk.receive((GO,))[1])["step"] == 4
     assert talk.refused == talk.repeated == 0
 
 
 def test_words_asked_for_again_are_repeated_as_they_were():
     talk, peer = discrete_side(timeout=0.2)
-    talk.say_control(READY, {"inner_mass": b"", "report": {}})
-    said = peer.hear().frame
+    talk.send_control(READY, {"inner_mass": b"", "report": {}})
+    said = peer.receive().frame
     talk.sequence = 1
 
     def ask():
         time.sleep(0.15)
-        peer.say(GO, 0, GONE, again=True)
-        repeated = peer.hear()
-        peer.say(STOP, 1, {"reason": "enough"})
+        peer.send_control(GO, 0, GONE, again=True)
+        repeated = peer.receive()
+        peer.send_control(STOP, 1, {"reason": "enough"})
         return repeated.frame
 
     with Beside(ask) as beside:
-        talk.hear((STOP,))
+        talk.receive((STOP,))
     assert beside.result == said
 
 
 def test_a_storm_of_requests_dies_away():
     talk, peer = discrete_side(timeout=1.0)
-    talk.say_control(READY, {"inner_mass": b"", "report": {}})
+    talk.send_control(READY, {"inner_mass": b"", "report": {}})
     talk.sequence = 1
     for _ in range(500):  # what piles up while this side computes for long
-        peer.say(GO, 0, GONE, again=True)
-    peer.say(STOP, 1, {"reason": "enough"})
-    assert talk.hear((STOP,))[0] == STOP
+        peer.send_control(GO, 0, GONE, again=True)
+    peer.send_control(STOP, 1, {"reason": "enough"})
+    assert talk.receive((STOP,))[0] == STOP
     assert talk.repeated <= 2
     assert talk.refused == 0
 
 
 def test_a_corrupted_answer_is_refused_and_asked_for_again(caplog):
     talk, peer = discrete_side()
-    talk.say_control(PACKED, {})
+    talk.send_control(PACKED, {})
     right = wire.control_frame(GO, SESSION, 1, 0, GONE)
     wrong = bytearray(right)
     wrong[wire.HEADER.size + 3] ^= 16
     peer.send(wrong)
-    peer.hear()
+    peer.receive()
 
     def answer():
-        assert peer.hear().flags == wire.AGAIN
+        assert peer.receive().flags == wire.AGAIN
         peer.send(right)
 
     with Beside(answer):
-        assert talk.hear((GO,))[0] == GO
+        assert talk.receive((GO,))[0] == GO
     assert talk.refused == 1
     assert "checksum" in caplog.text
 
@@ -131,9 +131,9 @@ def test_a_corrupted_answer_is_refused_and_asked_for_again(caplog):
 )
 def test_a_message_out_of_place_is_refused_in_words(caplog, wrong, words):
     talk, peer = discrete_side()
-    peer.say(wrong.pop("kind"), wrong.pop("sequence"), GONE, **wrong)
-    peer.say(GO, 0, GONE)
-    assert talk.hear((GO, STOP))[0] == GO
+    peer.send_control(wrong.pop("kind"), wrong.pop("sequence"), GONE, **wrong)
+    peer.send_control(GO, 0, GONE)
+    assert talk.receive((GO, STOP))[0] == GO
     assert talk.refused == 1
     assert words in caplog.text
 
@@ -141,24 +141,24 @@ def test_a_message_out_of_place_is_refused_in_words(caplog, wrong, words):
 def test_a_peer_that_cannot_be_understood_is_given_up():
     talk, peer = discrete_side(timeout=5.0, give_up=60.0)
     for _ in range(REFUSALS):
-        peer.say(GO, 9, GONE)
+        peer.send_control(GO, 9, GONE)
     with pytest.raises(PeerLost, match=r"cannot be understood.*GO 9 while turn 0"):
-        talk.hear((GO,))
+        talk.receive((GO,))
 
 
 def test_a_failure_ends_the_wait_with_the_peers_reason():
     talk, peer = discrete_side()
-    peer.say(FAILURE, 12, {"reason": "a zone turned inside out"})
+    peer.send_control(FAILURE, 12, {"reason": "a zone turned inside out"})
     with pytest.raises(PeerLost, match="the continuum ended: a zone turned inside out"):
-        talk.hear((GO,))
+        talk.receive((GO,))
 
 
 @pytest.mark.parametrize("content", [{}, {"reason": 5}])
 def test_a_failure_without_a_readable_reason_is_a_failure(content):
     talk, peer = discrete_side()
-    peer.say(FAILURE, 0, content)
+    peer.send_control(FAILURE, 0, content)
     with pytest.raises(PeerLost, match=r"the continuum ended.*cannot be read"):
-        talk.hear((GO,))
+        talk.receive((GO,))
 
 
 def test_a_peer_of_another_protocol_version_is_not_waited_for(monkeypatch):
@@ -168,26 +168,26 @@ def test_a_peer_of_another_protocol_version_is_not_waited_for(monkeypatch):
     monkeypatch.undo()
     peer.send(frame)
     with pytest.raises(PeerLost, match="another language: protocol version 4, not 3"):
-        talk.hear((GO,))
+        talk.receive((GO,))
 
 
 def test_a_peer_that_went_away_is_given_up_in_time():
     talk, peer = discrete_side(timeout=0.1, give_up=0.4)
-    talk.say_control(PACKED, {})
+    talk.send_control(PACKED, {})
     peer.transport.close()
     begin = time.monotonic()
     with pytest.raises(PeerLost, match=r"was lost: not connected for .* s \(give_up = 0.4 s\)"):
-        talk.hear((GO,))
+        talk.receive((GO,))
     assert 0.3 < time.monotonic() - begin < 5.0
 
 
 def test_a_connected_peer_that_owes_a_step_is_given_up_later():
     talk, peer = discrete_side(timeout=0.1, give_up=0.1)
-    talk.say_control(FORCE, {})
-    peer.hear()
+    talk.send_control(FORCE, {})
+    peer.receive()
     begin = time.monotonic()
     with pytest.raises(PeerLost, match="no answer for"):
-        talk.hear((VELOCITY,), in_step=True)
+        talk.receive((VELOCITY,), in_step=True)
     assert time.monotonic() - begin > 0.9
     assert talk.repeated >= 3
 
@@ -197,28 +197,28 @@ def test_a_connected_peer_may_take_its_time_between_steps():
 
     def answer():
         time.sleep(1.2)
-        peer.say(GO, 0, GONE)
+        peer.send_control(GO, 0, GONE)
 
     with Beside(answer):
-        assert talk.hear((GO,))[0] == GO
+        assert talk.receive((GO,))[0] == GO
 
 
 def test_a_thread_that_has_ended_is_not_connected():
     talk, peer = discrete_side()
-    with Beside(lambda: peer.say(GO, 0, GONE)):
+    with Beside(lambda: peer.send_control(GO, 0, GONE)):
         pass
-    talk.hear((GO,))
+    talk.receive((GO,))
     assert not talk.transport.connected()
     with pytest.raises(PeerLost, match="not connected"):
-        talk.hear((GO,))
+        talk.receive((GO,))
 
 
 def test_a_stop_is_obeyed_even_when_messages_never_stop():
     talk, peer = discrete_side()
-    peer.say(GO, 0, GONE)
+    peer.send_control(GO, 0, GONE)
     talk.stop.ask("interrupted by SIGINT")
     with pytest.raises(Interrupted, match="SIGINT"):
-        talk.hear((GO,))
+        talk.receive((GO,))
 
 
 def test_a_side_that_was_asked_to_stop_itself_does_not_blame_its_peer():
@@ -227,17 +227,17 @@ def test_a_side_that_was_asked_to_stop_itself_does_not_blame_its_peer():
     def stop_both():
         time.sleep(0.05)
         talk.stop.ask("interrupted by SIGINT")
-        peer.say(FAILURE, 0, {"reason": "interrupted by SIGINT"})
+        peer.send_control(FAILURE, 0, {"reason": "interrupted by SIGINT"})
 
     with Beside(stop_both), pytest.raises(Interrupted):
-        talk.hear((GO,))
+        talk.receive((GO,))
 
 
 def test_a_stop_is_obeyed_while_waiting():
     talk, _ = discrete_side(timeout=5.0, give_up=60.0)
     threading.Timer(0.2, talk.stop.ask, ("enough",)).start()
     with pytest.raises(Interrupted, match="enough"):
-        talk.hear((GO,))
+        talk.receive((GO,))
 
 
 # -- the continuum's side ------------------------------------------------------------------------------------------------
@@ -245,18 +245,18 @@ def test_a_stop_is_obeyed_while_waiting():
 
 def test_messages_of_other_ranks_are_kept_for_later():
     hub, (first, second) = hub_side(2)
-    second.say(PACKED, 0, {"discs": 2})
-    first.say(PACKED, 0, {"discs": 1})
+    second.send_control(PACKED, 0, {"discs": 2})
+    first.send_control(PACKED, 0, {"discs": 1})
     for rank in (1, 2):
-        _, frame = hub.conversations[rank].hear((PACKED,))
+        _, frame = hub.conversations[rank].receive((PACKED,))
         assert wire.content_of(frame)["discs"] == rank
 
 
 def test_a_failure_of_another_rank_is_heard_at_once():
     hub, (_, second) = hub_side(2, timeout=5.0, give_up=60.0)
-    second.say(FAILURE, 0, {"reason": "no memory"})
+    second.send_control(FAILURE, 0, {"reason": "no memory"})
     with pytest.raises(PeerLost, match="rank 2 ended: no memory"):
-        hub.conversations[1].hear((PACKED,))
+        hub.conversations[1].receive((PACKED,))
 
 
 def test_strangers_cannot_keep_the_clocks_from_running():
@@ -272,7 +272,7 @@ def test_strangers_cannot_keep_the_clocks_from_running():
     with Beside(flood):
         try:
             with pytest.raises(PeerLost, match="not connected"):
-                hub.conversations[1].hear((PACKED,))
+                hub.conversations[1].receive((PACKED,))
         finally:
             ended.set()
 
@@ -292,10 +292,10 @@ def test_a_claim_during_the_run_is_turned_away_with_the_reason(holder_lives, cla
     if not holder_lives:
         holder.transport.close()
     late = Peer(link_end(hub, "late"), 0, rank=claims, session=0)
-    late.say(HELLO, 0, {})
+    late.send_control(HELLO, 0, {})
     with pytest.raises(PeerLost):
-        hub.conversations[1].hear((PACKED,), within=0.5)
-    answer = late.hear()
+        hub.conversations[1].receive((PACKED,), within=0.5)
+    answer = late.receive()
     assert (answer.kind, answer.session, answer.sequence) == (REJECT, 0, 0)
     assert re.search(words, answer.content["reason"])
 
@@ -303,14 +303,14 @@ def test_a_claim_during_the_run_is_turned_away_with_the_reason(holder_lives, cla
 def test_a_process_of_an_earlier_run_is_told_so():
     hub, (holder, *_) = hub_side(1)
     old = Peer(link_end(hub, "old"), 0, session=99)
-    old.say(FORCE, 55, again=True)
-    holder.say(PACKED, 0)
-    hub.conversations[1].hear((PACKED,))
+    old.send_control(FORCE, 55, again=True)
+    holder.send_control(PACKED, 0)
+    hub.conversations[1].receive((PACKED,))
     talk = Conversation(old.transport, 1, 0, clocks(), StopRequest())
     talk.begin(99)
     talk.sequence = 55
     with pytest.raises(PeerLost, match="another run"):
-        talk.hear((VELOCITY,))
+        talk.receive((VELOCITY,))
 
 
 def test_failures_can_be_told_before_anybody_came():
@@ -319,7 +319,7 @@ def test_failures_can_be_told_before_anybody_came():
     hub.transport = transport
     for conversation in hub.conversations.values():
         conversation.transport = transport
-    hub.tell_all(FAILURE, {"reason": "interrupted"})
+    hub.notify_all(FAILURE, {"reason": "interrupted"})
     assert all(end.receive(0.01) is None for end in ends)
 
 
@@ -341,11 +341,11 @@ def test_what_arrives_is_bit_equal_over_a_line_that_loses_doubles_and_corrupts(s
     def say(talk, kind, values):
         frame = frames[kind][0]
         frame.values[:] = values
-        talk.say_step(frame)
+        talk.send_step(frame)
 
     def hear(talk, kind, into):
         frame = frames[kind][1]
-        frame.accept(talk.hear((kind,), in_step=True)[1])
+        frame.accept(talk.receive((kind,), in_step=True)[1])
         into[:] = frame.values
 
     def run_grid():
@@ -353,7 +353,7 @@ def test_what_arrives_is_bit_equal_over_a_line_that_loses_doubles_and_corrupts(s
             hear(grid, FORCE, heard[0, i])
             say(grid, VELOCITY, numbers[1, i])
         with pytest.raises(PeerLost, match="done"):  # stays to repeat its last words until it is told
-            grid.hear((FORCE,), in_step=True)
+            grid.receive((FORCE,), in_step=True)
 
     for talk in (discs, grid):
         talk.begin(SESSION)

@@ -46,13 +46,13 @@ def test_a_disc_is_lost_when_its_centre_is_farther_outside_than_its_radius(windo
 def test_the_guard_says_which_disc_is_lost_and_how_far_the_ring_has_opened(window):
     model, state = window
     guard = RingGuard(model, state)
-    assert guard.look(model, state) == ""
+    assert guard.check(model, state) == ""
     disc = model.ring + 3
     state.x[disc] = 0.75 + 3.0 * state.radius[disc], 1.2
-    assert guard.look(model, state) == ""  # it cannot have got there: the list of contacts is the old one
+    assert guard.check(model, state) == ""  # it cannot have got there: the list of contacts is the old one
     rebuild(model, state)
     with pytest.raises(ArithmeticError, match=rf"1 disc has left the ring: disc {disc} .* at \(0\.\d+, 1\.2\), beyond"):
-        guard.look(model, state)
+        guard.check(model, state)
 
 
 @pytest.mark.parametrize("corners", [ANGLE, OBLIQUE], ids=["L", "oblique"])
@@ -67,7 +67,7 @@ def test_gaps_of_a_stretched_ring(corners):
         state.x[:R] = stretch * begin
         length = np.hypot(*(np.roll(begin, -1, axis=0) - begin).T)
         np.testing.assert_allclose(ring_gaps(model, state), stretch * length - radius - np.roll(radius, -1), atol=1e-12)
-        said = guard.look(model, state)
+        said = guard.check(model, state)
         assert bool(said) is warns
         assert guard.warned is (stretch >= 1.5)
     gaps = ring_gaps(model, state)

@@ -19,38 +19,46 @@ from dem_server.effects.dashpot import Dashpot
 from dem_server.effects.friction import Friction
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
-from dem_server.model import SPIN, VX, State
-from dem_server.observe import energy, record
+from dem_server.model import MOMENT, SPIN, VX, State
+from dem_server.observe import record
 from dem_server.step import bonds_made, neighbours
 from dem_server.step.contact_pass import contact_forces
-from dem_server.step.cycle import advance, in_real_time
+from dem_server.step.cycle import advance, in_real_time, in_static_mode
 from dem_server.step.motion import move_free
 from dem_server.step.walls import make_walls
+from tests.dem_server.ledger_rows import ledger_rows
 
 EFFECTS = [name for name in Law._fields if name != "damping"]  # damping acts on bodies, not at contacts
+CEMENT = ParallelBond(normal_stiffness=1e9, shear_stiffness=5e8, tension=1e9, shear=1e9, radius=0.8)
 CASES = {  # what a grain needs for the effect to act, beside springs
     "spring": {},
     "friction": {"friction": Friction(coefficient=0.5)},
     "bond": {"bond": Bond(tension=1e9, shear=1e9)},
     "rolling": {"friction": Friction(coefficient=0.5), "rolling": Rolling(coefficient=0.3)},
-    "dashpot": {"dashpot": Dashpot(normal=0.2, shear=0.1)},
-    "parallel_bond": {
-        "parallel_bond": ParallelBond(normal_stiffness=1e9, shear_stiffness=5e8, tension=1e9, shear=1e9, radius=0.8)
-    },
+    "dashpot": {"friction": Friction(coefficient=0.5), "dashpot": Dashpot(normal=0.2, shear=0.1)},
+    "parallel_bond": {"parallel_bond": CEMENT},
 }
+WEAK = {  # bonds that the four discs break
+    "bond": {"bond": Bond(tension=2e3, shear=1e9)},
+    "parallel_bond": {"parallel_bond": CEMENT.model_copy(update={"tension": 5e4})},
+}
+TAKES = {"friction", "rolling", "dashpot"}  # effects that take energy; the others keep it
 R = 0.03
 ALONE = {"friction": None, "bond": None, "damping": None}
 EVERY = pytest.mark.parametrize("effect", EFFECTS)
 
 
-def discs_with(effect, spacing=1.99 * R, fraction=0.05):
-    """Model and State, in real time, of an oblique square of four discs with the effect, bonded where it bonds."""
+def discs_with(effect, spacing=1.99 * R, fraction=0.05, cases=CASES):
+    """Model and State of an oblique square of four discs with the effect, bonded where it bonds.
+
+    In real time, of a fraction of the stable step; fraction None: in static mode.
+    """
     turn = np.array([[np.cos(0.4), np.sin(0.4)], [-np.sin(0.4), np.cos(0.4)]])
     xy = spacing * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]) @ turn
-    model, state = loose_discs(xy, np.full(4, R), effect == "bond", **ALONE | CASES[effect])
+    model, state = loose_discs(xy, np.full(4, R), effect == "bond", **ALONE | cases[effect])
     if effect == "parallel_bond":
         bonds_made.add_parallel_bonds(model, state, lambda pairs: np.ones(len(pairs.slot), dtype=bool))
-    return in_real_time(model, state, fraction), state
+    return (in_static_mode(model, state) if fraction is None else in_real_time(model, state, fraction)), state
 
 
 def set_going(state):
@@ -114,7 +122,7 @@ def test_it_acts(effect):
 
 
 @EVERY
-def test_momentum_stays_and_energy_does_not_grow(effect):
+def test_momentum_stays(effect):
     model, state = discs_with(effect, fraction=0.005)
     set_going(state)
 
@@ -123,15 +131,88 @@ def test_momentum_stays_and_energy_does_not_grow(effect):
         turning = state.x[:, 0] * state.v[:, 1] - state.x[:, 1] * state.v[:, 0]
         return [*linear, state.mass @ turning + state.inertia @ state.spin]
 
-    def total():
-        return energy.kinetic(model, state) + energy.stored(model, state)
-
-    before, least = momenta(), total()
-    for _ in range(40):
-        advance(model, state, 0.0, 50)
-        assert total() <= least * 1.02
-        least = min(least, total())
+    before = momenta()
+    advance(model, state, 0.0, 2000)
     np.testing.assert_allclose(momenta(), before, rtol=1e-9, atol=1e-9 * np.abs(before).max())
+
+
+def loads_beside_springs(model, state):
+    """Forces and moments (n, 3) on discs without those of their springs: what dashpots do."""
+    i, j = state.first.astype(int), state.second.astype(int)
+    way = state.x[j] - state.x[i]
+    d = np.hypot(*way.T)
+    n = way / d[:, None]
+    half_gap = 0.5 * (d - state.radius[i] - state.radius[j])
+    shear = np.zeros(len(i)) if state.shear is None else state.shear
+    force = state.normal[:, None] * n + shear[:, None] * np.column_stack([-n[:, 1], n[:, 0]])
+    rest = state.load[:, : MOMENT + 1].copy()
+    for disc, sign in ((i, 1.0), (j, -1.0)):
+        np.add.at(rest, disc, np.column_stack([sign * force, shear * (state.radius[disc] + half_gap)]))
+    return rest
+
+
+def booked(effect, fraction, cases=CASES):
+    """Ledger of the discs let go until they have swung or parted: energies over that at the beginning, {name: (steps,)}.
+
+    `total`: kinetic and stored; `dashpots`: their work by the trapezoidal rule, which the ledger leaves in its error; `error`:
+    without it.
+    """
+    model, state = discs_with(effect, fraction=fraction, cases=cases)
+    set_going(state)
+    loads, work = [loads_beside_springs(model, state)], [0.0]
+
+    def after():
+        loads.append(loads_beside_springs(model, state))
+        mean = 0.5 * (loads[-2] + loads[-1])
+        work.append(work[-1] + state.dt * np.sum(mean * state.disc[:, VX : SPIN + 1]))
+
+    rows = ledger_rows(model, state, round(8.0 / fraction), after=after)
+    rows["total"], rows["dashpots"] = rows["kinetic"] + rows["stored"], np.array(work[:-1])
+    if effect == "dashpot":
+        rows["error"] -= rows["dashpots"]
+    return {name: row / rows["total"][0] for name, row in rows.items()}
+
+
+def left_open(fraction):
+    """Largest share of the energy E that steps of this fraction of the stable one, 2/w, leave unexplained.
+
+    The trapezoidal rule is exact for a spring. If the contact opens or closes within the step, it is wrong by k (v dt)^2 / 8 at
+    most, which is (w dt)^2 / 4 of m v^2 / 2 <= E, with w^2 = k/m. What else it does not see, contacts that turn and levers that
+    change within the step, is smaller by their overlap over R.
+    """
+    return 0.25 * (2.0 * fraction) ** 2
+
+
+@EVERY
+def test_the_energy_ledger_closes_and_no_energy_is_gained(effect):
+    """To the error of one step, 0.0025 % at the finer one; losses are there where the effect takes, and never negative."""
+    errors = []
+    for fraction in (0.04, 0.005):
+        found, most = booked(effect, fraction), left_open(fraction)
+        errors.append(np.abs(found["error"]).max())
+        assert errors[-1] < most
+        assert (found["total"] - np.minimum.accumulate(found["total"])).max() < most
+        assert np.ptp(found["stored"]) > 0.1
+        for name in ("friction", "bonds"):
+            assert np.diff(found[name]).min() > -1e-12
+        assert (found["friction"][-1] > 1e-3) == (effect in TAKES)
+        assert np.abs(found["bonds"]).max() < 1e-12
+        if effect == "dashpot":
+            assert np.diff(found["dashpots"]).max() < 1e-12
+            assert found["dashpots"][-1] < -0.1
+        elif effect not in TAKES:
+            assert np.abs(found["total"] - 1.0).max() < most
+            assert np.abs(found["friction"]).max() < 1e-12
+    assert errors[1] < errors[0] / 6.0  # of first order in the step, eight times shorter, where contacts hold; else of second
+
+
+@pytest.mark.parametrize("effect", WEAK)
+def test_bonds_that_break_lose_what_the_ledger_books(effect):
+    for fraction in (0.04, 0.005):
+        found, most = booked(effect, fraction, WEAK), left_open(fraction)
+        assert found["bonds"][-1] > 1e-3
+        assert np.diff(found["bonds"]).min() > -most
+        assert np.abs(found["error"]).max() < most
 
 
 @EVERY
@@ -153,8 +234,11 @@ def test_what_pairs_remember_is_there_with_the_effect_alone(effect):
 
 
 @EVERY
-def test_a_new_list_carries_all_that_pairs_remember(effect):
-    model, state = discs_with(effect, spacing=2.2 * R)  # sides are listed, diagonals are not
+@pytest.mark.parametrize("fraction", [0.05, None], ids=["real time", "static"])
+def test_a_new_list_carries_all_that_pairs_remember(effect, fraction):
+    """But for the masses of pairs, which are those of the discs after the rebuild: in static mode the new pairs change them."""
+    model, state = discs_with(effect, spacing=2.2 * R, fraction=fraction)  # sides are listed, diagonals are not
+    masses = state.mass.copy()
     rng, known = np.random.default_rng(2), {}
     for name, array in arrays_of(state).items():
         array[:] = rng.integers(1, 4, len(array)) if array.dtype == np.int8 else rng.normal(size=len(array))
@@ -163,9 +247,13 @@ def test_a_new_list_carries_all_that_pairs_remember(effect):
     state.x[:] *= 0.7  # now diagonals are listed too
     neighbours.rebuild(model, state)
     assert len(state.first) > pairs
+    assert (state.mass != masses).all() == (fraction is None)
     at = list(zip(state.first.tolist(), state.second.tolist(), strict=True))
     for name, array in arrays_of(state).items():
-        if name != "root_mass":  # set with the masses
+        if name == "root_mass":
+            wanted = [(1.0 / state.mass[i] + 1.0 / state.mass[j]) ** -0.5 for i, j in at]
+            np.testing.assert_allclose(array, wanted, rtol=1e-15)
+        else:
             assert array.tolist() == [known[name].get(pair, 0.0) for pair in at], name
 
 

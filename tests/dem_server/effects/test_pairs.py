@@ -20,7 +20,7 @@ from dem_server.insitu.hat_bins import bins_over
 from dem_server.insitu.takeover import take_over
 from dem_server.insitu.virtual_strain import relax
 from dem_server.pairs import contacts
-from dem_server.stones.bodies import mark
+from dem_server.stones.bodies import assign_discs
 from dem_server.stones.mapped import stones_of
 from dem_server.stones.mesostructure import draw
 
@@ -116,7 +116,7 @@ def test_a_pair_of_soil_and_stone_acts_however_stones_are_made(path, tmp_path):
         rows = [f"{k},{x!r},{y!r}" for k, outline in enumerate(found.outlines) for x, y in outline.tolist()]
         (tmp_path / "stones.csv").write_text("\n".join(["stone,x,y", *rows]), encoding="utf-8")
         found = stones_of(rim(OBLIQUE), stones_table(file=str(tmp_path / "stones.csv")), None)
-    mark(model, state, found.outlines, 2700.0)
+    assign_discs(model, state, found.outlines, 2700.0)
     model, _ = take_over(model, state, level(OBLIQUE), 9.81, found, "cluster" if path == "cluster" else "clump")
     relax(model, state, 9.81, 200)
     pairs = contacts(state)

@@ -48,7 +48,7 @@ def test_a_pressed_bar(degrees):
 
 def test_a_circle_around_everything_gives_the_mean():
     model, state, found = packed_with_stones(OBLIQUE, content=0.3)
-    model = bodies.make(model, state, found.outlines, "clump")
+    model = bodies.form_stones(model, state, found.outlines, "clump")
     around = circle_stress_with_stones(state, found.outlines, np.array([[0.4, 0.7]]), 5.0)[0]
     np.testing.assert_allclose(around, mean_stress(contacts(state), np.pi * 25.0), rtol=1e-10, atol=1e-9 * np.abs(around).max())
 

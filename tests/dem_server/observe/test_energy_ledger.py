@@ -19,6 +19,7 @@ from dem_server.stones import bodies
 from fdm_server.observe.energy_ledger import Ledger as GridLedger
 from fdm_server.step.gridpoint_pass import update_velocities
 from fdm_server.step.zone_pass import advance
+from tests.dem_server.ledger_rows import ledger_rows
 
 
 def booked(joined, steps, gravity=0.0, change=None):
@@ -28,8 +29,8 @@ def booked(joined, steps, gravity=0.0, change=None):
     rim, rows = type("Rim", (), {"nodes": joined.nodes}), ([], [])
     for n in range(steps):
         rim.force = joined.hang(gravity).copy()
-        ledgers[0].keep(grid)
-        ledgers[1].keep(discs, gravity)
+        ledgers[0].copy_before_step(grid)
+        ledgers[1].copy_before_step(discs, gravity)
         before = discs.dt
         update_velocities(joined.grid_model, grid, gravity, joined.kick)
         ledgers[0].book_motion(joined.grid_model, grid, gravity, joined.kick, [rim])
@@ -41,7 +42,7 @@ def booked(joined, steps, gravity=0.0, change=None):
             rows, ledgers, (joined.grid_model, joined.disc_model), (grid, discs), strict=True
         ):
             rows_of.append(ledger.values(model, state) | {"power": ledger.power})
-        ledgers[1].keep_contacts(joined.disc_model, discs)
+        ledgers[1].copy_contacts(joined.disc_model, discs)
         if change:
             change(n)
         contact_forces(joined.disc_model, discs)
@@ -49,22 +50,6 @@ def booked(joined, steps, gravity=0.0, change=None):
         advance(joined.grid_model, grid)
         ledgers[0].book_strain(joined.grid_model, grid)
     return [{name: np.array([row[name] for row in own]) for name in own[0]} for own in rows]
-
-
-def alone(model, state, steps, gravity=0.0, after=lambda: None):
-    """Rows of the ledger of discs without a rim: a dictionary of arrays; after() is called at the end of each step."""
-    ledger, rows = DiscLedger(model, state), []
-    for _ in range(steps):
-        ledger.keep(state, gravity)
-        before = state.dt
-        move_free(model, state, gravity)
-        ledger.book_motion(model, state, gravity, 0.5 * (before + state.dt))
-        rows.append(ledger.values(model, state))
-        ledger.keep_contacts(model, state)
-        contact_forces(model, state)
-        ledger.book_contacts(model, state)
-        after()
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
 def shaken(amplitude, **how):
@@ -156,15 +141,15 @@ def test_a_clump_that_is_hit_and_turns_loses_nothing_to_damping_that_is_not_ther
     xy = np.array([[0.0, 0.0], [0.06, 0.0], [0.0, 0.06], [0.06, 0.06], [0.119, 0.02]])
     model, state = loose_discs(xy, np.full(5, 0.03), stone=stone_grain())
     square = np.array([[-0.01, -0.01], [0.07, -0.01], [0.07, 0.07], [-0.01, 0.07]])
-    bodies.mark(model, state, [square], 2700.0)
-    model = bodies.make(model, state, [square], "clump")
+    bodies.assign_discs(model, state, [square], 2700.0)
+    model = bodies.form_stones(model, state, [square], "clump")
     neighbours.rebuild(model, state)
     model = clock.begin(model, state, None, 0.05)
     state.clumps.motion[0, 2:5] = 0.2, 0.0, 8.0
     state.v[4] = -0.2, 0.1
     contact_forces(model, state)
     spins = []
-    found = alone(model, state, 4000, 9.81, lambda: spins.append(state.clumps.motion[0, 4]))
+    found = ledger_rows(model, state, 4000, 9.81, lambda: spins.append(state.clumps.motion[0, 4]))
     assert (np.abs(found["damping"]) < 1e-12 * found["kinetic"]).all()
     assert np.ptp(spins) > 1e-3 * abs(spins[0]), np.ptp(spins)  # it was hit off its centre
 
@@ -189,7 +174,7 @@ def test_three_discs_that_slip_and_roll_or_are_cemented_explain_their_energy(law
         contact_forces(model, state)
         rng = np.random.default_rng(2)
         state.v[:], state.spin[:] = 1e-2 * rng.normal(size=(3, 2)), 0.3 * rng.normal(size=3)
-        found = alone(model, state, round(150 / fraction))
+        found = ledger_rows(model, state, round(150 / fraction))
         whole = found["kinetic"][0] + found["stored"][0]
         errors.append(np.abs(found["error"]).max() / whole)
         assert ("rolling" in laws) == (found["friction"][-1] > 1e-5 * whole)

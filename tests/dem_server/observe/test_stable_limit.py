@@ -43,7 +43,7 @@ def case(kind):
     """Model, State and Rim of a bonded oblique window."""
     if kind == "stones":
         model, state, found = packed_with_stones(OBLIQUE)
-        model = stones.make(model, state, found.outlines, "clump")
+        model = stones.form_stones(model, state, found.outlines, "clump")
     else:
         discs = soil_discs(0.06)
         if kind == "rolling":

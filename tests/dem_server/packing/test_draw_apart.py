@@ -31,7 +31,7 @@ def test_overlaps_are_refused_in_real_time_and_calm_in_static_mode(tmp_path):
     assert report["largest_overlap"] == pytest.approx(0.8, rel=1e-12)
     start = state.x.copy()
     contact_forces(model, state)
-    model, left = draw_apart.draw_apart(model, state)
+    model, left = draw_apart.separate_discs(model, state)
     assert left["overlap_left"] < 1e-3
     np.testing.assert_allclose(state.x[[0, 2]].mean(axis=0), start[[0, 2]].mean(axis=0), atol=1e-12)
     assert state.x[1].tolist() == start[1].tolist()
@@ -47,7 +47,7 @@ def test_discs_that_walls_hold_together_stay_as_they_are(tmp_path):
     model, state, _ = packing_from_file.free_discs(scene_of(file))
     state.walls = make_walls([[-0.5 * R, -1.0, -0.5 * R, 1.0], [3.5 * R, -1.0, 3.5 * R, 1.0]], np.zeros((2, 2)), model)
     contact_forces(model, state)
-    model, left = draw_apart.draw_apart(model, state)
+    model, left = draw_apart.separate_discs(model, state)
     assert left["overlap_left"] == pytest.approx(0.5, rel=0.02)
     np.testing.assert_allclose(state.walls.force[:, 0], [-1.25e7 * R, 1.25e7 * R], rtol=0.02)
 
@@ -69,7 +69,7 @@ def test_a_heap_of_strong_overlaps_comes_to_rest(tmp_path):
     file = disc_file(tmp_path, np.column_stack([xy, np.full(200, R)]), "x,y,radius")
     model, state, _ = packing_from_file.free_discs(scene_of(file))
     contact_forces(model, state)
-    model, left = draw_apart.draw_apart(model, state)
+    model, left = draw_apart.separate_discs(model, state)
     assert left["overlap_left"] < 2e-3
     cycle.advance(model, state, 0.0, 500)
     assert np.hypot(*(state.x - 0.4).T).max() < 1.5  # a heap of 200 loose discs has a radius of 0.8 m

@@ -156,7 +156,7 @@ def test_a_bonded_stone_keeps_the_shape_it_came_in(tmp_path):
     scene = scene_of(written(tmp_path, lines), stone=ROCK, body="cluster")
     model, state, _ = packing_from_file.free_discs(scene)
     before = state.x.copy()
-    model, told = draw_apart.draw_apart(model, state)
+    model, told = draw_apart.separate_discs(model, state)
     assert told == {}
     np.testing.assert_array_equal(state.x, before)
     assert (state.bond_state == BONDED).sum() == 2

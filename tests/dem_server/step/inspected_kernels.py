@@ -54,8 +54,8 @@ def use(tables):
     model, state = loose_discs(xy, np.full(12, 0.03), True, stone=stone, **tables)
     if tables:
         square = np.array([[-0.01, -0.01], [0.07, -0.01], [0.07, 0.07], [-0.01, 0.07]])
-        bodies.mark(model, state, [square], 2700.0)
-        model = bodies.make(model, state, [square], "clump")
+        bodies.assign_discs(model, state, [square], 2700.0)
+        model = bodies.form_stones(model, state, [square], "clump")
         add_parallel_bonds(model, state)
         ends = np.array([[-1.0, -0.0295, 1.0, -0.0295]])
         state.walls = make_walls(ends, [[0.0, 0.0]], model, make_servo(ends, state.x))

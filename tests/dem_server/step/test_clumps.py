@@ -26,7 +26,7 @@ from dem_server.stones import bodies
 
 def with_clumps(corners=OBLIQUE, seed=0):
     model, state, found = packed_with_stones(corners, seed)
-    model = bodies.make(model, state, found.outlines, "clump")
+    model = bodies.form_stones(model, state, found.outlines, "clump")
     return model, state
 
 

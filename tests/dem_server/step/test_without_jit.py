@@ -32,8 +32,8 @@ contact_forces(model, state)
 for step in range(40):
     if step == 20:
         found = mesostructure.draw(SQUARE, stones_table(content=float(sys.argv[2]), gap=0.0), np.random.default_rng(1))
-        stones.mark(model, state, found.outlines, 2700.0)
-        model = stones.make(model, state, found.outlines, "clump")
+        stones.assign_discs(model, state, found.outlines, 2700.0)
+        model = stones.form_stones(model, state, found.outlines, "clump")
         add_bonds(model, state)
     move_free(model, state, 9.81)
     contact_forces(model, state)

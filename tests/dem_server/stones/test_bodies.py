@@ -94,7 +94,7 @@ def test_making_stones_changes_no_force(body):
     model, state, found, _, _ = brought()
     before = state.force[: model.ring].copy()
     stress = mean_stress(contacts(state), polygon_area(TALL))
-    model = bodies.make(model, state, found.outlines, body)
+    model = bodies.form_stones(model, state, found.outlines, body)
     scale = np.abs(before).max()
     np.testing.assert_allclose(state.force[: model.ring], before, atol=1e-10 * scale)
     assert (model.material[model.ring :] == np.where(state.stone[model.ring :] >= 0, STONE, SOIL)).all()
@@ -119,7 +119,7 @@ def test_stones_become_stiffer_under_stress_without_a_jump(ratio, body):
     spring, soil = model.law.spring, SOIL * 3 + SOIL
     stony = (np.arange(9) // 3 == STONE) | (np.arange(9) % 3 == STONE)  # contacts inside stones, between them, with soil and ring
     stiffer = SpringTable(*(np.where(stony, ratio * column[soil], column) for column in spring))
-    model = bodies.make(replace(model, law=model.law._replace(spring=stiffer)), state, found.outlines, body)
+    model = bodies.form_stones(replace(model, law=model.law._replace(spring=stiffer)), state, found.outlines, body)
     after, scale = contacts(state), before.normal_force.max()
     touched = (state.stone[after.disc_a] >= 0) | (state.stone[after.disc_b] >= 0)
     np.testing.assert_allclose(stiffer.normal[after.kind], np.where(touched, ratio, 1.0) * spring.normal[soil])
@@ -142,7 +142,7 @@ def test_stiffening_without_the_reference_gap_would_be_a_blow():
     model, state, *_ = brought()
     stress = mean_stress(contacts(state), polygon_area(TALL))
     gaps = state.reference_gap.copy()
-    bodies.harden(model, state)
+    bodies.stiffen_stones(model, state)
     pairs = contacts(state)
     assert np.abs(state.reference_gap - gaps).max() > 0.0
     force = model.law.spring.normal[state.kind[pairs.slot]] * (gaps - state.reference_gap)[pairs.slot]
@@ -152,7 +152,7 @@ def test_stiffening_without_the_reference_gap_would_be_a_blow():
 
 def test_clusters_are_bonded_whole():
     model, state, found = packed_with_stones(TALL)
-    model = bodies.make(model, state, found.outlines, "cluster")
+    model = bodies.form_stones(model, state, found.outlines, "cluster")
     pairs = listed_pairs(state)
     own = (state.stone[pairs.disc_a] >= 0) & (state.stone[pairs.disc_a] == state.stone[pairs.disc_b])
     assert (pairs.bond_state[own] == BONDED).all()
@@ -169,6 +169,6 @@ def test_with_stones_the_stress_is_still_that_of_the_zones(body):
     aim = virtual_strain.aim_of(model, state, target)
     before = virtual_strain.bring_to_stress(model, state, target, GRAVITY)
     assert virtual_strain.stress_error(state, aim).tolist() == [before.error_xx, before.error_yy, before.error_xy]
-    model = bodies.make(model, state, found.outlines, body)
+    model = bodies.form_stones(model, state, found.outlines, body)
     virtual_strain.come_to_rest(model, state, GRAVITY)
     assert max(virtual_strain.stress_error(state, aim, found.outlines)) < 0.05

@@ -33,7 +33,7 @@ def watched(model, state, gravity, steps, every=10, change=None):
     for n in range(steps):
         update_velocities(model, state, gravity)
         if n % every == 0:
-            watch.look(model, state, gravity)
+            watch.check(model, state, gravity)
         advance(model, state)
         if change:
             change(n)
@@ -111,7 +111,7 @@ def test_driven_gridpoints_do_work():
         update_velocities(model, state, 0.0)
         state.velocity[top, 1] = -1e-4
         if n % 10 == 0:
-            watch.look(model, state, 0.0)
+            watch.check(model, state, 0.0)
         advance(model, state)
     assert watch.most > 1e4
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from fdm_server.checks.room_for_discs import corners_in_words, lack_of_room
+from fdm_server.checks.room_for_discs import corners_as_text, lack_of_room
 
 RECTANGLE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 0.8], [0.0, 0.8]])
 
@@ -55,5 +55,5 @@ def test_the_outline_of_a_window_with_a_tip_is_shown():
     assert "its zones have the outline (0, 0) (1, 0) (1, 0.95) (2, 0.95) (2, 1) (0, 1)" in what
     assert "without tips" in remedy
     many = np.array([(k / 100, 0.001 * (k % 2)) for k in range(100)] + [(0.99, 1.0), (0.0, 1.0)])
-    assert corners_in_words(many).endswith(".. (102 corners)")
-    assert corners_in_words(np.array([(0, 0), (1, 0), (2, 0), (2, 1), (0, 1)])) == "(0, 0) (2, 0) (2, 1) (0, 1)"
+    assert corners_as_text(many).endswith(".. (102 corners)")
+    assert corners_as_text(np.array([(0, 0), (1, 0), (2, 0), (2, 1), (0, 1)])) == "(0, 0) (2, 0) (2, 1) (0, 1)"

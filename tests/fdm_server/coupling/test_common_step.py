@@ -40,11 +40,11 @@ def test_without_contacts_the_rim_asks_for_what_the_grid_does():
 def test_the_shortest_step_counts_and_the_whole_one_is_the_limit_from_then_on():
     model, state = ground(0.5)
     alone = state.dt
-    assert common_step.agree(model, state, [rim(model), rim(model, limit=0.3 * alone)]).step_factor == 1.0
+    assert common_step.set_common_step(model, state, [rim(model), rim(model, limit=0.3 * alone)]).step_factor == 1.0
     assert state.dt == 0.3 * alone
     model, state = ground(0.5)
     stiff = rim(model, sums=1e13)
-    common_step.agree(model, state, [stiff])
+    common_step.set_common_step(model, state, [stiff])
     assert state.dt == pytest.approx(0.5 * np.sqrt(2700.0 / (model.mass[stiff.nodes[0]] + 2e13)), rel=1e-12)
 
 
@@ -59,23 +59,23 @@ def test_mass_on_the_rim_lets_steps_be_longer():
 def test_contacts_that_have_become_too_stiff_end_the_run():
     model, state = ground(0.5)
     found = rim(model)
-    model = common_step.agree(model, state, [found])
-    common_step.keep(model, state, [found], state.dt)
+    model = common_step.set_common_step(model, state, [found])
+    common_step.check_common_step(model, state, [found], state.dt)
     limit = 2700.0 / state.dt**2 - 0.5 * model.mass[found.nodes[0]]
     found.sums[1] = 0.999 * limit
-    common_step.keep(model, state, [found], state.dt)
+    common_step.check_common_step(model, state, [found], state.dt)
     found.sums[1] = 1.001 * limit
     with pytest.raises(PhysicsFailed, match=r"rim of 'hole' have become so stiff, at \(3, 2\).*smaller step_factor"):
-        common_step.keep(model, state, [found], state.dt)
+        common_step.check_common_step(model, state, [found], state.dt)
 
 
 def test_zones_that_have_become_too_thin_end_the_run():
     model, state = ground(0.9, large=True)
     found = rim(model)
-    model, agreed = common_step.agree(model, state, [found]), state.dt
+    model, agreed = common_step.set_common_step(model, state, [found]), state.dt
     for width, ends in ((0.95, False), (0.8, True)):
         state.displacement[:, 0] = (width - 1.0) * model.grid.xy[:, 0]
         renew(model, state)
         assert (state.dt < agreed) == ends
     with pytest.raises(PhysicsFailed, match="zones have become so thin"):
-        common_step.keep(model, state, [found], agreed)
+        common_step.check_common_step(model, state, [found], agreed)

@@ -34,13 +34,13 @@ def spring(pace, k, K=1.0, alpha=0.7, steps=4000, push=lambda n: 0.0, v0=0.0, al
     for n in range(steps):
         if pace.begins:
             P = -k * u
-            pace.heard([rim], np.array([K]))
+            pace.note_forces([rim], np.array([K]))
         for axis in range(2):
             force = damped(P[axis] - K * u[axis] + push(n) * along[axis], state.velocity[0, axis], alpha)
             state.velocity[0, axis] += force / (K + rim.sums[0])
         u += state.velocity[0]
         rim.note_velocities(state, pace.taken == 0)
-        pace.moved([rim], state.velocity)
+        pace.note_velocities([rim], state.velocity)
         taken = pace.due(n + 1)
         if taken:
             rim.before[:] = rim.path / taken

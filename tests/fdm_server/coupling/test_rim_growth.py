@@ -39,7 +39,7 @@ def watched(share, damping, stiffness, steps):
         found.step()
         velocity = found.state.velocity[nodes].ravel()
         try:
-            watch.see(velocity, 1.0)
+            watch.check(velocity, 1.0)
         except Unstable as error:
             return heard, str(error), [*since, np.abs(velocity).max()]
         if heard:
@@ -67,7 +67,7 @@ def until_stopped(watch, heard, velocities):
     since = []
     for v in velocities:
         try:
-            watch.see(v, 1.0)
+            watch.check(v, 1.0)
         except Unstable:
             return [*since, np.abs(v).max()]
         since += [np.abs(v).max()] if heard else []
@@ -89,13 +89,13 @@ def test_a_push_that_grows_and_motion_of_round_off_are_no_growth():
     watch = GrowthWatch(rim_of(np.arange(3), np.eye(3, 2)), heard)
     way = rng.normal(size=6)
     for n in range(500):
-        watch.see(way * 1.1**n, 1.0)  # one direction
+        watch.check(way * 1.1**n, 1.0)  # one direction
     for n in range(30):
-        watch.see((-1.5) ** n * 1e-19 * way, 1.0)
+        watch.check((-1.5) ** n * 1e-19 * way, 1.0)
     for _ in range(500):
-        watch.see(rng.normal(size=6), 1.0)  # turns as it likes
+        watch.check(rng.normal(size=6), 1.0)  # turns as it likes
     for n in range(500):
-        watch.see((-1.0) ** n * np.cos(0.1 * n) * way, 1.0)  # just below the limit: swells and fades
+        watch.check((-1.0) ** n * np.cos(0.1 * n) * way, 1.0)  # just below the limit: swells and fades
     assert heard == []
 
 
@@ -109,17 +109,17 @@ def test_power_is_compared_with_that_of_the_same_step_for_every_spacing_of_looks
         for step in range(7, 60):
             rim.force, velocity = rng.normal(size=(2, 2)), rng.normal(size=4)
             rim.answer.power = answer
-            watch.see(velocity, step)
+            watch.check(velocity, step)
             answer = looked
             powers.append(float(rim.force.ravel() @ velocity))
             looked = powers[-1] if step % every == 0 else looked
         assert heard == [], every
         rim.answer.power = 2.0 * answer + 1.0
         for step in range(60, 60 + 2 * every):
-            watch.see(velocity, step)
+            watch.check(velocity, step)
         assert heard == 2 * ["mismatch"], every
         with pytest.raises(Unstable, match=r"^mismatch"):
-            [watch.see(velocity, step) for step in range(60 + 2 * every, 60 + 3 * every)]
+            [watch.check(velocity, step) for step in range(60 + 2 * every, 60 + 3 * every)]
 
 
 def kept(mapping, steps):
@@ -146,7 +146,7 @@ def kept(mapping, steps):
         )  # fmt: skip
         before = len(heard)
         try:
-            watch.look(joined.grid_model, joined.grid, 0.0)
+            watch.check(joined.grid_model, joined.grid, 0.0)
         except Unstable as error:
             return heard, np.array(speeds), str(error)
         if heard and not before:

@@ -42,16 +42,16 @@ def test_the_farthest_zone_of_the_rim_is_named_once(grid):
     zone = 50
     corners = grid.zones[zone]
     watch, displacement = watch_of(grid, corners[:1]), np.zeros_like(grid.xy)
-    assert watch.look(displacement) == ""
+    assert watch.check(displacement) == ""
     away = turned(0.7)[0]
     displacement[corners[2]] = (FAR - 1.0) * 1.0 * away
-    assert watch.look(0.3 * displacement) == ""
+    assert watch.check(0.3 * displacement) == ""
     assert watch.report() == {}
     displacement *= 3.0
-    said = watch.look(displacement)
+    said = watch.check(displacement)
     x, y = (grid.xy + displacement)[corners].mean(axis=0)
     assert f"zone {zone} at ({x:.4g}, {y:.4g}) is stretched" in said
-    assert watch.look(displacement) == ""
+    assert watch.check(displacement) == ""
     found = watch.report()["rim_stretched"]
     assert found == {"zone": zone, "stretch": watch.worst.stretch, "place": pytest.approx([x, y])}
     assert watch.worst.stretch > FAR
@@ -61,4 +61,4 @@ def test_zones_away_from_the_rim_are_not_watched(grid):
     displacement = np.zeros_like(grid.xy)
     displacement[grid.zones[100]] = np.arange(8.0).reshape(4, 2) * 10.0
     nodes = np.setdiff1d(grid.zones[50], grid.zones[100])
-    assert watch_of(grid, nodes).look(displacement) == ""
+    assert watch_of(grid, nodes).check(displacement) == ""

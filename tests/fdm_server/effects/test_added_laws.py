@@ -4,15 +4,18 @@ import json
 
 import pytest
 
-from tests.fdm_server.effects.installed_laws import HARDENING, SHEAR, STRENGTH, install, python, scene_data
+from tests.fdm_server.effects.installed_laws import BULK, HARDENING, SHEAR, STRENGTH, install, python, scene_data
 
 RUN = """
 import json, sys
 import colluvium
 from coupler_protocol.scene.reader import build_scene
-run = colluvium.run(build_scene(json.loads(sys.argv[2])), sys.argv[1])
-zones = run.zones(-1)
-print(json.dumps([zones.stress.tolist(), zones["mises_strain"].tolist()]))
+found = []
+for number, data in enumerate(json.loads(sys.argv[2])):
+    with colluvium.run(build_scene(data), f"{sys.argv[1]}.{number}") as run:
+        frames = [(info.step, run.zones(frame)) for frame, info in enumerate(run.frames)]
+        found.append([(step, zones.stress.tolist(), zones["mises_strain"].tolist()) for step, zones in frames])
+print(json.dumps(found))
 """
 STEP = """
 import json, sys
@@ -39,6 +42,7 @@ except SceneError as error:
     print(error)
 """
 MISES = {"hardening_mises": {"strength": STRENGTH, "hardening": HARDENING}}
+SPEED, CAP = 2e-5, 4e5  # of the top [m/step]; pressure at which grains crush [Pa]
 
 
 def answer(done):
@@ -47,47 +51,79 @@ def answer(done):
 
 
 @pytest.fixture(scope="module")
-def cache(tmp_path_factory):
-    return tmp_path_factory.mktemp("cache")
+def folder(tmp_path_factory):
+    """Where both laws are installed."""
+    return install(tmp_path_factory.mktemp("site"))
 
 
-def test_a_run_with_a_law_of_its_own_follows_the_closed_form_compiled_and_not(tmp_path, cache):
-    folder, data = install(tmp_path / "site"), json.dumps(scene_data(MISES | {"crushing": {"pressure": 1e4}}))
-    found = [answer(python(RUN, folder, cache, tmp_path / f"run{jit}", data, jit=jit)) for jit in (True, False)]
-    angle = 100 * 2e-5
-    plastic = (SHEAR * angle - STRENGTH) / (SHEAR + HARDENING)
-    for stress, strain in found:
+@pytest.fixture(scope="module")
+def runs(folder, tmp_path_factory):
+    """Frames (step, stresses, plastic strains of von Mises) of simple shear and of uniaxial compression, compiled and not.
+
+    Both laws are there, each acts in one of the two: there is no pressure in shear, and compression does not reach the strength.
+    """
+    shear = scene_data(MISES | {"crushing": {"pressure": 1e4}}, (SPEED, 0.0))
+    far = {"hardening_mises": {"strength": 1e9, "hardening": HARDENING}}
+    compression = scene_data(far | {"crushing": {"pressure": CAP}}, (0.0, -SPEED))
+    out, data = tmp_path_factory.mktemp("runs"), json.dumps([shear, compression])
+    return [answer(python(["-c", RUN, out / f"run{jit}", data], folder, jit=jit)) for jit in (True, False)]
+
+
+def test_a_run_with_added_laws_has_the_same_bits_compiled_and_not(runs):
+    assert runs[0] == runs[1]
+
+
+def test_hardening_follows_the_closed_form(runs):
+    yielded = []
+    for step, stress, strain in runs[0][0]:
+        elastic = SHEAR * step * SPEED
+        plastic = max(elastic - STRENGTH, 0.0) / (SHEAR + HARDENING)
+        yielded.append(plastic > 0.0)
         for (xx, yy, zz, xy), g in zip(stress, strain, strict=True):
-            assert xy == pytest.approx(STRENGTH + HARDENING * plastic, rel=1e-12)
+            assert xy == pytest.approx(elastic - SHEAR * plastic, rel=1e-12)
             assert g == pytest.approx(plastic, rel=1e-12)
             assert max(map(abs, (xx, yy, zz))) < 1e-6
-    assert found[0] == found[1]
+    assert {True, False} == set(yielded)
 
 
-def test_an_edited_law_is_compiled_again(tmp_path, cache):
-    folder, data = install(tmp_path / "site"), json.dumps(scene_data(MISES))
-    before = answer(python(STEP, folder, cache, data))
+def test_crushing_follows_the_closed_form(runs):
+    """Mean pressure K e up to the cap, then the cap; the deviator, of differences 2 G e, goes on to grow."""
+    crushed = []
+    for step, stress, strain in runs[0][1]:
+        e = step * SPEED
+        pressure, part = min(BULK * e, CAP), 2.0 * SHEAR * e / 3.0
+        crushed.append(pressure == CAP)
+        for (xx, yy, zz, xy), g in zip(stress, strain, strict=True):
+            assert [xx, yy, zz] == pytest.approx([part - pressure, -2.0 * part - pressure, part - pressure], rel=1e-12)
+            assert abs(xy) < 1e-6
+            assert g == 0.0
+    assert {True, False} == set(crushed)
+
+
+def test_an_edited_law_is_compiled_again(tmp_path):
+    folder, data = install(tmp_path / "site"), json.dumps(scene_data(MISES | {"crushing": {"pressure": 1e9}}))
+    before = answer(python(["-c", STEP, data], folder))
     law = folder / "hardening_mises.py"
     text = law.read_text(encoding="utf-8")
     assert text.count("left = 1.0 - p.shear * d / size") == 1
     law.write_text(text.replace("left = 1.0 - p.shear * d / size", "left = 0.5 - p.shear * d / size"), encoding="utf-8")
-    after = answer(python(STEP, folder, cache, data))
+    after = answer(python(["-c", STEP, data], folder))
     assert before[0][3] == pytest.approx(STRENGTH + HARDENING * (SHEAR * 2e-3 - STRENGTH) / (SHEAR + HARDENING), rel=1e-12)
     assert after[0][3] < 0.9 * before[0][3]
 
 
-def test_a_law_file_that_lacks_its_function_is_refused_by_name(tmp_path, cache):
+def test_a_law_file_that_lacks_its_function_is_refused_by_name(tmp_path):
     folder = install(tmp_path / "site")
     law = folder / "crushing.py"
     law.write_text(law.read_text(encoding="utf-8").replace("def corrected", "def mended"), encoding="utf-8")
-    said = python(CHECK, folder, cache, json.dumps(scene_data({"crushing": {"pressure": 1e4}}))).stdout
+    said = python(["-c", CHECK, json.dumps(scene_data({"crushing": {"pressure": 1e4}}))], folder).stdout
     assert "material.crushing" in said
     assert "'someones-laws'" in said
     assert "no function `corrected`" in said
-    assert not python(CHECK, folder, cache, json.dumps(scene_data({}))).stdout
+    assert not python(["-c", CHECK, json.dumps(scene_data({}))], folder).stdout
 
 
-def test_a_law_of_discs_from_another_distribution_is_refused_by_name(tmp_path, cache):
+def test_a_law_of_discs_from_another_distribution_is_refused_by_name(tmp_path):
     folder = install(tmp_path / "site", {"discs.crushing": "crushing:Crushing"})
     data = {
         "format": 1, "seed": 1,
@@ -98,5 +134,21 @@ def test_a_law_of_discs_from_another_distribution_is_refused_by_name(tmp_path, c
         },
         "stage": [{"name": "fill", "kind": "fill"}],
     }  # fmt: skip
-    said = python(CHECK, folder, cache, json.dumps(data)).stdout
+    said = python(["-c", CHECK, json.dumps(data)], folder).stdout
     assert "no kernel computes discs.crushing, which distribution 'someones-laws' declares" in said
+
+
+@pytest.mark.parametrize(
+    ("place", "other"),
+    [("material.crushing", "others-laws"), ("material.elastic", "colluvium"), ("grain.friction", "colluvium")],
+)
+def test_two_distributions_with_an_effect_for_the_same_place_are_refused_by_their_names(tmp_path, configs, place, other):
+    """Also where the second one would replace an effect of ours; whichever stands first on the path."""
+    folder = install(tmp_path / "site", {place: "crushing:Crushing"})
+    if other != "colluvium":
+        install(folder, {place: "hardening_mises:HardeningMises"}, name=other)
+    done = python(["-m", "colluvium.cli", "check", configs / "quick_slope.toml"], folder)
+    assert done.returncode == 4, done.stderr
+    one, two = sorted(["someones-laws", other])
+    assert f"{place} is declared by the installed distributions '{one}' and '{two}'" in done.stderr
+    assert "uninstall one of them" in done.stderr

@@ -43,7 +43,7 @@ def compute(case, folder):
     values = {}
     for step in range(40 if ledger else 60):
         if ledger:
-            ledger.keep(state)
+            ledger.copy_before_step(state)
             update_velocities(model, state, 9.81)
             ledger.book_motion(model, state, 9.81)
             values = {f"energy_{name}": value for name, value in ledger.values(model, state).items()}

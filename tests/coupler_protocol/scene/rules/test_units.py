@@ -8,7 +8,7 @@ import pytest
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.reader import build_scene
 from coupler_protocol.scene.rules.between_tables import doubts
-from coupler_protocol.scene.rules.units import in_words, units_are_si
+from coupler_protocol.scene.rules.units import as_written, units_are_si
 
 SLOPE = """
 format = 1
@@ -204,4 +204,4 @@ def test_shipped_scenes_are_in_si(configs):
     ("value", "words"), [(12.4e3, "12.4e3"), (1e8, "100e6"), (2000.0, "2000"), (-0.35, "-0.35"), (1e-5, "10e-6"), (0.0, "0")]
 )
 def test_numbers_are_written_as_in_a_scene(value, words):
-    assert in_words(value) == words
+    assert as_written(value) == words
