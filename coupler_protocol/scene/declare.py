@@ -66,13 +66,20 @@ class Effect(Table):
 
 
 def quantity(
-    default: Any = ..., *, unit: str = "-", meaning: str, usual: tuple[float, float] | None = None, **bounds: Any
+    default: Any = ...,
+    *,
+    unit: str = "-",
+    meaning: str,
+    usual: tuple[float, float] | None = None,
+    remedy: str = "",
+    **bounds: Any,
 ) -> Any:
     """Declares one key: its unit, its meaning and its bounds (pydantic's ge, gt, le, lt, min_length, ...).
 
     usual: smallest and largest value of soil and rock, beside 0; others are doubted (coupler_protocol.scene.rules.units).
+    remedy: what to use instead of a value outside the bounds.
     """
-    extra: dict[str, Any] = {"unit": unit} | ({"usual": list(usual)} if usual else {})
+    extra: dict[str, Any] = {"unit": unit} | ({"usual": list(usual)} if usual else {}) | ({"remedy": remedy} if remedy else {})
     return Field(default, description=meaning, json_schema_extra=extra, **bounds)
 
 

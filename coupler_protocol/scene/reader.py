@@ -16,6 +16,11 @@ from coupler_protocol.scene.toml_lines import line_of, locate
 
 FROM_SET = 0  # in place of a line, for values from the command line
 ALIKE = 0.7  # similarity of a mistyped key and the one that was probably meant
+IN_A_MESSAGE = re.compile(r"[:;] ((?:use|give|leave) .*)$")  # remedy at the end of a validator's message
+SYMBOLS = {
+    "c": "cohesion", "phi": "friction", "psi": "dilation", "e": "young", "nu": "poisson", "k": "bulk", "g": "shear",
+    "rho": "density", "gamma": "density", "unit_weight": "density", "kn": "normal", "ks": "shear", "mu": "coefficient",
+}  # fmt: skip
 DRY = "there is no pore water: the ground is dry, or computed in total stresses"
 NOT_COMPUTED = dict.fromkeys(("water", "groundwater", "pore_pressure", "phreatic", "water_table"), DRY) | dict.fromkeys(
     ("anchor", "beam", "bolt", "cable", "geogrid", "liner", "pile", "structure"), "there are no structural elements"
@@ -86,6 +91,7 @@ def _problem(error, file, lines):
         key = str(path[-1])
         known = _keys_at(path[:-1])
         close = difflib.get_close_matches(key, known, n=1, cutoff=ALIKE)
+        close = [SYMBOLS[key.lower()]] if SYMBOLS.get(key.lower()) in known else close
         reason = "unknown key"
         remedy = f'did you mean "{close[0]}"?' if close else f"known here: {', '.join(sorted(known))}"
         remedy = f"{NOT_COMPUTED[key]}; {remedy}" if key in NOT_COMPUTED and not close else remedy
@@ -102,6 +108,9 @@ def _problem(error, file, lines):
         if not isinstance(error["input"], dict | list):
             reason += f", not {error['input']!r}"
         remedy = _within_bounds(error, path) + _meaning(path)
+        said = IN_A_MESSAGE.search(reason) if kind == "value_error" else None
+        if said:
+            reason, remedy = reason[: said.start()], said[1]
     return Problem(*_place(file, lines, path), dotted(path), reason, remedy)
 
 
@@ -111,11 +120,14 @@ def _within_bounds(error, path):
     low, high = limits.get("ge", limits.get("gt")), limits.get("le", limits.get("lt"))
     if isinstance(value, bool) or not isinstance(value, int | float):
         return ""
+    if low is None and high is None:
+        return ""
+    declared = getattr(_field_at(path), "json_schema_extra", None) or {}
+    remedy = f"{declared['remedy']}; " if "remedy" in declared else ""
     if low == 0 and value < 0:
-        return f"did you mean {-value:g}? "
-    usual = (getattr(_field_at(path), "json_schema_extra", None) or {}).get("usual")
-    if (low is not None or high is not None) and usual:
-        return f"usual are {usual[0]:g} to {usual[1]:g}; "
+        return f"did you mean {-value:g}? {remedy}"
+    if remedy or "usual" in declared:
+        return remedy or "usual are {:g} to {:g}; ".format(*declared["usual"])
     if low is not None:
         return f"use {'at least' if 'ge' in limits else 'more than'} {low:g}; "
     return "" if high is None else f"use {'at most' if 'le' in limits else 'less than'} {high:g}; "

@@ -30,7 +30,9 @@ class Elastic(Effect):
     bulk: float = quantity(unit="Pa", meaning="bulk modulus K", usual=STIFF, gt=0)
     shear: float = quantity(unit="Pa", meaning="shear modulus G", usual=STIFF, gt=0)
     young: float | None = quantity(None, unit="Pa", meaning="Young's modulus E, with `poisson` instead of bulk and shear", gt=0)
-    poisson: float | None = quantity(None, meaning="Poisson's ratio nu, with `young`", gt=-1, lt=0.5)
+    poisson: float | None = quantity(
+        None, meaning="Poisson's ratio nu, with `young`", remedy="use 0.49 for nearly incompressible ground", gt=-1, lt=0.5
+    )
 
     @model_validator(mode="before")
     @classmethod

@@ -62,7 +62,9 @@ class Stage(Table):
 
     name: str = quantity(meaning="name of the stage; also its kind if no kind is given", min_length=1)
     kind: Literal[stage_kinds.NAMES] = quantity(meaning="; ".join(f"{kind.name}: {kind.meaning}" for kind in stage_kinds.KINDS))
-    gravity: float | None = quantity(None, unit="m/s2", meaning="gravity, downwards; stays for later stages", ge=0)
+    gravity: float | None = quantity(
+        None, unit="m/s2", meaning="gravity, downwards; stays for later stages", remedy="it acts downwards", ge=0
+    )
     gravity_factor: Annotated[Ramp, BeforeValidator(_constant)] | None = quantity(
         None, meaning="gravity is multiplied by this, a number or { to, over }; stays for later stages"
     )
