@@ -90,14 +90,14 @@ def move_discs(side, gravity):
     if side.ledger:
         side.ledger.copy_before_step(side.state, gravity)
     fast = move_free(side.model, side.state, gravity)
-    if fast and side.model.real_time is not None:
+    if fast and side.model.in_real_time:
         raise PhysicsFailed(f"{fast} discs or stones {TOO_FAST.format(side.steps)}")
 
 
 def refuse_fast_rim(side):
     """Raises PhysicsFailed if the grid moves control discs so fast that others could pass through them."""
     model, state = side.model, side.state
-    if model.real_time is not None and np.abs(state.v[: model.ring]).max() * state.dt > SPEED_CAP * model.smallest_radius:
+    if model.in_real_time and np.abs(state.v[: model.ring]).max() * state.dt > SPEED_CAP * model.smallest_radius:
         raise PhysicsFailed(f"control discs {TOO_FAST.format(side.steps)}")
 
 

@@ -1,13 +1,12 @@
 """Command line of the continuum server: `fdm-server SCENE --bind tcp://127.0.0.1:5555 --out DIR`."""
 
 import sys
+from contextlib import closing, contextmanager
 
 from coupler_protocol import exits
 from coupler_protocol.process import command_line, server
-from coupler_protocol.process.progress import Progress
-from coupler_protocol.wire import messages
 
-OWN_FILES = ("fdm.rank0.vtkhdf", "fdm.rank0.log", "fdm.rank0.trace.csv", "run.json", "scene.json", "endpoint")
+ENDPOINT = "endpoint"  # file with the address at which the run listens
 
 
 def parser():
@@ -23,54 +22,50 @@ def main(argv=None):
     return server.main("fdm-server", parser(), serve, argv)
 
 
-def serve(options, stop):
-    """Reads the scene, listens and computes."""
-    from coupler_protocol.scene.reader import read_scene
+def serve(scene, options, stop):
+    """Listens if the scene has windows, and computes."""
     from coupler_protocol.wire import link_tcp
 
-    scene = read_scene(options.scene, options.set)
     if not link_tcp.is_loopback(options.bind) and not options.insecure:
         raise exits.EnvironmentFailed(
             f"{options.bind} can be reached from other machines: anyone there could steer this run. "
             f"Say --insecure if the network is your own"
         )
-    origin, plugin = options.origin, command_line.plugin(options)
-    out = command_line.prepare_folder(options.out, OWN_FILES, options.force, origin)
-    (out / "endpoint").unlink(missing_ok=True)
-    command_line.log_to(out / "fdm.rank0.log")
-    progress = Progress(0, "none" if options.quiet else options.progress)
-    transport = link_tcp.HubTransport(link_tcp.any_port(options.bind)) if scene.window else None
+    context = server.begin(options, stop, 0, "fdm.rank0", (*server.OF_CONDUCTOR, ENDPOINT))
+    (context.out / ENDPOINT).unlink(missing_ok=True)
+    if not scene.window:
+        return compute(scene, None, context)
+    with closing(link_tcp.HubTransport(link_tcp.any_port(options.bind))) as transport, announced(transport, context.out):
+        context.progress("start", f"listening on {transport.endpoint} for {len(scene.window)} discrete process(es)", now=True)
+        compute(scene, transport, context)
+
+
+@contextmanager
+def announced(transport, out):
+    """While this lasts, the run directory has the file by which discrete processes find the transport."""
+    (out / f"{ENDPOINT}.new").write_text(transport.endpoint + "\n", encoding="ascii")
+    (out / f"{ENDPOINT}.new").replace(out / ENDPOINT)
     try:
-        if transport is not None:
-            (out / "endpoint.new").write_text(transport.endpoint + "\n", encoding="ascii")
-            (out / "endpoint.new").replace(out / "endpoint")
-            progress("start", f"listening on {transport.endpoint} for {len(scene.window)} discrete process(es)", now=True)
-        compute(scene, transport, out, progress, stop, origin, plugin)
+        yield
     finally:
-        if transport is not None:
-            transport.close()
-            (out / "endpoint").unlink(missing_ok=True)
+        (out / ENDPOINT).unlink(missing_ok=True)
 
 
-def compute(scene, transport, out, progress, stop, origin=None, plugin=None):
+def compute(scene, transport, context):
     """Computes the grid and conducts the stages over any transport; used by the command line and by the in-process twin.
 
-    origin: the end of a stage after which to continue (coupler_protocol.files.restart.Origin); plugin: a
-    coupler_protocol.process.plugin.Plugin or None.
-    Writes run.json in any case. On failure the peers receive FAILURE, State is saved, and the exception is raised again.
+    context: a coupler_protocol.process.server.RunContext. Writes run.json in any case. On failure the peers receive FAILURE,
+    State is saved, and the exception is raised again.
     """
     from coupler_protocol.wire.lockstep import Clocks, Hub
     from fdm_server.procedure.grid_side import ContinuumSide
 
-    hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), stop)
+    hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), context.stop)
 
     def side():
-        return ContinuumSide(scene, hub, out, progress, origin, plugin)
+        return ContinuumSide(scene, hub, context.out, context.progress, context.origin, context.plugin)
 
-    def notify(reason):
-        hub.notify_all(messages.FAILURE, {"reason": reason})
-
-    server.run_side(side, scene, out, progress, origin, plugin, notify)
+    server.conduct_run(side, scene, context, hub.notify_all)
 
 
 if __name__ == "__main__":

@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from coupler_protocol.compiled import threads
 from fdm_server.effects import Law, law_from
-from fdm_server.effects.combined_damping import PREVIOUS_FORCE
-from fdm_server.effects.plastic_state import PLASTIC
-from fdm_server.effects.softening import PLASTIC_SHEAR
+from fdm_server.effects.histories import OfLaws
 from fdm_server.mesh.grid import Grid
 from fdm_server.mesh.grid_sides import fixed_components
-from fdm_server.step.blocks import LANES, Gather, Geometry, build_gather, build_geometry, new_history, to_blocks
+from fdm_server.step.blocks import LANES, Gather, Geometry, build_gather, build_geometry, to_blocks
 from fdm_server.step.forces import CORNER_ROWS
+from fdm_server.step.histories import GRIDPOINT, NEITHER, ZONE, reset_histories
 from fdm_server.step.masses import static_masses, weight_masses
 from fdm_server.step.safety import check_zones
 from fdm_server.step.stress import STRESS_ROWS
@@ -72,12 +71,9 @@ class Model:
         return moduli(self.material_law)[self.grid.material[self.zone]]
 
 
-ZONE, GRIDPOINT, NEITHER = "zone", "gridpoint", "neither"
-
-
-@dataclass(slots=True)
-class State:
-    """Everything that a step changes, and values that may be set between steps (applied, added_mass).
+@dataclass(slots=True, kw_only=True)
+class State(OfLaws):
+    """Everything that a step changes, values that may be set between steps (applied, added_mass), and histories of laws (OfLaws).
 
     The annotation of every field gives its place: zone (B, 16 R), gridpoint (N,) or (N,2), or neither. Functions that remove
     zones, save or copy a State use these places. Histories of laws that do not act are None.
@@ -90,15 +86,12 @@ class State:
     added_mass: Annotated[NDArray[np.float64], GRIDPOINT]  # (N,) [kg] of contact springs attached to gridpoints
     stress: Annotated[NDArray[np.float64], ZONE]  # (B, 10 rows) [Pa] sm, zz; sd and xy of four triangles
     corner_force: Annotated[NDArray[np.float64], ZONE]  # (B, 8 rows) [N] of zones on their corners
-    plastic: Annotated[NDArray[np.int64] | None, PLASTIC.place] = None  # (B, 1 row)
     mass: Annotated[NDArray[np.float64] | None, GRIDPOINT] = (
         None  # (N,) [kg] static masses of the present shape; None: small strain
     )
     mass_age: Annotated[int, NEITHER] = 0  # steps since `mass` was computed
     driven: Annotated[NDArray[np.float64] | None, GRIDPOINT] = None  # (N,2) [m/step] prescribed velocities, 0 where none; or None
     loads: Annotated[dict[str, NDArray[np.float64]], GRIDPOINT] = field(default_factory=dict)  # (N,2) [N] by place, in `applied`
-    plastic_shear: Annotated[NDArray[np.float64] | None, PLASTIC_SHEAR.place] = None  # (B, 1 row)
-    previous_force: Annotated[NDArray[np.float64] | None, PREVIOUS_FORCE.place] = None  # (N,2)
     dt: Annotated[float | None, NEITHER] = None  # [s] step in real time; None: static mode
     memory: Annotated[dict[str, NDArray[np.float64]], ZONE] = field(default_factory=dict)  # (B, 1 row) {history: of added laws}
 
@@ -192,15 +185,3 @@ def new_state(model):
     )
     reset_histories(model, state, (ZONE, GRIDPOINT))
     return state
-
-
-def reset_histories(model, state, where=(ZONE,)):
-    """Sets histories of acting laws at these places to zero, and histories of other laws to None."""
-    points, blocks = len(model.grid.xy), len(model.geometry.corner)
-    acting = model.law.histories
-    own = places()
-    for history in (PLASTIC, PLASTIC_SHEAR, PREVIOUS_FORCE):
-        if history.place in where:
-            setattr(state, history.name, new_history(history, points, blocks) if history.name in acting else None)
-    if ZONE in where:
-        state.memory = {name: new_history(h, points, blocks) for name, h in acting.items() if name not in own}

@@ -29,6 +29,7 @@ from coupler_protocol.files import checkpoint
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.scene.reader import build_scene, read_scene
+from coupler_protocol.scene.stage_kinds import number_of
 from coupler_protocol.wire import link_tcp, messages
 from coupler_protocol.wire.frames import StepFrame
 from coupler_protocol.wire.lockstep import Clocks, Conversation
@@ -50,7 +51,7 @@ def with_measured_stages(scene, steps, repeats, recorded=False):
     recorded: frames as the scene asks for them.
     """
     data = scene.model_dump(mode="json", exclude_none=True)
-    last = next(i for i, stage in enumerate(scene.stage) if stage.kind == "couple")
+    last = number_of(scene.stage, couples=True)
     data["stage"] = data["stage"][: last + 1] + [
         {"name": f"measured {i}", "kind": "overload", "until": {"steps": steps}} for i in range(repeats)
     ]
@@ -77,7 +78,7 @@ def in_turns(scene, steps, repeats, begun, folder):
     """
     without, frames = (with_measured_stages(scene, steps, 1, recorded) for recorded in (False, True))
     coupled(frames, folder / "frames")
-    last = next(stage.name for stage in scene.stage if stage.kind == "couple")
+    last = scene.stage[number_of(scene.stage, couples=True)].name
     found = {"without frames": [], "with frames": []}
     for turn in range(repeats):
         for words, kind, origin in zip(found, (without, frames), (begun, folder / "frames"), strict=True):

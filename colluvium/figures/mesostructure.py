@@ -9,8 +9,7 @@ from scipy.stats import kstest, norm
 from colluvium.figures import domain, style
 from colluvium.results.run import Run
 from colluvium.results.window_fields import outline_of
-from coupler_protocol.geometry import moments
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import moments, polygon_area
 
 STONE, EDGE, SOIL = "#b9a98f", "#5b4a33", "#f4f0e8"
 DRAWN, FOUND = "#d0472f", "#123a5e"

@@ -20,10 +20,9 @@ class Moment(NamedTuple):
 
 def lacking(run: Run) -> str:
     """Text of the data that a run lacks for the states of the band; "" if it has all."""
-    kinds = {stage["name"]: stage["kind"] for stage in run.scene.get("stage", ())}
     if not run.windows or not run.recorded(0):
         return "no continuum with a window of discs"
-    return "" if any(kinds.get(name) == "overload" for name in run.stages) else "no frame of an overload stage"
+    return "" if run.stages_where(overloads=True) else "no frame of an overload stage"
 
 
 def of_band(run: Run) -> list[Moment]:

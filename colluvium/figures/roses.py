@@ -37,10 +37,11 @@ def missing(run: Run) -> str:
 
 
 def shown(run: Run) -> list[moments.Moment]:
-    """The end of `couple`, which is the initial coupled state, and the moments of the band, if they have enough contacts."""
+    """The end of the couple stage, which is the initial coupled state, and the moments of the band, if contacts are enough."""
     rank = run.windows[0]
     found = moments.of_run(run, rank)
-    start = run.last_frame("couple") if "couple" in run.stages else found[0].frame
+    coupling = run.stages_where(couples=True)
+    start = run.last_frame(coupling[0]) if coupling else found[0].frame
     if start < found[0].frame and run.has(start, rank):
         found = [moments.Moment("", start), *found]
     return [one for one in found if len(directions(run, one.frame, rank)[1]) >= FEWEST]

@@ -24,14 +24,14 @@ def missing(run: Run) -> str:
 
 
 def moments(run: Run) -> tuple[int, int]:
-    """The last frame without discs at the same gravity, and the last frame of `couple`, after which discs act."""
+    """The last frame without discs at the same gravity, and the last frame of the couple stage, after which discs act."""
     own = [i for i in range(len(run.frames)) if run.has(i, 0)]
     both = [i for i in own if any(run.has(i, rank) for rank in run.windows)]
     if not both:
         return own[0], own[-1]
     first = run.frames[both[0]]
     alone = [i for i in own if i < both[0] and run.frames[i].gravity_factor == first.gravity_factor]
-    coupled = [i for i in both if run.frames[i].stage == "couple"] or both
+    coupled = [i for i in both if run.frames[i].stage in run.stages_where(couples=True)] or both
     return alone[-1] if alone else both[0], coupled[-1]
 
 

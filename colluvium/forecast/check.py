@@ -3,13 +3,14 @@
 import numpy as np
 
 from coupler_protocol.files import disc_csv
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from coupler_protocol.scene.rules.between_tables import listed_doubts
 from coupler_protocol.scene.rules.sizes import memory_of
 from coupler_protocol.scene.rules.units import as_written
 from coupler_protocol.scene.scene import declared_effects
 from coupler_protocol.scene.schedule import large_strain, new_boundaries, plan
 from coupler_protocol.scene.tables.grading import grading_of
+from coupler_protocol.scene.tables.stages import is_real
 
 
 def effects(scene):
@@ -174,7 +175,7 @@ def print_description(found, console):
     for s in found["stages"]:
         until = ", ".join(f"{k} {v}" if isinstance(v, str) else f"{k} {v:g}" for k, v in s["until"].items())
         ramp = f"{s['factor'][0]:g} to {s['factor'][1]:g} g over {s['over']} steps" if s["over"] else f"{s['factor'][1]:g} g"
-        more = (", real time" if s["time"] == "real" else "") + (", large strain" if s["large_strain"] else "")
+        more = (", real time" if is_real(s["time"]) else "") + (", large strain" if s["large_strain"] else "")
         more += f", until {until}" if until else ""
         ramp = ramp if s["gravity"] else "no gravity"
         console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}{more}", markup=False)

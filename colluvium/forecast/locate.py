@@ -20,6 +20,7 @@ from coupler_protocol.criteria import shear_band
 from coupler_protocol.exits import RunEnded
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.rules.stages import is_level
+from coupler_protocol.scene.stage_kinds import of
 
 
 class Band(NamedTuple):
@@ -38,13 +39,13 @@ class Band(NamedTuple):
 
 def stage_of(scene):
     """Number of the last stage of kind locate, or None; level ground has no band to locate."""
-    found = [i for i, stage in enumerate(scene.stage) if stage.kind == "locate"]
+    found = [i for i, stage in enumerate(scene.stage) if of(stage).locates]
     return found[-1] if found and not is_level(scene) else None
 
 
 def grid_alone(scene):
     """The scene for the grid alone: up to the last stage of kind locate, without windows, discs and stones."""
-    kept = [stage for stage in scene.stage[: stage_of(scene) + 1] if stage.kind != "fill"]
+    kept = [stage for stage in scene.stage[: stage_of(scene) + 1] if not of(stage).fills]
     return scene.model_copy(update={"window": [], "discs": None, "stones": None, "ring": None, "stage": kept})
 
 

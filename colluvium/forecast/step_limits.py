@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from coupler_protocol.criteria.stable_step import as_text
+from coupler_protocol.scene.stage_kinds import coupled
 
 
 def couples_discs(scene):
     """Whether the scene couples a grid with discs."""
-    return scene.grid is not None and any(stage.kind == "couple" for stage in scene.stage)
+    return scene.grid is not None and bool(coupled(scene.stage))
 
 
 def limits_of_scene(scene, exact=False, note=None):

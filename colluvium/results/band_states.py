@@ -83,10 +83,10 @@ class Intervals(NamedTuple):
 
 
 def reaches(run: Run) -> list[Reach]:
-    """The last frame of `couple`, which is the state the overload starts from, and all frames of overloads."""
-    kinds = {stage["name"]: stage["kind"] for stage in run.scene["stage"]}
-    start = [run.last_frame(name) for name in run.stages if kinds[name] == "couple"]
-    later = [i for i, frame in enumerate(run.frames) if kinds[frame.stage] == "overload"]
+    """The last frame of the couple stage, which is the state the overload starts from, and all frames of overloads."""
+    start = [run.last_frame(name) for name in run.stages_where(couples=True)]
+    overloads = run.stages_where(overloads=True)
+    later = [i for i, frame in enumerate(run.frames) if frame.stage in overloads]
     surface = failure.ground(run)
     return [reach(run, i, surface) for i in start + later if all(run.has(i, rank) for rank in (0, *run.windows))]
 

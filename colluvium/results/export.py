@@ -11,6 +11,7 @@ import numpy as np
 
 from colluvium.results.run import Run, open_run
 from coupler_protocol.files import disc_csv
+from coupler_protocol.scene.tables.stages import is_real
 
 RING = 0  # number of the material of control discs
 
@@ -39,4 +40,4 @@ def _last(run: Run, rank: int) -> int:
 
 
 def _in_real_time(run: Run, stage: str) -> bool:
-    return any(table["name"] == stage and table.get("time") == "real" for table in run.scene.get("stage", ()))
+    return any(table["name"] == stage and is_real(table.get("time")) for table in run.scene.get("stage", ()))

@@ -35,11 +35,10 @@ class Level(NamedTuple):
         return self.through > self.around
 
 
-def levels(run: Run, stages: tuple[str, ...] = ("overload",)) -> list[Level]:
-    """Level of every frame of the stages whose kind is one of `stages`."""
-    kinds = {stage["name"]: stage["kind"] for stage in run.scene["stage"]}
-    surface = ground(run)
-    return [level(run, i, surface) for i, frame in enumerate(run.frames) if kinds[frame.stage] in stages and run.has(i, 0)]
+def levels(run: Run) -> list[Level]:
+    """Level of every frame of the stages in which gravity grows until the slope fails."""
+    stages, surface = run.stages_where(overloads=True), ground(run)
+    return [level(run, i, surface) for i, frame in enumerate(run.frames) if frame.stage in stages and run.has(i, 0)]
 
 
 def failure(found: list[Level], threshold: float = FAILED) -> Level | None:

@@ -18,6 +18,7 @@ from colluvium.results.rank_file import Fields, NotRecordedError, RankFile
 from colluvium.results.rank_parts import RankParts
 from colluvium.results.ring_motion import RingMotion, ring_motion
 from coupler_protocol.files.vtkhdf import FrameInfo
+from coupler_protocol.scene.stage_kinds import named
 
 _RANK_FILE = re.compile(r".+\.rank(\d+)(?:\.part(\d+))?\.vtkhdf")
 _ROOM = {"continuum": "zones, gridpoints", "discrete": "discs, contacts"}
@@ -122,6 +123,14 @@ class Run:
         if not found:
             raise NotRecordedError(f"no frame of a stage {stage!r}; stages with frames: {', '.join(self.stages)}")
         return found[-1]
+
+    def stages_where(self, **wanted: Any) -> list[str]:
+        """Names of the stages with frames whose kind has these values of coupler_protocol.scene.stage_kinds.Kind.
+
+        Example: run.stages_where(couples=True). As in a scene, a stage without a kind has the kind of its name.
+        """
+        kinds = {stage["name"]: stage.get("kind", stage["name"]) for stage in self.scene.get("stage", ())}
+        return [name for name in self.stages if kinds.get(name, name) in named(**wanted)]
 
     def has(self, frame: int, rank: int) -> bool:
         """Whether a rank recorded anything at a frame."""

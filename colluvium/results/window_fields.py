@@ -17,7 +17,7 @@ from colluvium.results.rank_file import Fields
 from colluvium.results.run import Run
 from coupler_protocol.criteria import strain_bins
 from coupler_protocol.criteria.strain_bins import Bins
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 
 BRANCH_PARTS = (0.125, 0.375, 0.625, 0.875)  # middles of the quarters of a branch
 

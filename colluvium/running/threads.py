@@ -10,6 +10,7 @@ from coupler_protocol.exits import OURSELVES, PeerLost, RunEnded
 from coupler_protocol.files.run_json import name_the_cause
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.process.progress import Progress
+from coupler_protocol.process.server import RunContext
 from coupler_protocol.wire.link_inproc import transports
 
 
@@ -19,20 +20,24 @@ def run(scene, out, stop=None, report="none", origin=None, plugin=None):
     plugin: a coupler_protocol.process.plugin.Plugin that both sides call, or None.
     Raises the exception that ended the run, usually a RunEnded of coupler_protocol.exits.
     """
+    stop = stop or StopRequest()
+
+    def context(rank):
+        return RunContext(Path(out), Progress(rank, report), stop, origin, plugin)
+
     if scene.grid is None:
         from dem_server.procedure import discs_alone
 
-        return discs_alone.compute(scene, out, Progress(1, report), stop or StopRequest(), origin, plugin)
+        return discs_alone.compute(scene, context(1))
     from dem_server.__main__ import compute as compute_discs
     from fdm_server.__main__ import compute as compute_grid
 
-    stop = stop or StopRequest()
     hub, ends = transports(len(scene.window))
     failures = {}
 
     def discs(rank, transport):
         try:
-            compute_discs(scene, rank, transport, out, Progress(rank, report), stop, origin, plugin)
+            compute_discs(scene, rank, transport, context(rank))
         except BaseException as error:
             failures[rank] = error
         finally:
@@ -42,7 +47,7 @@ def run(scene, out, stop=None, report="none", origin=None, plugin=None):
     for thread in threads:
         thread.start()
     try:
-        compute_grid(scene, hub, out, Progress(0, report), stop, origin, plugin)
+        compute_grid(scene, hub, context(0))
     except BaseException as error:
         failures[0] = error
     finally:

@@ -1,8 +1,8 @@
 """A State to a file and back, bit by bit.
 
-A State is a NamedTuple, dataclass or dictionary whose fields are arrays, numbers, None or again such States. A checkpoint
-is written beside its place under another name and renamed when it is complete, so at any moment the place
-holds a whole checkpoint or none.
+A State is a NamedTuple, dataclass or dictionary whose fields are arrays, numbers, None or again such States. A dictionary
+without entries is left out, and comes back as one. A checkpoint is written beside its place under another name and renamed when
+it is complete, so at any moment the place holds a whole checkpoint or none.
 """
 
 import dataclasses
@@ -42,7 +42,8 @@ def attributes(path: str | Path) -> dict[str, Any]:
 def rebuild(cls: type, fields: Mapping[str, Any]) -> Any:
     """The State of class `cls` from fields that `load` gave; its annotations say of which classes the inner States are."""
     hints = get_type_hints(cls)
-    return cls(**{name: _rebuilt(hints[name], value) for name, value in fields.items()})
+    empty: dict[str, Any] = {name: {} for name, hint in hints.items() if get_origin(hint) is dict}
+    return cls(**empty | {name: _rebuilt(hints[name], value) for name, value in fields.items()})
 
 
 def _rebuilt(hint: Any, value: Any) -> Any:
@@ -56,6 +57,8 @@ def _rebuilt(hint: Any, value: Any) -> Any:
 
 def _store(group: h5py.Group, state: Any) -> None:
     for name, value in _fields(state).items():
+        if isinstance(value, Mapping) and not value:
+            continue
         if value is None:
             group[name] = h5py.Empty("f8")
         elif isinstance(value, np.ndarray):

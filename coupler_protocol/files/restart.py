@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from coupler_protocol import exits
 from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.scene.differences import first_difference
+from coupler_protocol.scene.stage_kinds import number_of
 
 log = logging.getLogger(__name__)
 FUNCTIONS = "functions"  # name of a plugin that was made from functions, not a file
@@ -99,12 +100,12 @@ def kept_stages(scene, origin):
 
 def filled(scene, index):
     """Whether the discs exist after the stage with this number."""
-    return any(stage.kind == "fill" for stage in scene.stage[: index + 1])
+    return number_of(scene.stage[: index + 1], fills=True) is not None
 
 
 def coupled(scene, index):
     """Whether discs and grid are coupled after the stage with this number."""
-    return any(stage.kind == "couple" for stage in scene.stage[: index + 1])
+    return number_of(scene.stage[: index + 1], couples=True) is not None
 
 
 def processes(scene, index):

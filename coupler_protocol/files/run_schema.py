@@ -1,8 +1,10 @@
-"""Schema of run.json. docs/output.md describes its use."""
+"""Schema of run.json: every key with its unit and meaning. All that is written must fit it; docs/output.md has its tables."""
 
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict
+
+from coupler_protocol.scene.declare import quantity
 
 
 class _Part(BaseModel):
@@ -10,91 +12,114 @@ class _Part(BaseModel):
 
 
 class StageSeconds(_Part):
-    """Wall seconds of a stage; zero for a side that the scene does not have."""
+    """Wall-clock seconds of a stage; zero for a side that the scene does not have."""
 
-    continuum: float
-    waiting: float
-    recording: float
-    discrete: float
-    waiting_discrete: float
-    recording_discrete: float
+    continuum: float = quantity(unit="s", meaning="the grid computes")
+    waiting: float = quantity(unit="s", meaning="the grid waits for the discs; in a fill stage: the windows are packed")
+    recording: float = quantity(unit="s", meaning="the grid records")
+    discrete: float = quantity(unit="s", meaning="the discs compute; the slowest window")
+    waiting_discrete: float = quantity(unit="s", meaning="the discs wait for the grid; the longest wait of a window")
+    recording_discrete: float = quantity(unit="s", meaning="the discs record; the slowest window")
+
+
+class Limit(_Part):
+    """Safe limit of the step."""
+
+    share: float = quantity(meaning="longest stable step as a multiple of the step in use")
+    dt: float | None = quantity(unit="s", meaning="step in use; null in static mode")
+    what: str = quantity(meaning="zone, gridpoint or disc that sets the limit")
+    at: list[float] = quantity(unit="m", meaning="its position")
+
+
+class Stretched(_Part):
+    """The zone at a window's rim that is stretched most."""
+
+    zone: int = quantity(meaning="number of the zone")
+    stretch: float = quantity(meaning="largest length of a line in the zone over its initial length")
+    place: list[float] = quantity(unit="m", meaning="middle of the zone")
 
 
 class StageRow(_Part):
-    """A stage that was computed, or in which the run failed (then `ended_by` is "", as for a stage without steps)."""
+    """A stage that was computed, or the one in which the run failed."""
 
-    name: str
-    kind: str
-    steps: int
-    ended_by: str
-    gravity: float
-    gravity_factor: float
-    seconds_simulated: float | None = Field(description="in real time; None in static mode")
-    time_step: float | None
-    ratio_discrete: list[float]
-    bonds_broken: list[int]
-    seconds: StageSeconds
-    # with a grid
-    ratio_continuum: float | None = None
-    reactions: Any = None
-    # coupled
-    traction_difference: list[float] | None = None
-    limits: dict[str, Any] | None = None
-    rim_stretched: dict[str, Any] | None = None
-    exchanges: int | None = None
-    fell_back: str | None = None
+    name: str = quantity(meaning="name of the stage")
+    kind: str = quantity(meaning="its kind")
+    steps: int = quantity(unit="steps", meaning="steps of the stage")
+    ended_by: str = quantity(meaning="the condition that ended it; empty for a stage without steps and where the run failed")
+    gravity: float = quantity(unit="m/s2", meaning="gravity without its factor")
+    gravity_factor: float = quantity(meaning="factor of gravity in the last step")
+    seconds_simulated: float | None = quantity(unit="s", meaning="time that passed in a stage in real time; null in static mode")
+    time_step: float | None = quantity(unit="s", meaning="last step in real time; null in static mode")
+    ratio_discrete: list[float] = quantity(meaning="unbalanced force ratio of the discs at the end, by window")
+    bonds_broken: list[int] = quantity(meaning="bonds broken since the start, by window")
+    seconds: StageSeconds = quantity(meaning="wall-clock seconds by side and activity")
+    ratio_continuum: float | None = quantity(None, meaning="with a grid: unbalanced force ratio of the grid at the end")
+    reactions: dict[str, dict[str, float]] | None = quantity(
+        None, unit="N", meaning="with a grid: forces x and y of held and moved sides on the ground, by name of the boundary"
+    )
+    traction_difference: list[float] | None = quantity(
+        None, meaning="coupled: rms difference between discs' tractions and zones' stress at the rim over the stress, by window"
+    )
+    limits: dict[str, Limit] | None = quantity(None, meaning="coupled: safe limits of the step by grid and interface")
+    rim_stretched: Stretched | None = quantity(None, meaning="coupled: if a zone at a rim was stretched beyond the warning level")
+    exchanges: int | None = quantity(None, meaning="with coupling.exchange_every above 1: exchanges of the stage")
+    fell_back: str | None = quantity(
+        None, meaning="with coupling.exchange_every above 1: why the stage returned to an exchange in every step, or empty"
+    )
 
 
 class Warned(_Part):
-    """A warning of a coupled stage."""
+    """A warning of the watches of coupled stages; once a stage and name."""
 
-    stage: str
-    step: int
-    name: str
-    text: str
+    stage: str = quantity(meaning="name of the stage")
+    step: int = quantity(unit="steps", meaning="steps since the start of the run")
+    name: str = quantity(meaning="growth, drift or mismatch ([theory](theory.md))")
+    text: str = quantity(meaning="the warning")
 
 
 class Doubted(_Part):
     """Something about the scene that may not be meant, as of `colluvium check`."""
 
-    key: str
-    what: str
-    remedy: str
+    key: str = quantity(meaning="table or key of the scene")
+    what: str = quantity(meaning="what is doubted")
+    remedy: str = quantity(meaning="what would be right")
 
 
 class BeginsAfter(_Part):
-    """Stage of an earlier run after which this run begins."""
+    """The end of the stage from which a run continues."""
 
-    run: str
-    stage: str
+    run: str = quantity(meaning="directory of the original run")
+    stage: str = quantity(meaning="name of the stage")
 
 
 class RunJson(_Part):
     """All of run.json. If a server was killed, it has only exit code, reason and stages."""
 
-    exit_code: int
-    reason: str
-    stages: list[StageRow]
-    title: str = ""
-    scene_hash: str = ""
-    seed: int = 0
-    versions: dict[str, str] = {}
-    cpu: str = ""
-    host: str = ""
-    start: str = ""
-    end: str = ""
-    seconds: float = 0.0
-    peak_memory_MB: float = 0.0  # noqa: N815
-    begins_after: BeginsAfter | None = None
-    plugin: str | None = None
-    attempts: list[dict[str, Any]] | None = None
-    warnings: list[Warned] | None = None
-    doubts: list[Doubted] | None = None
-    # with a grid
-    steps: int | None = None
-    gridpoints: int | None = None
-    zones: int | None = None
-    windows: list[dict[str, Any]] = []
-    # by colluvium run
-    locate: Any = None
-    band: Any = None
+    exit_code: int = quantity(meaning="0: all stages done; otherwise whose fault the end was (`coupler_protocol/exits.py`)")
+    reason: str = quantity(meaning="why the run ended")
+    stages: list[StageRow] = quantity(meaning="one row a stage, in order; with those before a continuation")
+    title: str = quantity("", meaning="title of the scene")
+    scene_hash: str = quantity("", meaning="hash of the resolved scene")
+    seed: int = quantity(0, meaning="seed of the scene")
+    versions: dict[str, str] = quantity({}, meaning="versions of Python, colluvium and its libraries")
+    cpu: str = quantity("", meaning="name of the processor")
+    host: str = quantity("", meaning="name of the machine")
+    start: str = quantity("", meaning="time of day at the start, with its zone")
+    end: str = quantity("", meaning="time of day at the end, with its zone")
+    seconds: float = quantity(0.0, unit="s", meaning="wall-clock time of the whole run")
+    peak_memory_MB: float = quantity(0.0, unit="MB", meaning="largest resident memory of the process that wrote the file")  # noqa: N815
+    begins_after: BeginsAfter | None = quantity(None, meaning="if the run continues another: where it begins")
+    plugin: str | None = quantity(None, meaning="if functions of a user were called: their file, or `functions`")
+    attempts: list[dict[str, Any]] | None = quantity(
+        None, meaning="if the run was resumed: start, end, seconds, exit code, reason, plugin and warnings of earlier attempts"
+    )
+    warnings: list[Warned] | None = quantity(None, meaning="if there were any: warnings of coupled stages")
+    doubts: list[Doubted] | None = quantity(None, meaning="if there were any: what of the scene is worth a second look")
+    steps: int | None = quantity(None, unit="steps", meaning="with a grid: steps of the run")
+    gridpoints: int | None = quantity(None, meaning="with a grid: number of gridpoints")
+    zones: int | None = quantity(None, meaning="with a grid: number of zones")
+    windows: list[dict[str, Any]] = quantity(
+        [], meaning="for each window: name, packing, stones, initial stress, gaps of the ring, step limits, broken bonds, memory"
+    )
+    locate: Any = quantity(None, meaning="with `colluvium run`: where the band was at the end of the locate stage")
+    band: Any = quantity(None, meaning="with `colluvium run`: whether the slope failed, and whether the band crosses the window")

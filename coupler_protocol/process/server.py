@@ -1,26 +1,90 @@
-"""The main function of servers, and run.json of the runs that they conduct, for the grid and for discs alone."""
+"""What the main functions of servers share: start of a process, run of its side, and run.json if it conducts the stages."""
 
 import logging
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from coupler_protocol import exits
 from coupler_protocol.files import run_json
+from coupler_protocol.files.restart import Origin
 from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
+from coupler_protocol.process.plugin import Plugin
+from coupler_protocol.process.progress import Progress
+from coupler_protocol.wire import messages
 
 STOPPED = "stopped"  # stage and phase of the State that is saved if a run fails
+OWN_FILES = ("vtkhdf", "log", "trace.csv")  # endings of the files that every process writes under its name
+OF_CONDUCTOR = ("run.json", "scene.json")  # further files of the process that conducts the stages
+
+log = logging.getLogger(__name__)
+
+
+class RunContext(NamedTuple):
+    """What `compute` of every server needs besides the scene and its link."""
+
+    out: Path  # run directory, which exists
+    progress: Progress
+    stop: StopRequest
+    origin: Origin | None = None  # end of a stage after which to continue
+    plugin: Plugin | None = None
 
 
 def main(name, parser, serve, argv=None):
-    """Entry point of the server `name`: runs serve(options, stop); returns the exit code."""
+    """Entry point of the server `name`: runs serve(scene, options, stop) on the scene of its options; returns the exit code."""
     options = parser.parse_args(argv)
     command_line.set_threads(options.threads)
     stop = StopRequest()
     stop_on_signals(stop)
     if options.tether:
         stop_with_parent(stop)
-    return command_line.exit_code_of(name, lambda: serve(options, stop))
+
+    def work():
+        from coupler_protocol.scene.reader import read_scene
+
+        serve(read_scene(options.scene, options.set), options, stop)
+
+    return command_line.exit_code_of(name, work)
+
+
+def begin(options, stop, rank, process, more=()):
+    """The RunContext of a process: reads its plugin, clears its run directory of earlier files of its own, opens its log.
+
+    process: name with which its files begin ("fdm.rank0"); more: names of other files that it writes.
+    """
+    plugin = command_line.plugin(options)
+    own = [*(f"{process}.{ending}" for ending in OWN_FILES), *more]
+    out = command_line.prepare_folder(options.out, own, options.force, options.origin)
+    command_line.log_to(out / f"{process}.log")
+    progress = Progress(rank, "none" if options.quiet else options.progress)
+    return RunContext(out, progress, stop, options.origin, plugin)
+
+
+def run_side(
+    make_side: Callable[[], Any],
+    progress: Progress,
+    notify: Callable[[int, dict[str, str]], object] = lambda kind, content: None,
+    phase: str = STOPPED,
+) -> str:
+    """Makes a side and runs it to its end; returns the reason.
+
+    make_side() returns the side: run() gives the reason for the end, save(stage, phase) the path of its State; `state` is None
+    if there is nothing to save. On failure notify(FAILURE, reason) reaches the peers, State is saved (`phase`: the part of a step
+    that it belongs to) and the exception is raised again.
+    """
+    side = None
+    try:
+        side = make_side()
+        reason = exits.end_as_physics(side.run)
+        progress("done", reason, now=True)
+        return reason
+    except BaseException as error:
+        notify(messages.FAILURE, {"reason": reason_of(error)})
+        if side is not None and side.state is not None:
+            log.info("state saved to %s", side.save(STOPPED, phase))
+        raise
 
 
 def reason_of(error):
@@ -28,33 +92,31 @@ def reason_of(error):
     return str(error) or type(error).__name__
 
 
-def run_side(make_side, scene, out, progress, origin=None, plugin=None, notify=lambda reason: None):
-    """Runs the side that conducts the stages of a scene; writes scene.json, and run.json in any case.
+def conduct_run(make_side, scene, context, notify=lambda kind, content: None):
+    """`run_side` of the side that conducts the stages; writes scene.json, and run.json in any case.
 
-    make_side() returns the side: run() gives the reason for the end, save(stage, phase) the path of its State, summary() its part
-    of run.json; `state` is None if there is nothing to save. origin, plugin: as of the side; notify(reason) tells others of a
-    failure. On failure State is saved and the exception is raised again.
+    summary() of the side is its part of run.json; context: the RunContext of its process.
     """
     from coupler_protocol.scene.rules.between_tables import listed_doubts
 
-    out, begin = Path(out), time.perf_counter()
-    about = run_json.describe(scene) | run_json.origin_content(out, origin, plugin)
+    start, sides = time.perf_counter(), []
+    about = run_json.describe(scene) | run_json.origin_content(context.out, context.origin, context.plugin)
     about |= {"doubts": found} if (found := listed_doubts(scene)) else {}
     for doubt in found:
         logging.getLogger(__name__).warning("%s: %s; %s", *doubt.values())
-    side, code, reason = None, exits.OURSELVES, ""
+    code, reason = exits.OURSELVES, ""
+
+    def made():
+        sides.append(make_side())
+        run_json.write_json(context.out / "scene.json", scene.resolved())
+        return sides[0]
+
     try:
-        side = make_side()
-        run_json.write_json(out / "scene.json", scene.resolved())
-        reason, code = exits.end_as_physics(side.run), exits.DONE
-        progress("done", reason, now=True)
+        reason, code = run_side(made, context.progress, notify), exits.DONE
     except BaseException as error:
         reason, code = reason_of(error), exits.code_of(error)
-        notify(reason)
-        if side is not None and side.state is not None:
-            logging.getLogger(__name__).info("state saved to %s", side.save(STOPPED, STOPPED))
         raise
     finally:
-        about |= {"end": run_json.now(), "seconds": time.perf_counter() - begin}
+        about |= {"end": run_json.now(), "seconds": time.perf_counter() - start}
         about |= {"exit_code": code, "reason": reason, "peak_memory_MB": run_json.peak_memory()}
-        run_json.write(out, about | (side.summary() if side is not None else {"stages": []}))
+        run_json.write(context.out, about | (sides[0].summary() if sides else {"stages": []}))

@@ -87,7 +87,8 @@ class History(NamedTuple):
     """A history array of a law: its name in State, `components` numbers for each `place`, its meaning.
 
     place: "pair", "zone" or "gridpoint". All that handles arrays of this place (a new contact list, a removed zone, a checkpoint,
-    a frame) handles this array by its declaration. recorded: its name in frames; "": in none.
+    a frame) handles this array by its declaration. recorded: its name in frames; "": in none. of_stage: zero at the start of
+    every stage.
     """
 
     name: str
@@ -97,6 +98,7 @@ class History(NamedTuple):
     meaning: str = ""
     components: int = 1
     recorded: str = ""
+    of_stage: bool = False
 
 
 def increasing(value):

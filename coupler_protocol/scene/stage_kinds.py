@@ -14,6 +14,10 @@ class Kind(NamedTuple):
     grid: bool = True  # in scenes with a grid
     alone: bool = False  # in scenes of discs alone
     computes: bool = True  # takes steps; else it ends by itself and gravity stays
+    fills: bool = False  # packs the discs, which exist from its end on
+    couples: bool = False  # discs and grid are coupled from its start on
+    locates: bool = False  # at its end the grid alone shows the position of the band
+    overloads: bool = False  # gravity grows until the slope fails: its frames are searched for failure and states of the band
     before_couple: bool = False  # the grid alone: not after discs are coupled
     window: bool = False  # needs a window, and is allowed once
     needs: str = ""  # kind of a stage that must come before
@@ -35,19 +39,19 @@ KINDS = (
     Kind(
         "locate",
         "the grid alone under other gravity, to find the band; may be discarded",
-        before_couple=True, band=True, boundaries=True, discard=True,
+        locates=True, before_couple=True, band=True, boundaries=True, discard=True,
     ),
     Kind(
         "fill",
         "discs fill the windows",
-        alone=True, computes=False, before_couple=True, window=True, drawn=True, begins_drawn=True, keys=("insitu",),
+        alone=True, computes=False, fills=True, before_couple=True, window=True, drawn=True, begins_drawn=True, keys=("insitu",),
     ),
     Kind(
         "couple",
         "discs take over from the windows' zones",
-        window=True, needs="fill", begins_drawn=True, keys=("handover",),
+        couples=True, window=True, needs="fill", begins_drawn=True, keys=("handover",),
     ),
-    Kind("overload", "gravity changes", band=True, boundaries=True),
+    Kind("overload", "gravity changes", overloads=True, band=True, boundaries=True),
     Kind("excavate", "zones are excavated", band=True, table="excavate"),
     Kind("surcharge", "pressure on the ground surface", band=True, table="surcharge"),
     Kind("load", "sides are fixed, moved or loaded differently", boundaries=True),
@@ -65,3 +69,15 @@ def named(**wanted):
 def of(stage):
     """The Kind of a stage of a scene."""
     return BY_NAME[stage.kind]
+
+
+def number_of(stages, **wanted):
+    """Number of the first of `stages` whose kind has these values (couples=True), or None."""
+    kinds = named(**wanted)
+    return next((i for i, stage in enumerate(stages) if stage.kind in kinds), None)
+
+
+def coupled(stages):
+    """The stages in which discs and grid are coupled."""
+    first = number_of(stages, couples=True)
+    return [] if first is None else stages[first:]

@@ -23,8 +23,9 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.geometry import segment_vectors
 from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
-from coupler_protocol.interface.ring import node_shares, segment_vectors
+from coupler_protocol.interface.ring import node_shares
 from dem_server.coupling.ring_springs import ring_contacts
 from dem_server.model import MOMENT, SPIN, VX
 

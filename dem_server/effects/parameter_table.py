@@ -9,19 +9,16 @@ from typing import NamedTuple
 import numpy as np
 
 from dem_server.effects import TABLES, Law
-from dem_server.effects.damping import DampingTable
 
 ROWS = tuple(f"{effect}.{column}" for effect, table in TABLES.items() for column in table._fields)
 
 
 _FLAGS = [(effect, bool | None) for effect in TABLES if effect != "spring"]
-Parameters = NamedTuple(
-    "Parameters", [("values", np.ndarray), ("present", np.ndarray), *_FLAGS, ("damping", DampingTable | None)]
-)
+Parameters = NamedTuple("Parameters", [("values", np.ndarray), ("present", np.ndarray), *_FLAGS, ("alpha", float | None)])
 Parameters.__doc__ = """Law as kernels take it: two arrays in the place of one for every parameter.
 
 values (ROWS, kinds): parameters of each kind of pair; present (r,): numbers of the rows of effects that are there. Then for each
-effect but the springs True if it is there, else None; damping: of the motion, or None.
+effect but the springs True if it is there, else None; alpha: of the local damping, or None.
 """
 
 
@@ -38,4 +35,4 @@ def parameters_of(law: Law):
         values[list(rows_of(effect))] = table
     present = np.array([row for effect in there for row in rows_of(effect)])
     flags = {effect: True if effect in there else None for effect, _ in _FLAGS}
-    return Parameters(values, present, **flags, damping=law.damping)
+    return Parameters(values, present, **flags, alpha=None if law.damping is None else law.damping.local)

@@ -10,7 +10,7 @@ tension at which all bonds would break together (branch x force over area, all c
 
 import numpy as np
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from dem_server.effects import SOIL
 from dem_server.pairs import contacts
 

@@ -17,7 +17,7 @@ no valid average.
 import numpy as np
 import shapely
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from dem_server.insitu.contact_stress import moments_along, stress_along
 from dem_server.pairs import body_centres, contacts
 

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from coupler_protocol.problems import unfit
 from coupler_protocol.wire.payloads import FIELD
 from dem_server.effects.bond import BONDED, NONE

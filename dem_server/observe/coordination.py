@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from coupler_protocol.interface.ring import inner_share, polygon_area
+from coupler_protocol.geometry import polygon_area
+from coupler_protocol.interface.ring import inner_share
 from dem_server.pairs import contacts
 
 

@@ -35,7 +35,7 @@ def discs_of_a_file_can_begin(scene):
     pairs, depth = pairs_of(found.xy, found.radius, found.stone)
     smaller = found.radius[pairs].min(axis=1)
     checks = [(refuse_same_place, (path, found, pairs, depth, smaller)), (refuse_on_walls, (path, found, scene.discs.wall))]
-    if len(scene.stage) > 1 and scene.stage[1].time == "real":
+    if len(scene.stage) > 1 and scene.stage[1].in_real_time:
         checks += [(refuse_burst, (path, found, pairs, depth, smaller)), (refuse_deep_in_walls, (path, found, scene.discs.wall))]
     for check, arguments in checks:
         try:

@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from coupler_protocol.interface.ring import inner_share, polygon_area
+from coupler_protocol.geometry import polygon_area
+from coupler_protocol.interface.ring import inner_share
 from coupler_protocol.problems import unfit
 from coupler_protocol.scene.tables.grading import Grading, grading_of
 from dem_server.effects import RING, SOIL, Law

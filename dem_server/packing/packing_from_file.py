@@ -34,7 +34,7 @@ def free_discs(scene, found=None):
     smaller = found.radius[pairs].min(axis=1)
     discs_of_a_file.refuse_same_place(discs.file, found, pairs, depth, smaller)
     discs_of_a_file.refuse_on_walls(discs.file, found, discs.wall)
-    if scene.stage[1].time == "real":
+    if scene.stage[1].in_real_time:
         discs_of_a_file.refuse_burst(discs.file, found, pairs, depth, smaller)
         discs_of_a_file.refuse_deep_in_walls(discs.file, found, discs.wall)
     has_stones = found.stone is not None

@@ -243,9 +243,16 @@ class DiscsAlone:
     def _note(self, text, fraction=None):
         """Reports the progress of a long phase; raises Interrupted if a stop was requested."""
         self.stop.check()
-        self.progress("fill", text if fraction is None else f"{text} {100 * fraction:.0f} %")
+        self.progress(self.scene.stage[0].name, text if fraction is None else f"{text} {100 * fraction:.0f} %")
 
 
-def compute(scene, out, progress, stop, origin=None, plugin=None):
-    """Computes a scene without a grid into the folder `out`; writes run.json in any case, and the State if the run fails."""
-    server.run_side(lambda: DiscsAlone(scene, out, progress, stop, origin, plugin), scene, out, progress, origin, plugin)
+def compute(scene, context):
+    """Computes a scene without a grid; writes run.json in any case, and the State if the run fails.
+
+    context: a coupler_protocol.process.server.RunContext.
+    """
+
+    def side():
+        return DiscsAlone(scene, *context)
+
+    server.conduct_run(side, scene, context)

@@ -14,6 +14,7 @@ from coupler_protocol.files.run_json import peak_memory
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
 from coupler_protocol.scene.schedule import plan
+from coupler_protocol.scene.stage_kinds import number_of
 from coupler_protocol.wire import messages, payloads
 from coupler_protocol.wire.frames import content_of
 from coupler_protocol.wire.handshake import join, resume_from
@@ -87,7 +88,7 @@ class DiscreteSide:
 
     def fill(self, nodes):
         """Makes the ring on the rim and a packing inside it; sends PACKED."""
-        self.watch.begin("fill")
+        self.watch.begin(self._filling)
         begin = time.perf_counter()
         self.model, self.state, self.rim, packed = packed_window(self.scene, self.rank, nodes, self.stones, self._note)
         self.report = {
@@ -138,12 +139,17 @@ class DiscreteSide:
         self.watch.add_to("recording")
         self._begin_stage(go["stage"])
 
+    @property
+    def _filling(self):
+        """Name of the stage that fills the window."""
+        return self._name_of(number_of(self.scene.stage, fills=True))
+
     def _starting_stage(self):
         """Stage and gravity factor of the State before the first step."""
         if self.saved:
             return self.origin.stage, self.saved.about["gravity_factor"]
-        stages = zip(self.scene.stage, plan(self.scene), strict=True)
-        return next((stage.name, leg.end) for stage, leg in stages if stage.kind == "fill")
+        filled = number_of(self.scene.stage, fills=True)
+        return self._name_of(filled), plan(self.scene)[filled].end
 
     def _prepare_talk(self, bin_length):
         if bin_length is not None and not bin_length > 0.0:
@@ -155,7 +161,7 @@ class DiscreteSide:
         self.stage = index
         self.watch.begin(self._name_of(index))
         self.model = clock.begin_coupled(self.model, self.state, self.scene.discs, self.scene.stage[index])
-        real = self.model.real_time is not None
+        real = self.model.in_real_time
         self.step, self.substeps = (None, self.scene.coupling.substeps) if real else (1.0, 1)
         longest = clock.longest_step(self.model, self.state, self.substeps)
         self.answer, self.looked = (a._replace(dt_limit=longest) for a in (self.answer, self.looked))
@@ -169,7 +175,7 @@ class DiscreteSide:
     def _note(self, text, fraction=None):
         """Progress of a long phase, and the place where it can be interrupted."""
         self.conversation.stop.check()
-        self.progress("fill", text if fraction is None else f"{text} {100 * fraction:.0f} %")
+        self.progress(self._filling, text if fraction is None else f"{text} {100 * fraction:.0f} %")
 
     # -- called by the loop ------------------------------------------------------------------------------------------
 
@@ -179,7 +185,7 @@ class DiscreteSide:
         Raises PeerLost for steps that were not agreed.
         """
         dt, steps = order.dt, order.interval
-        most = 1 if self.model.real_time is not None else self.scene.coupling.exchange_every
+        most = 1 if self.model.in_real_time else self.scene.coupling.exchange_every
         if not 1 <= steps <= most or order.step != self.steps + steps:
             raise PeerLost(f"the continuum takes {steps:g} steps to step {order.step:g}, after {self.steps} and at most {most}")
         if self.step is None:
@@ -255,7 +261,7 @@ class DiscreteSide:
                 bonds_broken=int(self.looked.broken),
                 kinetic_energy=self.looked.kinetic,
                 velocity_caps=int(self.looked.warnings),
-                **({} if self.model.real_time is None else {"time": self.time}),
+                **({"time": self.time} if self.model.in_real_time else {}),
             )
         flags = int(order.flags)
         name = self._name_of(int(order.stage))

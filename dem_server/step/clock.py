@@ -40,7 +40,7 @@ def begin_coupled(model, state, discs, stage):
     The damping table of a stage in real time is for grid and discs. If it has no local damping, and in static stages, discs keep
     their own damping.
     """
-    if stage.time != "real":
+    if not stage.in_real_time:
         return model if not model.in_real_time else begin(model, state, discs.damping)
     own = stage.damping if stage.damping is not None and stage.damping.local is not None else discs.damping
     return begin(model, state, own, stage.step_factor or discs.time_step)

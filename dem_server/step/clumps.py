@@ -49,7 +49,7 @@ def resultant(c, clumps, disc, load, weight, gravity):
 
 
 @jit
-def move_clumps(disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt):
+def move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt):
     """Moves all clumps by Eqs (1) to (3).
 
     Returns the number of clumps faster than `fastest` (with `cap` they are slowed down) and the largest squared speed of a disc.
@@ -60,8 +60,7 @@ def move_clumps(disc, load, weight, angle, damping, clumps, gravity, fastest, ca
             continue
         fx, fy, m = resultant(c, clumps, disc, load, weight, gravity)
         u, v, w = motion[c, VX], motion[c, VY], motion[c, SPIN]
-        if damping is not None:
-            alpha = damping.local
+        if alpha is not None:
             fx, fy, m = damped(fx, u, alpha), damped(fy, v, alpha), damped(m, w, alpha)
         u += fx / motion[c, MASS] * kick
         v += fy / motion[c, MASS] * kick

@@ -8,8 +8,9 @@ for any number of threads.
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
-from dem_server.effects.histories import history_of
-from dem_server.model import X, Y
+from dem_server.effects.histories import PairHistory, history_of
+from dem_server.effects.parameter_table import Parameters
+from dem_server.model import Listed, X, Y
 from dem_server.step import neighbours, scratch_rows, walls
 from dem_server.step.contact_blocks import add_parts
 from dem_server.step.thread_crew import meet, part_of, work_together
@@ -35,7 +36,9 @@ def make_current(model, state):
 
 def add_forces(model, state):
     """Computes forces and moments on all discs from the present list."""
-    split, known = shares(model), (state.disc, state.load, state.listed, history_of(state), model.parameters, state.dt)
+    # plain tuples at the border: for a named one numba looks up its class at every call
+    tuples = tuple(state.listed), tuple(history_of(state)), tuple(model.parameters)
+    split, known = shares(model), (state.disc, state.load, *tuples, state.dt)
     if len(split) > 1:
         work_together(lambda _, __, counts, crew: force_pass(*known, counts, crew), split, state.counters)
     else:
@@ -63,8 +66,12 @@ def number_of_parts(listed):
 
 @jit
 def force_pass(disc, load, listed, history, parameters, dt, counters, crew):
-    """Computes loads of all discs from all listed pairs, by one thread (`crew` None) or by all threads of the crew together."""
-    add_list(disc, load, listed, history, parameters, dt, counters, crew, np.empty(scratch_rows.SIZE))
+    """Computes loads of all discs from all listed pairs, by one thread (`crew` None) or by all threads of the crew together.
+
+    listed, history, parameters: a Listed, a PairHistory and the Parameters as plain tuples.
+    """
+    named = Listed(*listed), PairHistory(*history), Parameters(*parameters)
+    add_list(disc, load, *named, dt, counters, crew, np.empty(scratch_rows.SIZE))
 
 
 @jit(borrows=True)

@@ -52,8 +52,8 @@ def in_real_time(model, state, fraction):
     Velocities are then those of this moment, not of half a step before: the first kick takes half a step.
     Raises ArithmeticError where discs overlap so deeply that their springs would push them through each other.
     """
-    before, model = model.real_time, replace(model, real_time=fraction)
-    if before is None:
+    static, model = not model.in_real_time, replace(model, real_time=fraction)
+    if static:
         stop(state)
         state.dt = 0.0
     state.next_dt = np.inf
@@ -67,8 +67,8 @@ def in_static_mode(model, state):
 
     Raises ArithmeticError where a wall would move by more than a tenth of the smallest radius a step.
     """
-    before, model = model.real_time, replace(model, real_time=None)
-    if before is not None:
+    real, model = model.in_real_time, replace(model, real_time=None)
+    if real:
         stop(state)
         state.dt = state.next_dt = 1.0
     rebuild(model, state)
@@ -160,7 +160,7 @@ def cycle(
     """
     disc, load, weight, angle, listed_at = bodies
     gravity, fastest, cap, leeway = pace
-    damping, scratch = parameters.damping, np.empty(scratch_rows.SIZE)
+    alpha, scratch = parameters.alpha, np.empty(scratch_rows.SIZE)
     if walls is not None:
         servo = walls.servo  # opened here: in the loop every opening would count references
     fast, fresh, step, moved = 0, True, 0, leeway
@@ -168,10 +168,10 @@ def cycle(
     if crew is not None:
         first_of_all = crew.rank == 0
     while step < steps and fresh and (fast == 0 or cap):
-        fast, quickest = move(begin, end, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt)
+        fast, quickest = move(begin, end, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
         if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if first_of_all:
-                more, other = move_clumps(disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt)
+                more, other = move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
                 fast += more
                 quickest = max(quickest, other)
         if cap:

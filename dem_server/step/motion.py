@@ -37,12 +37,12 @@ def arguments(model, state, gravity):
     """Arguments of `move` and `move_clumps` before the times of kick and drift."""
     cap = not model.in_real_time
     fastest = SPEED_CAP * model.smallest_radius / state.next_dt
-    return state.disc, state.load, state.weight, state.angle, model.law.damping, state.clumps, gravity, fastest, cap
+    return state.disc, state.load, state.weight, state.angle, model.parameters.alpha, state.clumps, gravity, fastest, cap
 
 
 @jit
-def move(first, last, disc, load, weight, angle, damping, clumps, gravity, fastest, cap, kick, dt):
-    """Moves the discs first..last-1 that are in no clump, Eq (1). kick: time [s] over which forces act.
+def move(first, last, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt):
+    """Moves the discs first..last-1 that are in no clump, Eq (1). alpha: of local damping or None; kick: time [s] of the forces.
 
     Returns the number of discs faster than `fastest` (with `cap` they are slowed down) and the largest speed squared.
     """
@@ -53,8 +53,7 @@ def move(first, last, disc, load, weight, angle, damping, clumps, gravity, faste
                 continue
         fx, fy, m = load[i, FX], load[i, FY] - weight[i] * gravity, load[i, MOMENT]
         u, v, w = disc[i, VX], disc[i, VY], disc[i, SPIN]
-        if damping is not None:
-            alpha = damping.local
+        if alpha is not None:
             fx, fy, m = damped(fx, u, alpha), damped(fy, v, alpha), damped(m, w, alpha)
         each = kick / disc[i, MASS]
         u += fx * each

@@ -59,13 +59,17 @@ def set_pair_masses(model, state):
 
 
 def pair_stiffnesses(model, state, pairs):
-    """kn + 2 cn / dt, ks + 2 cs / dt [N/m] and kr [N m] of listed pairs (m,), dt the next step."""
+    """kn + 2 cn / dt, ks + 2 cs / dt [N/m] and kr [N m] of listed pairs (m,), dt the next step.
+
+    If no effect carries a shear force, ks is 0; the rolling spring acts all the same, with the shear stiffness of the scene.
+    """
     law, kind, slot = model.law, pairs.kind, pairs.slot
     ri, rj = state.radius[pairs.disc_a], state.radius[pairs.disc_b]
     bonded = 0.0 if state.parallel is None else state.parallel.state[slot] == BONDED
-    spring = law.spring._replace(shear=law.spring.shear * law.has_shear)
     size = effective_radius(ri, rj), np.minimum(ri, rj)
-    kn, ks, kr = pair_stiffness(kind, *size, bonded, spring, law.rolling, law.parallel_bond)
+    kn, ks, kr = pair_stiffness(kind, *size, bonded, law.spring, law.rolling, law.parallel_bond)
+    if not law.has_shear:
+        ks = np.zeros(len(kind))
     if law.dashpot is not None:
         cn, cs = pair_dashpots(kind, 2.0 / state.next_dt * state.root_mass[slot], law.dashpot)
         kn, ks = kn + cn, ks + cs

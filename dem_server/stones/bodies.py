@@ -21,8 +21,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from coupler_protocol.geometry import moments
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import moments, polygon_area
 from dem_server.effects import STONE
 from dem_server.effects.bond import BONDED
 from dem_server.model import SPIN, VX

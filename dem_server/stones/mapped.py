@@ -3,8 +3,7 @@
 import numpy as np
 import shapely
 
-from coupler_protocol.geometry import moments
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import moments, polygon_area
 from coupler_protocol.problems import unfit
 from dem_server.stones import mesostructure
 from dem_server.stones.mesostructure import Mesostructure

@@ -33,8 +33,7 @@ import numpy as np
 import scipy.optimize
 import shapely
 
-from coupler_protocol.geometry import moments
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import moments, polygon_area
 from coupler_protocol.problems import unfit
 from dem_server.stones.placing import SWEEPS, grow, largest_first
 from dem_server.stones.polygons import normalised, placed, random_outline

@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from coupler_protocol.geometry import outline_fault
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import outline_fault, polygon_area
 
 OVERLAP = 1e-9  # share of the smaller stone that may lie in another one: round-off of shared edges
 POLYGONS = {"Polygon", "MultiPolygon"}

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from dem_server.stones.outlines import OutlineError, overlapping, read_outlines
 
 LISTED = 8  # names of stones a message lists

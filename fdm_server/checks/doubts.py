@@ -5,6 +5,7 @@ from itertools import combinations
 import numpy as np
 import shapely
 
+from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.grading import grading_of
 from fdm_server.checks.materials import doubts_of_materials
 from fdm_server.effects.elastic import poisson_ratio
@@ -90,6 +91,7 @@ def _restless(scene):
     for i, stage in enumerate(scene.stage):
         damping = scene.damping if stage.damping is None else stage.damping
         undamped = damping is None or damping.local == 0.0
-        if undamped and stage.time == "static" and stage.kind != "fill" and stage.until and stage.until.ratio is not None:
+        waits = of(stage).computes and stage.until and stage.until.ratio is not None
+        if undamped and waits and not stage.in_real_time:
             what = f"stage {stage.name!r} waits for rest without damping"
             yield ("stage", i, "until", "ratio"), what, "add [damping] local = 0.8, or end the stage by steps"

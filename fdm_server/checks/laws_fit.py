@@ -2,6 +2,7 @@
 
 from coupler_protocol.scene.scene import distribution_of
 from coupler_protocol.scene.schedule import large_strain
+from coupler_protocol.scene.stage_kinds import of
 from fdm_server.effects import added_laws
 from fdm_server.effects.softening import curves
 
@@ -35,17 +36,16 @@ def time_fits_the_stages(scene):
     """Seconds and Rayleigh damping belong to real time."""
     for i, stage in enumerate(scene.stage):
         at = ("stage", i)
-        real = stage.time == "real"
         damping = scene.damping if stage.damping is None else stage.damping
-        if stage.kind == "fill":
-            if real or stage.damping is not None:
-                yield at, "a stage of kind fill computes no steps", "remove time and damping here"
+        if not of(stage).computes and (stage.in_real_time or stage.damping is not None):
+            yield at, f"a stage of kind {stage.kind} computes no steps", "remove time and damping here"
+        if not of(stage).computes or stage.in_real_time:
             continue
-        if not real and stage.until is not None and stage.until.time is not None:
+        if stage.until is not None and stage.until.time is not None:
             yield (*at, "until", "time"), "a static stage has no seconds", 'use steps or ratio, or time = "real"'
-        if not real and stage.step_factor is not None:
+        if stage.step_factor is not None:
             yield (*at, "step_factor"), "the step of a static stage is 1", 'remove the key, or use time = "real"'
-        if not real and damping is not None and damping.rayleigh is not None:
+        if damping is not None and damping.rayleigh is not None:
             why = "Rayleigh damping needs a frequency, which a static stage does not have"
             yield (*at, "damping"), why, "give the stage damping = { local = 0.8 }"
 

@@ -2,7 +2,8 @@
 
 No mass may be added in real time, so the mass rule of the interface (dem_server/coupling/rim.py, sums S_I) limits the step. With
 static masses m_I of zones (fdm_server/step/masses.py) u.K u of the zones is at most 2 sum m_I u_I^2, that of the contacts at most
-4 sum S_I u_I^2 and the discs' part: for rim nodes of real mass M_I, zones and inner shares of control discs, a step is stable if
+2 sum S_I u_I^2 and the discs' part. With a reserve of 2 for the contacts, a step is stable if at rim nodes of real mass M_I (of
+zones and inner shares of control discs)
 
     dt^2 (m_I / 2 + S_I) <= M_I.                                                 (1)
 

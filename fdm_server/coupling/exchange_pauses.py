@@ -10,16 +10,17 @@ above 1 for n > 1: forces held constant for n steps add energy. Damping removes 
 contacts attached to them: in many steps a rim node comes to rest under P, and from one exchange to the next its motion is
 multiplied by about - k_c / K.
 With static masses m_I of zones (fdm_server/step/masses.py) and sums S_I of contacts (dem_server/coupling/rim.py), the stiffness
-of zones at a rim node is at most 2 m_I, that of contacts at most 4 S_I, so
+of zones at a rim node is at most 2 m_I, that of contacts at most 2 S_I; with a reserve of 2 for the contacts,
 
     contact/zone stiffness = max 2 S_I / m_I,                                    (2)
 
-which is k_c / K for a spring on the end of a bar. Above STIFFEST there is an exchange in every step for the rest of the run. The
+which is k_c / 2 K for a spring k_c on the end of a bar of square zones, K the stiffness of the last one. Above STIFFEST there is
+an exchange in every step for the rest of the run. The
 same applies if the motion of the rim grows although the ratio is lower (a block that only discs support has no K). To detect
 growth while it is slow, n begins with 1 in every stage and doubles after CALM exchanges. If a rim node becomes GROWTH times as
 fast as all nodes were lately, the next exchange follows immediately. If its direction has also changed since the last exchange
-(cosine below ALIKE), n begins with 1 again; if held forces alone can explain its speed, this is a strike. Forces change by 4 S_I
-times the path, hence
+(cosine below ALIKE), n begins with 1 again; if held forces alone can explain its speed, this is a strike. Forces change by at
+most 4 S_I times the path, with the same reserve, hence
 
     v <= (1 + 4 S_I n / (m_I + S_I)) v_before.                                   (3)
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fdm_server.effects import added_laws, combined_damping, elastic, mohr_coulomb, rayleigh, softening, tension
+from fdm_server.effects import added_laws, elastic, histories, mohr_coulomb, rayleigh, softening, tension
 
 
 class Law(NamedTuple):
@@ -32,16 +32,10 @@ class Law(NamedTuple):
     @property
     def histories(self):
         """Histories of the acting laws: {name: coupler_protocol.scene.declare.History}."""
-        found = {}
-        for name, law in REMEMBERING.items():
-            if getattr(self, name) is not None:
-                found |= {history.name: history for history in law.HISTORIES}
+        found = histories.declared({name: law for name, law in histories.EFFECTS.items() if getattr(self, name) is not None})
         for law in self.added or ():
             found |= {history.name: history for history in added_laws.histories(type(law))}
         return found
-
-
-REMEMBERING = {"mohr_coulomb": mohr_coulomb, "tension": tension, "softening": softening, "combined": combined_damping}
 
 
 def law_from(scene):

@@ -11,8 +11,9 @@ Source: Itasca (2011), FLAC 7.0 Theory and Background, mechanical damping.
 
 from coupler_protocol.scene.declare import History
 
-PREVIOUS_FORCE = History("previous_force", "gridpoint", unit="N", meaning="unbalanced force F a step ago", components=2)
-HISTORIES = (PREVIOUS_FORCE,)
+HISTORIES = (
+    History("previous_force", "gridpoint", unit="N", meaning="unbalanced force F a step ago", components=2, of_stage=True),
+)
 
 
 def damped(force, change, velocity, half):

@@ -23,10 +23,11 @@ from pydantic import Field, model_validator
 from coupler_protocol.scene.declare import Effect, History, quantity
 
 INF = float("inf")
-PLASTIC_SHEAR = History(
-    "plastic_shear", "zone", meaning="plastic shear strain k, area mean of the triangles", recorded="plastic_shear_strain"
+HISTORIES = (
+    History(
+        "plastic_shear", "zone", meaning="plastic shear strain k, area mean of the triangles", recorded="plastic_shear_strain"
+    ),
 )
-HISTORIES = (PLASTIC_SHEAR,)
 CURVES = ("cohesion", "friction", "dilation", "tension")
 NotNegative = Annotated[float, Field(ge=0)]
 Angle = Annotated[float, Field(ge=0, lt=60)]

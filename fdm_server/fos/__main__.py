@@ -4,27 +4,20 @@ import sys
 
 from coupler_protocol import exits
 from coupler_protocol.process import command_line, server
-from coupler_protocol.process.progress import Progress
 
-OWN_FILES = ("fos.json", "fos.log")
+NAME = "fdm_server.fos"
 
 
 def main(argv=None):
     """Entry point; returns the exit code."""
-    name = "fdm_server.fos"
-    parser = command_line.server_parser(name, "Looks for the factor of safety of a scene's grid.")
-    return server.main(name, parser, search, argv)
+    return server.main(NAME, command_line.server_parser(NAME, "Looks for the factor of safety of a scene's grid."), search, argv)
 
 
-def search(options, stop):
-    """Read the scene, search, leave fos.json."""
-    from coupler_protocol.scene.reader import read_scene
+def search(scene, options, stop):
+    """Search; leave fos.json."""
     from fdm_server.fos.study import Study, ignored
 
-    scene = read_scene(options.scene, options.set)
-    out = command_line.prepare_folder(options.out, OWN_FILES, options.force)
-    command_line.log_to(out / "fos.log")
-    progress = Progress(0, "none" if options.quiet else options.progress)
+    out, progress, *_ = server.begin(options, stop, 0, "fos", ("fos.json",))
     for line in ignored(scene):
         progress("start", f"ignored: {line}", now=True)
     found = exits.end_as_physics(Study(scene, out, progress, stop).run)

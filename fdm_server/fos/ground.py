@@ -21,8 +21,9 @@ from fdm_server.ground.initial_stress import initial_state
 from fdm_server.mesh.grid import build_grid
 from fdm_server.mesh.grid_sides import fixed_components
 from fdm_server.mesh.hole_ring import ANGLES
-from fdm_server.model import Model, State, model_of, new_state, reset_histories
+from fdm_server.model import Model, State, model_of, new_state
 from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
+from fdm_server.step.histories import reset_histories
 from fdm_server.step.safety import check_motion
 from fdm_server.step.zone_pass import advance
 

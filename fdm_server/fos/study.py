@@ -138,7 +138,7 @@ def ignored(scene):
         found.append(f"{len(scene.window)} window(s) and their discs: only the grid is computed")
     if scene.grid.large_strain or any(s.large_strain for s in scene.stage):
         found.append("large strain: trials compute in the shape drawn")
-    if any(s.time == "real" for s in scene.stage):
+    if any(s.in_real_time for s in scene.stage):
         found.append("real time: trials are static")
     found += [f"velocity of {name!r}: the side is held" for name in driven(scene)]
     return found

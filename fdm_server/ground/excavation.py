@@ -7,7 +7,7 @@ from fdm_server.mesh.zone_sides import pieces
 
 
 def excavations(scene, grid, fixed, rims):
-    """Zones {number of the stage: mask (Z,)} that each stage of kind excavate removes; fixed (N,2): held components.
+    """Zones {number of the stage: mask (Z,)} that each excavation removes; fixed (N,2): held components.
 
     Raises ValueError for excavations that contain no zones, touch a window, or leave unsupported zones.
     """
@@ -18,7 +18,7 @@ def excavations(scene, grid, fixed, rims):
         near_windows |= np.isin(grid.zones, rim.nodes).any(axis=1) | rim.mask
     masks = {}
     for index, stage in enumerate(scene.stage):
-        if stage.kind == "excavate":
+        if stage.excavate is not None:
             masks[index] = chosen_zones(grid, stage.excavate) & there
             there = there & ~masks[index]
             if np.any(near_windows & chosen_zones(grid, stage.excavate)):

@@ -4,6 +4,7 @@ import logging
 
 from coupler_protocol.scene.ending import Ending
 from coupler_protocol.scene.schedule import leg_of, new_boundaries
+from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.wire import messages
 from fdm_server.coupling import common_step
 from fdm_server.coupling.band_reached import BandWatch
@@ -41,7 +42,7 @@ class StageRun:
         rows = side.earlier + side.results
         self.pace = Pace(side.scene.coupling.exchange_every, rows[-1].get("fell_back", "") if rows else "")
         self._last_step = self._unjudged = False
-        self._handover = (stage.handover or 500) if stage.kind == "couple" else 0
+        self._handover = (stage.handover or 500) if of(stage).couples else 0
         change, sides = stage.excavate or stage.surcharge, new_boundaries(side.scene, index)
         ramps = max(self._handover, leg.over, change.over if change else 0, *(b.over for b in sides), 0)
         self._ending = Ending(stage.until, ramps) if stage.until else None

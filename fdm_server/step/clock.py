@@ -5,9 +5,8 @@ Velocities of one mode have no meaning in the other: a change of mode sets them 
 
 from dataclasses import replace
 
-import numpy as np
-
 from fdm_server.effects import with_damping
+from fdm_server.step import histories
 from fdm_server.step.masses import real_step
 from fdm_server.step.present_shape import present, renew
 
@@ -19,14 +18,13 @@ def begin(model, state, damping, step_factor=None):
 
     step_factor: step over the stable step in real time; None: static mode.
     """
-    law = with_damping(model.law, damping)
-    model = replace(model, law=law, step_factor=step_factor)
+    model = replace(model, law=with_damping(model.law, damping), step_factor=step_factor)
     if model.in_real_time != state.in_real_time:
         state.velocity[:] = 0.0
     state.dt = real_step(present(model, state), model) if model.in_real_time else None
     if state.mass is not None:
         renew(model, state)
-    state.previous_force = None if law.combined is None else np.zeros_like(state.force)
+    histories.begin_stage(model, state)
     return model
 
 

@@ -160,7 +160,8 @@ def advance(model, state):
 
     threads.each(move, parts.points)
     inverted = sum(threads.each(strain, parts.strips))
-    sum_at_gridpoints(parts.order, *parts.ready[-2:], model.start, model.place, state.corner_force, state.force)
+    if len(parts.strips) > 1:  # one thread leaves no seam
+        sum_at_gridpoints(parts.order, *parts.ready[-2:], model.start, model.place, state.corner_force, state.force)
     if inverted:
         check_zones(shape.present(model, state), model.zones, model.zone)
     if state.mass is not None:

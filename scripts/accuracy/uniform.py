@@ -12,8 +12,8 @@ import numpy as np
 from verification.coupling.block import KN, SIDE, block
 from verification.coupling.joined import rotation
 
+from coupler_protocol.geometry import polygon_area
 from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
-from coupler_protocol.interface.ring import polygon_area
 from dem_server.insitu.contact_stress import mean_stress
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio as ratio_of_discs
 from dem_server.packing.packing import pack

@@ -81,7 +81,8 @@ class Case:
         """Seconds of one force pass, from `times` of them over discs that stand still, so that no force changes."""
         stop(self.state)
         model, state = self.model, self.state
-        arguments = (state.disc, state.load, state.listed, history_of(state), model.parameters, state.dt, state.counters, None)
+        tuples = tuple(state.listed), tuple(history_of(state)), tuple(model.parameters)
+        arguments = (state.disc, state.load, *tuples, state.dt, state.counters, None)
         passes(1, arguments)
         return repeated(lambda: passes(times, arguments), 1, 1, warm_up=0)[0] / times
 

@@ -16,7 +16,8 @@ from types import SimpleNamespace
 import numpy as np
 import shapely
 
-from coupler_protocol.interface.ring import build_ring, polygon_area
+from coupler_protocol.geometry import polygon_area
+from coupler_protocol.interface.ring import build_ring
 from dem_server.effects.damping import Damping
 from dem_server.effects.friction import Friction
 from dem_server.effects.spring import Spring

@@ -1,14 +1,18 @@
-"""Who may import whom: a room imports rooms further right in the table, never further left, and never its neighbours."""
+"""Who may import whom: a room imports rooms further right in the table, never further left, and never its neighbours.
+
+A name comes from the module that defines it, or from one that lists it in `__all__`.
+"""
 
 import ast
+from functools import cache
 
 import pytest
 
-from tests.house.tree import ROOT, files
+from tests.house.tree import PACKAGES, ROOT, files
 
 # > stands between levels, a comma between rooms of one level. Rooms in brackets are kept ready: they may be missing.
 # The three modules in front of colluvium's row are documented doors: users import them, no room does.
-PACKAGES = "colluvium > fdm_server, dem_server > coupler_protocol"
+ORDER = "colluvium > fdm_server, dem_server > coupler_protocol"
 ROOMS = {
     "coupler_protocol": "process > files, wire > scene, interface > exits > compiled, criteria, geometry, problems",
     "fdm_server": "__main__ > procedure > run > fos, coupling > checks, observe > ground, (structures) > model > mesh > step"
@@ -49,7 +53,7 @@ def fault(package, room, name):
     if any(f"{name}.".startswith(f"{barred}.") for barred in BARRED.get(f"{package}/{room}", ())):
         return f"{package}/{room} does without {target}"
     if target in ROOMS and target != package:
-        return None if levels(PACKAGES)[package] < levels(PACKAGES)[target] else f"{package} may not import {target}"
+        return None if levels(ORDER)[package] < levels(ORDER)[target] else f"{package} may not import {target}"
     if target != package:
         return None
     level, there = levels(ROOMS[package]), rest.partition(".")[0]
@@ -111,3 +115,57 @@ def test_a_planted_import_is_found(tmp_path, place, line, why):
     found = list(violations(tmp_path))
     assert len(found) == 1
     assert why in found[0]
+
+
+@cache
+def offered(path):
+    """Names that a module defines, or that its `__all__` lists."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found.add(node.name)
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            found.add(node.id)
+        elif isinstance(node, ast.Assign) and any(isinstance(t, ast.Name) and t.id == "__all__" for t in node.targets):
+            found |= set(ast.literal_eval(node.value))
+    return found
+
+
+def passed_on(root):
+    """Every import of a name of ours from a module that has it from somewhere else itself."""
+    folders = [folder for folder in (*PACKAGES, "scripts", "tests") if (root / folder).is_dir()]
+    for path in (path for path in files(folders, root) if path.suffix == ".py"):
+        for line, name in imports(path):
+            module, _, last = name.rpartition(".")
+            place = root.joinpath(*module.split("."))
+            source = next((p for p in (place.with_suffix(".py"), place / "__init__.py") if p.is_file()), None)
+            submodule = (place / last).is_dir() or (place / f"{last}.py").is_file()
+            if module.partition(".")[0] in PACKAGES and source and not submodule and last not in (*offered(source), "*"):
+                yield f"{path.relative_to(root)}:{line}: {module} does not define {last}: import it from where it is defined"
+
+
+def test_a_name_comes_from_where_it_is_defined():
+    found = list(passed_on(ROOT))
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ("from coupler_protocol.geometry import area", 0),
+        ("from coupler_protocol import geometry, ring", 0),
+        ("def f():\n    from coupler_protocol.ring import area", 1),
+        ("from coupler_protocol.ring import Ring, Moments", 0),
+        ("import coupler_protocol.ring", 0),
+    ],
+)
+def test_a_planted_name_from_elsewhere_is_found(tmp_path, line, found):
+    package = tmp_path / "coupler_protocol"
+    (tmp_path / "scripts").mkdir()
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "geometry.py").write_text("class Moments: ...\ndef area(): ...\n", encoding="utf-8")
+    text = "from coupler_protocol.geometry import Moments, area\n__all__ = ['Moments']\nRing = area\n"
+    (package / "ring.py").write_text(text, encoding="utf-8")
+    (tmp_path / "scripts" / "planted.py").write_text(line + "\n", encoding="utf-8")
+    assert len(list(passed_on(tmp_path))) == found

@@ -8,7 +8,8 @@ import pytest
 
 import colluvium
 from coupler_protocol.exits import PhysicsFailed
-from coupler_protocol.scene.reader import SceneError, build_scene
+from coupler_protocol.problems import SceneError
+from coupler_protocol.scene.reader import build_scene
 from tests.commands import run_colluvium
 from tests.same_bits import differing
 

@@ -164,7 +164,7 @@ def test_a_discarded_stage_leaves_no_boundary(tmp_path):
         assert run.history("max_displacement")[1][-1] == 0.0
     after = grid_state(tmp_path, "rest")
     assert np.all(after["applied"] == 0.0)
-    assert after["loads"] == {}
+    assert "loads" not in after
     assert run.info["stages"][1]["reactions"].keys() == {"left", "right", "bottom"}
 
 
@@ -204,7 +204,7 @@ def test_going_on_inside_the_procedure_gives_the_same_bits(tmp_path):
         threads.run(made, out, report="none", origin=Origin(tmp_path / "straight", name))
         one, two = (grid_state(folder, "lift") for folder in (tmp_path / "straight", out))
         assert one.keys() == two.keys()
-        one, two = ({**state, **state["loads"], **state["memory"], "loads": 0, "memory": 0} for state in (one, two))
+        one, two = ({**state, **state.get("loads", {}), "loads": 0} for state in (one, two))
         assert [key for key in one if np.asarray(one[key]).tobytes() != np.asarray(two[key]).tobytes()] == []
         with open_run(tmp_path / "straight") as a, open_run(out) as b:
             steps, values = a.history("reaction_y:top")

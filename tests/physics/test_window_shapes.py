@@ -6,8 +6,9 @@ import scipy.linalg
 from grid_cases import slope, window
 
 from coupler_protocol.criteria.stable_step import stiffness_matrix
+from coupler_protocol.geometry import polygon_area, segment_vectors
 from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
-from coupler_protocol.interface.ring import build_ring, inner_share, polygon_area, segment_vectors
+from coupler_protocol.interface.ring import build_ring, inner_share
 from coupler_protocol.scene.tables.grid import Grid
 from dem_server.coupling.rim import Rim
 from dem_server.coupling.ring_guard import outside

@@ -7,7 +7,7 @@ import pytest
 
 from colluvium import open_run
 from colluvium.figures import mesostructure
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from tests.commands import ROOT, run_colluvium
 
 

@@ -6,7 +6,7 @@ import shapely
 
 from colluvium import open_run
 from colluvium.results.window_fields import bins, mean_stress, outline_of
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from tests.commands import run_colluvium
 from tests.scenes.continuity import discs_that_move_with_gridpoints
 

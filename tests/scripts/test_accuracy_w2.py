@@ -31,10 +31,24 @@ def test_extrapolation_beats_every_mesh_it_comes_from(rows):
     assert limit["to_one_percent"] == limit["seconds"]
 
 
+@pytest.mark.parametrize("case", ["Griffiths-Lane", "paper slope"])
+def test_slopes_without_a_reference_go_to_a_limit_with_their_zones(rows, case):
+    found = curve(rows[0], case, "zone size, columns")
+    assert [r["value"] for r in found] == sorted((r["value"] for r in found), reverse=True)
+    assert 0.6 < found[0]["order"] < 1.6
+    assert 0.0 < found[-1]["gci"] < 0.1
+
+
 def test_narrower_brackets_are_narrower_and_dearer(rows):
     found = curve(rows[0], "Dawson", "bracket")
     assert [r["error"] for r in found] == sorted((r["error"] for r in found), reverse=True)
     assert [r["trials"] for r in found] == sorted(r["trials"] for r in found)
+
+
+def test_a_larger_budget_does_not_widen_the_bracket(rows):
+    small, large = curve(rows[0], "Dawson", "budget")
+    assert small["parameter"] < large["parameter"]
+    assert large["error"] <= small["error"]
 
 
 def test_the_section_says_how_to_read_it(rows):

@@ -1,19 +1,19 @@
 """Rules between the stages of a scene, one function each, as in between_tables.py."""
 
 from coupler_protocol.scene.schedule import acting_boundaries, large_strain, new_boundaries
-from coupler_protocol.scene.stage_kinds import KINDS, named, of
+from coupler_protocol.scene.stage_kinds import KINDS, coupled, named, number_of, of
 
 
 def stages_follow_each_other(scene):
     """Stages have a valid order (fill before couple, each once) and only keys that their kind uses."""
-    done = set()
+    done, joined = set(), False
     for i, stage in enumerate(scene.stage):
         at, kind = ("stage", i), of(stage)
         if kind.window and not scene.window:
             yield at, f"stage {stage.name!r} needs a window", "add a [[window]] table or remove the stage"
         if kind.needs and kind.needs not in done:
             yield at, f"a stage of kind {kind.name} needs discs", f'add a stage with kind = "{kind.needs}" before it'
-        if kind.before_couple and "couple" in done:
+        if kind.before_couple and joined:
             yield at, f"a stage of kind {stage.kind!r} cannot follow couple", "move it before the couple stage"
         if kind.window and stage.kind in done:
             yield at, f"a second stage of kind {stage.kind!r}", "use kinds fill and couple once each"
@@ -28,7 +28,8 @@ def stages_follow_each_other(scene):
         if stage.discard and not kind.discard:
             yield (*at, "discard"), "only stages of the grid alone can be discarded", "remove the key"
         done.add(stage.kind)
-    if scene.window and "couple" not in done:
+        joined |= kind.couples
+    if scene.window and not joined:
         yield ("window",), "no stage couples the window", 'add stages with kind = "fill" and kind = "couple"'
 
 
@@ -74,8 +75,7 @@ def real_time_exchanges_every_step(scene):
     every = scene.coupling.exchange_every
     if every > 1 and not scene.window:
         yield ("coupling", "exchange_every"), "the scene has no window, so nothing is exchanged", "remove the key"
-    kinds = [stage.kind for stage in scene.stage]
-    for stage in scene.stage[kinds.index("couple") :] if every > 1 and "couple" in kinds else ():
+    for stage in coupled(scene.stage) if every > 1 else ():
         if stage.in_real_time:
             why = f"in stage {stage.name!r}, in real time, forces held over {every} steps would add energy to the motion"
             yield ("coupling", "exchange_every"), why, 'use 1, or time = "static" in all coupled stages'
@@ -84,9 +84,7 @@ def real_time_exchanges_every_step(scene):
 
 def substeps_belong_to_real_time(scene):
     """Sub-steps need a coupled stage in real time: in static mode the steps of both sides are 1."""
-    kinds = [stage.kind for stage in scene.stage]
-    coupled = scene.stage[kinds.index("couple") :] if "couple" in kinds else ()
-    if scene.coupling.substeps > 1 and not any(stage.in_real_time for stage in coupled):
+    if scene.coupling.substeps > 1 and not any(stage.in_real_time for stage in coupled(scene.stage)):
         yield ("coupling", "substeps"), "no coupled stage is in real time", 'remove the key, or give a stage time = "real"'
 
 
@@ -148,7 +146,7 @@ def bands_end_stages_that_may_have_one(scene):
             yield at, why, f"use it in stages of kind {', '.join(named(band=True))}"
         if is_level(scene):
             yield at, "level ground has neither toe nor crest", "use ratio, steps or displacement"
-        if band != "complete" and not any(earlier.kind == "couple" for earlier in scene.stage[:i]):
+        if band != "complete" and number_of(scene.stage[:i], couples=True) is None:
             yield at, f"{band!r} needs a coupled window", 'couple one in an earlier stage, or use band = "complete"'
         if stage.until.steps is None:
             yield at, "the band may never form", "add steps as a second limit"

@@ -57,6 +57,11 @@ class Surcharge(Table):
     over: int = quantity(1, unit="steps", meaning="steps of the ramp", ge=1)
 
 
+def is_real(time):
+    """Whether this value of `time` means real masses and seconds; else scaled masses on the way to rest (static mode)."""
+    return time == "real"
+
+
 class Stage(Table):
     """One step of the procedure."""
 
@@ -89,7 +94,7 @@ class Stage(Table):
     @property
     def in_real_time(self):
         """Whether the stage computes with real masses and seconds; else with scaled masses (static mode)."""
-        return self.time == "real"
+        return is_real(self.time)
 
     @model_validator(mode="before")
     @classmethod

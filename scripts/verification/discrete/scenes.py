@@ -7,6 +7,7 @@ from pathlib import Path
 from colluvium import open_run
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.process.progress import Progress
+from coupler_protocol.process.server import RunContext
 from coupler_protocol.scene.reader import build_scene
 from dem_server.procedure.discs_alone import DiscsAlone, compute
 
@@ -41,7 +42,7 @@ def of_file(rows, head, stages, discs, plugin=None, **more):
 def of_tables(scene, plugin=None):
     """The finished run, open, of a scene's tables."""
     with tempfile.TemporaryDirectory() as folder:
-        compute(build_scene(scene), folder, Progress(1, "none"), StopRequest(), plugin=plugin)
+        compute(build_scene(scene), RunContext(Path(folder), Progress(1, "none"), StopRequest(), plugin=plugin))
         with open_run(folder) as run:
             yield run
 

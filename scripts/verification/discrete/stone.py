@@ -11,7 +11,7 @@ that share of its area; all fall freely, at g (t - dt / 2): velocities belong to
 
 import numpy as np
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from dem_server.effects.bond import Bond
 from dem_server.effects.friction import Friction
 from dem_server.effects.spring import Spring

@@ -6,6 +6,8 @@ import shutil
 import numpy as np
 import pytest
 
+from colluvium.figures import moments, roses, stress
+from colluvium.results import failure
 from colluvium.results.rank_file import NotRecordedError
 from colluvium.results.run import open_run
 from coupler_protocol.files.recorder import FrameInfo, Recorder
@@ -33,6 +35,27 @@ def test_stages_stand_in_the_order_of_the_scene(run_folder, tmp_path):
     (tmp_path / "scene.json").write_text(json.dumps({"stage": stages}))
     with open_run(tmp_path) as run:
         assert run.stages == ["equilibrium", "overload", "couple"]
+
+
+def test_stages_are_found_by_their_kind_not_by_their_name(run_folder, tmp_path):
+    """What is shown of a stage follows its kind: here the one named overload couples, and the one named couple overloads."""
+    shutil.copytree(run_folder, tmp_path, dirs_exist_ok=True)
+    kinds = {"equilibrium": "equilibrium", "couple": "overload", "overload": "couple"}
+    tables = [{"name": name, "kind": kind} for name, kind in kinds.items()]
+    (tmp_path / "scene.json").write_text(json.dumps({"stage": tables}))
+    with open_run(tmp_path) as swapped, open_run(run_folder) as plain:
+        assert (swapped.stages_where(couples=True), plain.stages_where(couples=True)) == (["overload"], ["couple"])
+        assert swapped.stages_where(locates=True) == []
+        assert swapped.stages_where(couples=False) == ["equilibrium", "couple"]
+        assert stress.moments(plain) == (1, plain.last_frame("couple"))
+        assert stress.moments(swapped) == (1, plain.last_frame("overload"))
+        looked_at = [level.step for level in failure.levels(swapped)]
+        assert looked_at == [info.step for info in swapped.frames if info.stage == "couple"]
+        assert [one.frame for one in roses.shown(swapped)] != [one.frame for one in roses.shown(plain)]
+        assert moments.lacking(swapped) == ""
+    (tmp_path / "scene.json").write_text(json.dumps({"stage": [{"name": name, "kind": "load"} for name in kinds]}))
+    with open_run(tmp_path) as run:
+        assert moments.lacking(run) == "no frame of an overload stage"
 
 
 def test_the_continuum_comes_back(run, slope):

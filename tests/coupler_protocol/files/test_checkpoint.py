@@ -3,6 +3,7 @@
 import dataclasses
 from typing import NamedTuple
 
+import h5py
 import numpy as np
 import pytest
 
@@ -65,6 +66,18 @@ def test_states_in_states_come_back_as_what_they_were(tmp_path):
     assert isinstance(back.grid, GridState)
     assert back.grid.plastic is None
     assert {name: bonds.broken for name, bonds in back.rims.items()} == {"upper": 1, "lower": 2}
+
+
+def test_a_dictionary_without_entries_is_not_stored_and_comes_back(tmp_path):
+    """Files of before have an empty group for it."""
+    side, path = Side(GridState(np.ones(3), None), {}), tmp_path / "a.h5"
+    checkpoint.save(path, side)
+    with h5py.File(path) as file:
+        assert list(file["state"]) == ["grid"]
+    assert checkpoint.rebuild(Side, checkpoint.load(path)[0]).rims == {}
+    with h5py.File(path, "a") as file:
+        file["state"].create_group("rims")
+    assert checkpoint.rebuild(Side, checkpoint.load(path)[0]).rims == {}
 
 
 def test_an_absent_effect_stays_absent(tmp_path):

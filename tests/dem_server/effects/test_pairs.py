@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from window_case import OBLIQUE, packed, rim, soil_discs, stone_grain, stones_table
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.reader import build_scene
 from dem_server.effects import RING, SOIL, STONE, law_from

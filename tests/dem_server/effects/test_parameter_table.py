@@ -42,7 +42,7 @@ def test_rows_hold_what_the_tables_hold():
 def test_an_absent_effect_has_no_row_in_use():
     parameters = parameters_of(law_with_bonds())
     assert (parameters.friction, parameters.bond, parameters.rolling) == (True, True, True)
-    assert (parameters.dashpot, parameters.parallel_bond, parameters.damping) == (None, None, None)
+    assert (parameters.dashpot, parameters.parallel_bond, parameters.alpha) == (None, None, None)
     used = {ROWS[row].partition(".")[0] for row in parameters.present}
     assert used == {"spring", "friction", "bond", "rolling"}
     assert not parameters.values[list(rows_of("dashpot"))].any()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from window_case import OBLIQUE, packed, soil_discs
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from dem_server.insitu.contact_stress import circle_stress, mean_stress
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.pairs import contacts

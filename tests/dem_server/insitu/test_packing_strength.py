@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from window_case import SQUARE, packed, soil_discs
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from dem_server.insitu.contact_stress import mean_stress
 from dem_server.insitu.packing_strength import friction_sine, inside_cone, tensile_strength
 from dem_server.pairs import contacts

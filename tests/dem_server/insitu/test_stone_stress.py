@@ -5,7 +5,7 @@ import pytest
 import shapely
 from window_case import OBLIQUE, packed_with_stones, soil_discs
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from dem_server.insitu.contact_stress import mean_stress
 from dem_server.insitu.stone_stress import circle_stress_with_stones, stone_stress
 from dem_server.model import build_model

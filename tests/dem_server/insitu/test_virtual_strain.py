@@ -5,7 +5,7 @@ import pytest
 import shapely
 from window_case import OBLIQUE, SQUARE, packed, soil_discs
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from coupler_protocol.problems import SceneError
 from dem_server.effects.bond import BONDED
 from dem_server.insitu import virtual_strain

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from window_case import ANGLE, OBLIQUE, rim
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from dem_server.insitu.zone_stress import imbalance, stress_field, tractions
 
 UNIT = 26.5e3  # weight of the ground [N/m3]

@@ -174,7 +174,7 @@ def test_three_discs_that_slip_and_roll_or_are_cemented_explain_their_energy(law
         contact_forces(model, state)
         rng = np.random.default_rng(2)
         state.v[:], state.spin[:] = 1e-2 * rng.normal(size=(3, 2)), 0.3 * rng.normal(size=3)
-        found = ledger_rows(model, state, round(150 / fraction))
+        found = ledger_rows(model, state, round(60 / fraction))
         whole = found["kinetic"][0] + found["stored"][0]
         errors.append(np.abs(found["error"]).max() / whole)
         assert ("rolling" in laws) == (found["friction"][-1] > 1e-5 * whole)

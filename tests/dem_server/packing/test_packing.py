@@ -5,7 +5,8 @@ import pytest
 import shapely
 from window_case import ANGLE, OBLIQUE, SQUARE, packed, packing_of, rim, soil_discs
 
-from coupler_protocol.interface.ring import build_ring, polygon_area
+from coupler_protocol.geometry import polygon_area
+from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.tables.grading import Grading
 from dem_server.insitu.contact_stress import mean_stress

@@ -11,7 +11,7 @@ from copied_state import gone_on_twice
 from numba import types
 from window_case import OBLIQUE, SQUARE, packed_with_stones
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from dem_server.insitu import virtual_strain
 from dem_server.insitu.contact_stress import mean_stress
 from dem_server.observe import energy

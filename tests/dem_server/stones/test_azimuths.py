@@ -8,8 +8,7 @@ import scipy.stats
 import shapely
 from window_case import stones_table
 
-from coupler_protocol.geometry import moments
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import moments, polygon_area
 from dem_server.stones.mesostructure import draw
 
 DOMAIN = np.array([[0.0, 0.0], [9.0, 0.0], [10.0, 5.0], [3.0, 7.0], [0.0, 4.0]])

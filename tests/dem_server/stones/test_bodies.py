@@ -7,8 +7,7 @@ import pytest
 import shapely
 from window_case import OBLIQUE, SQUARE, packed_with_stones, stone_grain
 
-from coupler_protocol.geometry import moments
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import moments, polygon_area
 from dem_server.effects import SOIL, STONE
 from dem_server.effects.bond import BONDED
 from dem_server.effects.spring import SpringTable

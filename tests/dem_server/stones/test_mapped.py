@@ -8,7 +8,7 @@ import pytest
 import shapely
 from window_case import ANGLE, rim, stones_table
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from coupler_protocol.problems import SceneError
 from dem_server.stones.mapped import stones_of
 from dem_server.stones.mesostructure import draw

@@ -8,7 +8,7 @@ import scipy.stats
 import shapely
 from window_case import ANGLE, OBLIQUE, rim, stones_table
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from dem_server.stones.mesostructure import draw, draw_sizes, filled
 
 PAPER = np.array([[11.0, 5.0], [13.0, 5.0], [13.0, 32.0 / 3.0], [11.0, 32.0 / 3.0]])

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from dem_server.stones.outlines import OutlineError, overlapping, read_outlines
 
 TRIANGLE = [[0.0, 0.0], [4.0, 1.0], [1.0, 3.0]]

@@ -7,6 +7,7 @@ it writes what all cases come to, for the comparison of compiled and interpreted
 """
 
 import copy
+import dataclasses
 import os
 import re
 import sys
@@ -25,12 +26,13 @@ from fdm_server.effects.tension import Tension
 from fdm_server.ground.removed_zones import cut_window
 from fdm_server.mesh.grid import build_grid
 from fdm_server.mesh.window_zones import window_zones
-from fdm_server.model import ZONE, State, build_model, new_state, places
+from fdm_server.model import State, build_model, new_state, places
 from fdm_server.observe.energy import strain_energy
 from fdm_server.observe.energy_ledger import Ledger
 from fdm_server.step import clock
 from fdm_server.step.blocks import from_blocks
 from fdm_server.step.gridpoint_pass import kinetic_energy, update_velocities
+from fdm_server.step.histories import ZONE
 from fdm_server.step.zone_pass import advance
 from tests.commands import ROOT, command, finished
 from tests.fdm_server.effects.installed_laws import install, python
@@ -76,7 +78,7 @@ def strained(model, state, gradient, steps=50):
 
 def arrays_of(state):
     """All arrays of a State, those that added laws remember too: {name: array}."""
-    fields = {name: getattr(state, name) for name in State.__slots__ if name != "memory"}
+    fields = {name: getattr(state, name) for name in places() if name != "memory"}
     return {name: value for name, value in (fields | state.memory).items() if isinstance(value, np.ndarray)}
 
 
@@ -97,7 +99,7 @@ def test_laws_of_another_distribution_are_asked_the_same(tmp_path):
 
 
 def test_every_field_of_state_says_where_it_lives():
-    assert set(places()) == set(State.__slots__)
+    assert set(places()) == {field.name for field in dataclasses.fields(State)}
     assert set(places().values()) <= {"zone", "gridpoint", "neither"}
 
 

@@ -5,7 +5,7 @@ import pytest
 import shapely
 from grid_cases import material, slope, window
 
-from coupler_protocol.interface.ring import polygon_area
+from coupler_protocol.geometry import polygon_area
 from fdm_server.mesh.grid import areas, build_grid, centroids
 from fdm_server.mesh.window_zones import rim_of, window_zones
 from tests.window_scenes import CIRCLE, L_SHAPE

@@ -12,18 +12,19 @@ from pathlib import Path
 import numpy as np
 
 from fdm_server.effects.damping import Damping
+from fdm_server.effects.mohr_coulomb import MohrCoulomb
 from fdm_server.effects.rayleigh import RayleighTable
 from fdm_server.effects.softening import Softening
 from fdm_server.ground.removed_zones import cut_window
 from fdm_server.mesh.grid import build_grid
 from fdm_server.mesh.window_zones import window_zones
-from fdm_server.model import build_model, new_state
+from fdm_server.model import build_model, new_state, places
 from fdm_server.observe.energy_ledger import Ledger
 from fdm_server.step import clock
 from fdm_server.step.gridpoint_pass import unbalanced_ratio, update_velocities
 from fdm_server.step.present_shape import begin_large_strain
 from fdm_server.step.zone_pass import advance
-from tests.fdm_server.grid_cases import MohrCoulomb, material, slope, window
+from tests.fdm_server.grid_cases import material, slope, window
 
 
 def compute(case, folder):
@@ -57,7 +58,7 @@ def compute(case, folder):
         update_velocities(model, state, 9.81)
         advance(model, state)
     ratio, yielded = unbalanced_ratio(model, state, 9.81), int(np.count_nonzero(state.plastic))
-    arrays = {n: v for n in state.__slots__ if isinstance(v := getattr(state, n), np.ndarray | int | float)}
+    arrays = {n: v for n in places() if isinstance(v := getattr(state, n), np.ndarray | int | float)}
     np.savez(folder / f"{case}.npz", **arrays, **values)
     return float(ratio), yielded
 
