@@ -4,10 +4,13 @@ Forces have 16 digits at most: below their round-off an unbalanced force ratio i
 ever.
 """
 
+from math import pi, sqrt
+
 from coupler_protocol.scene.local_origin import FAR
-from coupler_protocol.scene.rules.units import height_of, overburden
+from coupler_protocol.scene.rules.units import height_of, least_zone, overburden
 from coupler_protocol.scene.stage_kinds import of
 
+MANY = 1e8  # steps of a stage: days
 EPS = 2.2e-16
 GRID = 1e-14  # ratio that a grid at rest still reaches; measured: 2e-16 .. 6e-15
 
@@ -79,5 +82,26 @@ def displacements_beyond_the_ground(scene):
             yield ("stage", i, "until", "displacement"), what, "give metres: one zone or so, for a slope that fails"
 
 
+def seconds_of_too_many_steps(scene):
+    """Stages in real time that take more than MANY steps, by an estimate of the step."""
+    for i, stage in enumerate(scene.stage):
+        seconds = stage.until.time if stage.until is not None and stage.in_real_time else None
+        if seconds is not None and (steps := seconds / _real_step(scene, stage)) > MANY and stage.until.steps is None:
+            what = f"stage {stage.name!r} of {seconds:g} s takes about {steps:.1g} steps of {seconds / steps:.1g} s"
+            yield ("stage", i, "until", "time"), what, f"use less than about {seconds * MANY / steps:.1g} s, or softer contacts"
+
+
+def _real_step(scene, stage):
+    """Step [s] in real time, approximately: zone over wave speed, and discs on their springs."""
+    found = []
+    if scene.grid is not None:
+        speed = max(sqrt((m.elastic.bulk + 4.0 / 3.0 * m.elastic.shear) / m.density) for m in scene.material)
+        found.append((stage.step_factor or 0.5) * least_zone(scene) / speed)
+    if scene.discs is not None:
+        mass = scene.discs.soil.density * pi * scene.discs.radius**2
+        found.append((stage.step_factor or scene.discs.time_step) * sqrt(mass / scene.discs.soil.spring.normal))
+    return min(found)
+
+
 RULES_OF_ENDINGS = (ratios_never_reached,)
-DOUBTS_OF_ENDINGS = (ratios_below_round_off, only_at_rest, displacements_beyond_the_ground)
+DOUBTS_OF_ENDINGS = (ratios_below_round_off, only_at_rest, displacements_beyond_the_ground, seconds_of_too_many_steps)

@@ -71,6 +71,7 @@ def suspects(scene):
     yield from _weak(scene)
     yield from _soft(scene)
     yield from _soft_discs(scene)
+    yield from _weak_bonds(scene)
     yield from _coefficients(scene)
     yield from _small_loads(scene)
     yield from _gravity(scene)
@@ -206,6 +207,23 @@ def _soft_discs(scene):
             yield Suspect(path, what, remedy, "springs", load > NOTHING_LEFT * stiffness)
 
 
+def _weak_bonds(scene):
+    """Bonds whose strength is nothing beside the stress on the discs: forces in kN, stresses in kPa."""
+    discs = scene.discs
+    stress = max(overburden(scene), discs.confinement) if discs is not None and discs.file is None else 0.0
+    for key in ("soil", "stone") if stress else ():
+        for law, unit, scale in (("bond", "N", 2.0 * discs.radius * stress), ("parallel_bond", "Pa", stress)):
+            table = getattr(getattr(discs, key), law, None)
+            values = [(name, getattr(table, name)) for name in ("tension", "shear") if table is not None]
+            for name, value in values:
+                if 0.0 < value < LEAST_COHESION * scale:
+                    what = (
+                        f"{name} of discs.{key}.{law} is {as_written(value)} {unit}: nothing beside {as_written(scale)} {unit} "
+                    )
+                    what += "that contacts carry"
+                    yield Suspect(("discs", key, law, name), what, f"did you mean {value:g}e3 ({value:g} k{unit})?", "strength")
+
+
 def _coefficients(scene):
     """Angles in degrees where discs have coefficients."""
     grains = {"soil": scene.discs and scene.discs.soil, "stone": scene.discs and scene.discs.stone}
@@ -275,7 +293,7 @@ def speeds(scene):
     """Motions that are metres a step, and look like metres a second or like a whole displacement."""
     rows: list[tuple[tuple, tuple[float, float], Any]]
     if scene.grid is not None:
-        size, what = _least_zone(scene), "a zone"
+        size, what = least_zone(scene), "a zone"
         moving: list[tuple[tuple, Any, Any]] = [(("boundary", k), b, scene.stage[0]) for k, b in enumerate(scene.boundary)]
         moving += [(("stage", i, "boundary", k), b, s) for i, s in enumerate(scene.stage) for k, b in enumerate(s.boundary)]
         rows = [(p, (b.velocity.x or 0.0, b.velocity.y or 0.0), s) for p, b, s in moving if b.velocity is not None]
@@ -300,7 +318,7 @@ def speeds(scene):
         yield Suspect((*path, "velocity"), found, remedy + ', or time = "real" for m/s', "speed")
 
 
-def _least_zone(scene):
+def least_zone(scene):
     """Size [m] of the smallest zones."""
     grid = scene.grid
     if grid.kind != "ring":

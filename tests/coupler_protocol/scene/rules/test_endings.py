@@ -68,3 +68,17 @@ def test_stages_that_may_never_end_are_doubted(slope, ends, words):
 def test_steps_or_two_conditions_are_not_doubted(slope):
     for ends in ({"steps": 100}, {"ratio": 1e-5, "steps": 100}, {"ratio": 1e-5, "displacement": 1.0}):
         assert said(until(slope, 0, **ends)) == ""
+
+
+def test_more_seconds_than_steps_can_take_are_doubted(configs, slope):
+    """A zone of 0.625 m at 260 m/s: steps of about a millisecond; a disc of 4 cm on 5e7 N/m: of 0.04 ms."""
+    real = copy.deepcopy(slope)
+    real["stage"].append(
+        {"name": "slide", "kind": "overload", "time": "real", "damping": {"local": 0.0}, "until": {"time": 10.0}}
+    )
+    assert said(real) == ""
+    real["stage"][-1]["until"]["time"] = 1e9
+    assert "of 1e+09 s takes about 8e+11 steps of 0.001 s" in said(real)
+    pile = tomllib.loads((configs / "quick_pile.toml").read_text(encoding="utf-8"))
+    pile["stage"][1]["until"] = {"time": 1e6}
+    assert "takes about" in said(pile)

@@ -74,6 +74,9 @@ def test_keys_of_a_packing_are_doubted_beside_a_file(shipped, tmp_path):
     del data["window"]
     data["discs"]["file"] = str(tmp_path / "discs.csv")
     assert ("discs", "confinement") in words(data)
+    assert ("discs", "stone") not in words(data)
+    data["discs"]["stone"] = data["discs"]["soil"]
+    assert "has no stones that would use this material" in words(data)[("discs", "stone")]
 
 
 def test_real_time_with_its_own_damping_is_not_doubted(shipped):

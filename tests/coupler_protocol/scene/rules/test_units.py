@@ -97,6 +97,7 @@ PUSH = {"on": "top", "velocity": {"y": -0.5}}
             "bulk = 400e6, shear = 200e6",
         ),
         ((*SOIL, "elastic"), {"young": 4e6, "poisson": -0.9}, "bulk", "476.2e3 Pa", "476.2e6 (476190 kPa)"),
+        ((*SOIL, "mohr_coulomb", "dilation"), 0.17, "dilation", "dilation of material 'soil' is 0.17 deg", "9.74 (0.17 radians)"),
         (("stage", 0, "gravity"), 1.0, "gravity", "gravity of stage 'equilibrium' is 1 m/s2", "9.81"),
         (("stage", 0, "gravity"), 981.0, "gravity", "100 times the earth's", "9.81 (981 cm/s2)"),
         (("stage", 1, "gravity_factor"), 9.81, "gravity_factor", "it multiplies gravity", "did you mean gravity = 9.81?"),
@@ -185,6 +186,20 @@ def test_discs_that_would_lie_in_each_other_are_doubted_and_refused(pile):
     pile["discs"]["soil"]["spring"] = {"normal": 5e4, "shear": 2e4}
     with pytest.raises(SceneError, match="overlap by 118 %"):
         build_scene(pile)
+
+
+def test_bonds_in_kilonewtons_are_doubted(configs):
+    """1.5 kN and 3.5 kN on contacts that carry the weight of 12 m over 11 cm, 35 kN."""
+    data = tomllib.loads((configs / "quick_slope.toml").read_text(encoding="utf-8"))
+    data["discs"]["soil"]["bond"] = {"tension": 1.5, "shear": 3.5}
+    (first, second) = doubted(data)
+    assert "tension of discs.soil.bond is 1.5 N: nothing beside" in first[1]
+    assert "did you mean 3.5e3 (3.5 kN)?" in second[2]
+    del data["discs"]["soil"]["bond"]
+    data["discs"]["soil"]["parallel_bond"] = {"normal_stiffness": 1e9, "shear_stiffness": 1e9, "tension": 100.0, "shear": 0.0}
+    ((_, what, remedy),) = doubted(data)
+    assert "100 Pa" in what
+    assert "100e3 (100 kPa)" in remedy
 
 
 def test_a_friction_coefficient_is_not_an_angle(pile):
