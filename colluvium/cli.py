@@ -4,37 +4,40 @@ import argparse
 import json
 import signal
 import sys
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from coupler_protocol import exits
 from coupler_protocol.process import command_line
 
 
-def parser():
+def parser() -> argparse.ArgumentParser:
     """Parser of all commands and their options."""
     p = argparse.ArgumentParser(prog="colluvium", description="Soil-rock slopes by two coupled processes.")
     p.add_argument("--version", action="version", version=f"%(prog)s {version('colluvium')}")
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
-    run = commands.add_parser("run", help="compute a scene: starts all processes and shows how far they are")
+    run = commands.add_parser("run", help="compute a scene: starts all processes and shows their progress")
     command_line.common_options(run)
     run.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME)")
     _options_of_computing(run)
     run.set_defaults(work=run_command)
 
-    resume = commands.add_parser("resume", help="go on with a run after its last stage end that all processes have saved")
+    resume = commands.add_parser("resume", help="continue a run after its last stage end that all processes have saved")
     resume.add_argument("run_dir", metavar="RUN_DIR")
     command_line.process_options(resume)
     _options_of_computing(resume)
     resume.set_defaults(work=resume_command)
 
-    check = commands.add_parser("check", help="say what is wrong with a scene, or what it will compute")
+    check = commands.add_parser("check", help="report the problems of a scene, or describe what it computes")
     check.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     check.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
-    check.add_argument("--no-locate", action="store_true", help="leave out what a stage of kind locate asks for (seconds)")
-    check.add_argument("--no-limits", action="store_true", help="leave out how long a coupled step may be (packs the windows)")
-    check.add_argument("--exact", action="store_true", help="how long a coupled step may be, exactly (Lanczos)")
+    check.add_argument("--no-locate", action="store_true", help="do not compute the stage of kind locate (seconds)")
+    check.add_argument("--no-limits", action="store_true", help="do not compute the limits of a coupled step (packs the windows)")
+    check.add_argument("--exact", action="store_true", help="also compute the exact limit of a coupled step (Lanczos)")
     check.add_argument("--quiet", action="store_true", help="no progress")
     check.add_argument("--json", nargs="?", const="-", metavar="FILE", help="the answer as JSON to FILE or standard output")
     check.set_defaults(work=check_command)
@@ -60,36 +63,36 @@ def parser():
     export.add_argument("--out", metavar="FILE", help="file to write (default: standard output)")
     export.set_defaults(work=export_command)
 
-    status = commands.add_parser("status", help="how a run ended, or how far it is")
+    status = commands.add_parser("status", help="print how a run ended, or its last frame")
     status.add_argument("run_dir", metavar="RUN_DIR")
     status.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output")
     status.set_defaults(work=status_command)
     return p
 
 
-def _options_of_computing(command):
+def _options_of_computing(command: argparse.ArgumentParser) -> None:
     """Options of the commands that start both sides."""
     command.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
     command_line.plugin_option(command)
-    command.add_argument("--exact", action="store_true", help="say how long steps may be, exactly, at the ends of coupled stages")
+    command.add_argument("--exact", action="store_true", help="also compute the exact step limits at the ends of coupled stages")
     command.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(argv)
-    code = []
+    code: list[int | None] = []
     ended = command_line.exit_code_of("colluvium", lambda: code.append(options.work(options)))
     return ended or (code[0] or 0)
 
 
-def _console():
+def _console() -> Any:
     from rich.console import Console
 
     return Console(width=None if sys.stdout.isatty() else 160, highlight=False)
 
 
-def _write_json(content, target):
+def _write_json(content: Any, target: str | Path) -> None:
     text = json.dumps(content, indent=1)
     if target == "-":
         print(text)
@@ -97,7 +100,7 @@ def _write_json(content, target):
         Path(target).write_text(text + "\n", encoding="utf-8")
 
 
-def run_command(options):
+def run_command(options: argparse.Namespace) -> int:
     """Computes a scene, from its start or from the end of a stage of an earlier run; returns the exit code."""
     from colluvium.running import processes
     from coupler_protocol.files import restart
@@ -116,15 +119,15 @@ def run_command(options):
     return _compute(options, scene, options.scene, out, [f"--set={pair}" for pair in options.set])
 
 
-def _open(options, scene):
-    """Say on standard error, before a run, what zones every material has and what of the scene is worth a second look."""
+def _open(options: argparse.Namespace, scene: Any) -> None:
+    """Prints, before a run, zones and areas of materials, and doubts about the scene, on standard error."""
     from colluvium.forecast import check
 
     for line in [] if options.quiet else check.opening(scene):
         print(line, file=sys.stderr)
 
 
-def resume_command(options):
+def resume_command(options: argparse.Namespace) -> int:
     """Continues a run that did not reach its end; returns the exit code."""
     from colluvium import api
 
@@ -135,7 +138,7 @@ def resume_command(options):
     return _compute(options, scene, out / "scene.json", out, [])
 
 
-def _compute(options, scene, path, out, passed):
+def _compute(options: argparse.Namespace, scene: Any, path: str | Path, out: Path, passed: Sequence[str]) -> int:
     """Computes in one process or several; `passed`: options for the servers besides those of all commands."""
     from colluvium.running import processes
     from colluvium.running.progress_picture import picture
@@ -157,7 +160,7 @@ def _compute(options, scene, path, out, passed):
     return code
 
 
-def _add_band(scene, out):
+def _add_band(scene: Any, out: Path) -> None:
     """Adds the band of the grid alone, and the failure under overload, to run.json."""
     from colluvium.forecast import locate
     from colluvium.results import failure
@@ -171,7 +174,7 @@ def _add_band(scene, out):
         write(out, json.loads((out / "run.json").read_text(encoding="utf-8")) | found)
 
 
-def _add_exact_limits(scene, out):
+def _add_exact_limits(scene: Any, out: Path) -> None:
     """Adds the exact limits of the step at the ends of coupled stages to run.json."""
     from colluvium.forecast import step_limits
     from coupler_protocol.files.run_json import write
@@ -184,27 +187,27 @@ def _add_exact_limits(scene, out):
     write(out, info)
 
 
-def _in_process(scene, out, show, options):
+def _in_process(scene: Any, out: Path, show: Any, options: argparse.Namespace) -> int:
     from colluvium.running import threads
     from coupler_protocol.process.interrupt import StopRequest, stop_on_signals
 
     stop = StopRequest()
     stop_on_signals(stop)
 
-    def work():
+    def work() -> None:
         threads.run(scene, out, stop, show or "none", options.origin, command_line.plugin(options))
 
     return command_line.exit_code_of("colluvium", work)
 
 
-def _nothing():
+def _nothing() -> AbstractContextManager[None]:
     from contextlib import nullcontext
 
     return nullcontext()
 
 
-def _conclude(out, target):
-    """Prints the closing tables of run.json, or writes run.json to `target`; returns the exit code."""
+def _conclude(out: Path, target: str | Path | None) -> None:
+    """Prints the closing tables of run.json, or writes run.json to `target`."""
     from colluvium import closing
 
     path = out / "run.json"
@@ -218,7 +221,7 @@ def _conclude(out, target):
         print(f"results in {out}")
 
 
-def check_command(options):
+def check_command(options: argparse.Namespace) -> None:
     """Prints what a scene computes, its band if a stage locates it, and the limits of a coupled step; problems: exit code 3."""
     from colluvium.forecast import check, locate, step_limits
     from colluvium.running.progress_picture import picture
@@ -238,8 +241,8 @@ def check_command(options):
         check.print_description(found, _console())
 
 
-def report_command(options):
-    """Draws the pictures of a run; returns the exit code."""
+def report_command(options: argparse.Namespace) -> None:
+    """Draws the pictures of a run."""
     from colluvium import report
 
     lacking: dict[str, list[str]] = {}
@@ -254,8 +257,8 @@ def report_command(options):
         print(f"not drawn, {why}: {', '.join(names)}", file=sys.stderr)
 
 
-def export_command(options):
-    """Writes the discs of a frame as CSV; returns the exit code."""
+def export_command(options: argparse.Namespace) -> None:
+    """Writes the discs of a frame as CSV."""
     from colluvium.results import export
     from colluvium.results.rank_file import NotRecordedError
 
@@ -266,8 +269,8 @@ def export_command(options):
     print(f"{count} discs", file=sys.stderr)
 
 
-def status_command(options):
-    """Prints how a run ended; returns its exit code."""
+def status_command(options: argparse.Namespace) -> int:
+    """Prints how a run ended, or its last frame."""
     path = Path(options.run_dir) / "run.json"
     if path.exists():
         _conclude(Path(options.run_dir), options.json)

@@ -1,12 +1,17 @@
 """The tables at the end of a run, from run.json."""
 
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+Info = dict[str, Any]  # content of run.json, or of a part of it
+
 OUTCOME = ("stage", "steps", "ended by", "gravity", "ratio\ngrid", "ratio\ndiscs", "P/l vs\nstress", "bonds\nbroken")
 SECONDS = ("stage", "grid\ncomputes", "grid\nwaits", "discs\ncompute", "discs\nwait", "both\nrecord")
 NOTICED = 0.05  # share of the zones' stress, or of the weight it should carry, above which a sentence is printed
 TEXT_COLUMNS = ("stage", "ended by")
 
 
-def rows(info):
+def rows(info: Info) -> list[list[str]]:
     """Rows of texts for the columns OUTCOME, one for each stage, from the content of run.json."""
     table = []
     for stage in info.get("stages", []):
@@ -26,11 +31,11 @@ def rows(info):
     return table
 
 
-def _gravity(stage):
+def _gravity(stage: Info) -> str:
     return "none" if stage.get("gravity") == 0.0 else f"{stage['gravity_factor']:.2f} g"
 
 
-def times(info):
+def times(info: Info) -> list[list[str]]:
     """Rows of texts for the columns SECONDS, one for each stage; empty for a side that the scene does not have."""
     table, stages = [], info.get("stages", [])
     grid, discs = any("ratio_continuum" in stage for stage in stages), bool(info.get("windows"))
@@ -43,7 +48,7 @@ def times(info):
     return table
 
 
-def sentences(info):
+def sentences(info: Info) -> Iterator[str]:
     """Yields sentences about windows, failure, memory and the end of the run, which the tables do not contain."""
     for window in info.get("windows", []):
         parts = [f"window {window['name']}: {window.get('discs', '?')} discs"]
@@ -100,7 +105,7 @@ def sentences(info):
     yield f"{info.get('reason', '')}; exit code {info.get('exit_code')}{seconds}"
 
 
-def _exchanges(info):
+def _exchanges(info: Info) -> Iterator[str]:
     """Yields steps and exchanges of each stage with pauses, and the stage in which pauses ended."""
     for stage in info.get("stages", []):
         if "exchanges" in stage:
@@ -110,7 +115,7 @@ def _exchanges(info):
             return
 
 
-def _beyond_reach(window):
+def _beyond_reach(window: Info) -> Iterator[str]:
     """Yields sentences about the part of the zones' stress that a packing of these discs cannot carry."""
     if window.get("projected", 0.0) >= NOTICED:
         yield f"at {100 * window['projected']:.0f} % of its points the stress exceeded the discs' strength and was reduced to it"
@@ -120,7 +125,7 @@ def _beyond_reach(window):
         yield f"that stress does not balance the window's weight: {x} of the weight remains along x, {y} along y"
 
 
-def stretched_rims(info):
+def stretched_rims(info: Info) -> Iterator[str]:
     """Yields warnings about stages in which zones on a rim were strongly stretched."""
     for stage in info.get("stages", []):
         found = stage.get("rim_stretched")
@@ -132,7 +137,7 @@ def stretched_rims(info):
             yield f"warning: in stage {stage['name']} {place}: use finer zones there"
 
 
-def step_limits(info):
+def step_limits(info: Info) -> Iterator[str]:
     """Yields safe step limits at the end of each coupled stage and, if they were computed, the exact ones."""
     from coupler_protocol.criteria.stable_step import as_text
 
@@ -147,7 +152,7 @@ def step_limits(info):
             yield f"stage {stage['name']}, step limits as multiples of the step in use; {'; '.join(parts)}"
 
 
-def print_table(info, console):
+def print_table(info: Info, console: Any) -> None:
     """Prints both tables and the sentences to the `console`."""
     console.print(info.get("title") or "", markup=False)
     columns, texts = filled(OUTCOME, rows(info))
@@ -162,13 +167,13 @@ def print_table(info, console):
         console.print(sentence, markup=False)
 
 
-def filled(columns, texts):
+def filled(columns: Sequence[str], texts: Sequence[Sequence[str]]) -> tuple[list[str], list[list[str]]]:
     """Names and rows of those columns of a table that are not empty."""
     kept = [k for k in range(len(columns)) if any(row[k] for row in texts)]
     return [columns[k] for k in kept], [[row[k] for k in kept] for row in texts]
 
 
-def _table(columns, texts):
+def _table(columns: Sequence[str], texts: Sequence[Sequence[str]]) -> Any:
     from rich import box
     from rich.table import Table
 

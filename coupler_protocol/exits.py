@@ -1,6 +1,11 @@
 """Why a program ends: exit codes by whose fault it is, and the exceptions that carry them."""
 
+from collections.abc import Callable
+from typing import TypeVar
+
 from coupler_protocol.problems import SceneError
+
+Result = TypeVar("Result")
 
 DONE, COMMAND_LINE, SCENE, ENVIRONMENT, PEER, PHYSICS, OURSELVES, INTERRUPTED = 0, 2, 3, 4, 5, 6, 7, 130
 
@@ -16,7 +21,7 @@ MEANING = {
 }
 
 
-def code_of(error):
+def code_of(error: BaseException) -> int:
     """Exit code of an exception, by whose fault it is; OURSELVES for all exceptions without a code."""
     return error.code if isinstance(error, RunEnded) else SCENE if isinstance(error, SceneError) else OURSELVES
 
@@ -51,7 +56,7 @@ class Interrupted(RunEnded):
     code = INTERRUPTED
 
 
-def end_as_physics(work):
+def end_as_physics(work: Callable[[], Result]) -> Result:
     """Returns `work()`; raises PhysicsFailed for an ArithmeticError of a model."""
     try:
         return work()

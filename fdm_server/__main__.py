@@ -29,7 +29,7 @@ def serve(scene, options, stop):
     if not link_tcp.is_loopback(options.bind) and not options.insecure:
         raise exits.EnvironmentFailed(
             f"{options.bind} can be reached from other machines: anyone there could steer this run. "
-            f"Say --insecure if the network is your own"
+            f"Use --insecure if the network is your own"
         )
     context = server.begin(options, stop, 0, "fdm.rank0", (*server.OF_CONDUCTOR, ENDPOINT))
     (context.out / ENDPOINT).unlink(missing_ok=True)

@@ -1,5 +1,8 @@
 """`colluvium check`: description of the computation of a scene, its effects that act and those that do not."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
 from coupler_protocol.files import disc_csv
@@ -13,7 +16,7 @@ from coupler_protocol.scene.tables.grading import grading_of
 from coupler_protocol.scene.tables.stages import is_real
 
 
-def effects(scene):
+def effects(scene: Any) -> list[dict[str, Any]]:
     """Rows of effects that could act: {"effect", "summary", "acts", "where"}; `where`: names of the tables that switch it on."""
     rows = []
     for place, cls in declared_effects().items():
@@ -25,13 +28,13 @@ def effects(scene):
     return rows
 
 
-def _concerns(scene, place):
+def _concerns(scene: Any, place: str) -> bool:
     """Whether an effect of this place could act: those of the ground need a grid, those of discs need discs."""
     of_discs = place.partition(".")[0] in ("grain", "discs")
-    return scene.discs is not None if of_discs else scene.grid is not None
+    return (scene.discs if of_discs else scene.grid) is not None
 
 
-def _tables(scene, place):
+def _tables(scene: Any, place: str) -> list[str]:
     """Yields names of the scene's tables with the effect that is declared for `place`."""
     parent, _, key = place.rpartition(".")
     if not parent:
@@ -47,7 +50,7 @@ def _tables(scene, place):
     return [name for name, holder in holders if holder is not None and getattr(holder, key, None) is not None]
 
 
-def sizes(scene):
+def sizes(scene: Any) -> dict[str, Any]:
     """Numbers of zones, gridpoints, segments and discs, and sizes of windows, that follow from the scene alone."""
     if scene.grid is None:
         return {"windows": [], "stones": scene.stones.model_dump(mode="json") if scene.stones else None}
@@ -63,13 +66,13 @@ def sizes(scene):
         sizes = {"width": width, "height": height, "area": area, "segments": len(rim), "discs": round(discs)}
         windows.append({"name": window.name, **sizes})
     stones = scene.stones.model_dump(mode="json") if scene.stones else None
-    counts = {"columns": int(grid.column.max()) + 1, "rows": int(grid.row.max()) + 1}
+    counts: dict[str, Any] = {"columns": int(grid.column.max()) + 1, "rows": int(grid.row.max()) + 1}
     counts |= {"zones": len(grid.zones), "gridpoints": len(grid.xy), "materials": materials(scene, grid)}
     return {**counts, "windows": windows, "stones": stones}
 
 
-def materials(scene, grid):
-    """Every material: zones and area of the mesh, area drawn [m2], both pairs of moduli."""
+def materials(scene: Any, grid: Any) -> list[dict[str, Any]]:
+    """Rows of all materials: zones and area of the mesh, area drawn [m2], both pairs of moduli."""
     from fdm_server.checks.materials import laid_out
     from fdm_server.effects.elastic import poisson_ratio, young_modulus
 
@@ -81,15 +84,15 @@ def materials(scene, grid):
     return rows
 
 
-def materials_as_text(rows):
-    """A line for every material."""
+def materials_as_text(rows: list[dict[str, Any]]) -> Iterator[str]:
+    """Yields a line for every material."""
     for m in rows:
         drawn = f"{m['area']:.4g} m2 (drawn {m['drawn']:.4g})"
         pairs = f"K {as_written(m['bulk'])}, G {as_written(m['shear'])} Pa (E {as_written(m['young'])} Pa, nu {m['poisson']:.3g})"
         yield f"material {m['name']}: {m['zones']} zones, {drawn}, {pairs}"
 
 
-def _stones_as_text(stones):
+def _stones_as_text(stones: dict[str, Any]) -> str:
     if stones["file"]:
         return f"stones: as mapped in {stones['file']}, each a {stones['body']}; beyond a window: {stones['outside']}"
     words = f"stones: {100 * stones['content']:g} % of each window, each a {stones['body']}"
@@ -97,7 +100,7 @@ def _stones_as_text(stones):
     return words + (f", shaped as in {stones['shapes']}" if stones["shapes"] else "")
 
 
-def stages(scene):
+def stages(scene: Any) -> list[dict[str, Any]]:
     """Rows of all stages: name, kind, gravity, end and boundaries."""
     return [
         {"name": s.name, "kind": s.kind, "gravity": leg.gravity, "factor": [leg.start, leg.end], "over": leg.over}
@@ -107,7 +110,7 @@ def stages(scene):
     ]
 
 
-def file_of_discs(scene):
+def file_of_discs(scene: Any) -> dict[str, Any]:
     """Numbers of discs and stones in the scene's file, {} without a file; raises SceneError if it cannot be read."""
     if scene.discs is None or scene.discs.file is None:
         return {}
@@ -116,14 +119,14 @@ def file_of_discs(scene):
     return {"file": {"path": scene.discs.file, "discs": len(found.radius), "stones": stones}}
 
 
-def describe(scene):
+def describe(scene: Any) -> dict[str, Any]:
     """All of the above in one dictionary."""
     found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
     found |= {"memory_MB": memory_of(scene), "effects": effects(scene), "stages": stages(scene)}
     return found | {"doubts": listed_doubts(scene)}
 
 
-def opening(scene):
+def opening(scene: Any) -> Iterator[str]:
     """What a run says before it starts: zones and areas of materials, and doubts."""
     if scene.grid is not None:
         from fdm_server.mesh.grid import build_grid
@@ -133,7 +136,7 @@ def opening(scene):
         yield f"worth a second look: {doubt['key']}: {doubt['what']}; {doubt['remedy']}"
 
 
-def print_description(found, console):
+def print_description(found: dict[str, Any], console: Any) -> None:
     """Prints a description; `found["locate"]`, `found["limits"]`: results of these modules, if they were computed."""
     from colluvium.forecast import step_limits
     from colluvium.forecast.locate import as_text

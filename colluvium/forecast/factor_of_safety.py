@@ -1,10 +1,12 @@
 """`colluvium fos`: the factor of safety of a scene's grid by strength reduction, or its gravity factor at collapse."""
 
+import argparse
 import json
 import signal
 import sys
 from math import pi
 from pathlib import Path
+from typing import Any
 
 from coupler_protocol import exits
 from coupler_protocol.problems import Problem, SceneError
@@ -13,10 +15,10 @@ from coupler_protocol.process import command_line
 OWN = ("fos.json", "fos.log", "scene.toml", "mechanism.png", "plastic_zones.png", "trials.png", "meshes.png")
 
 
-def add_command(commands):
+def add_command(commands: Any) -> None:
     """Adds the command `fos` and its options to `commands` of a parser."""
     p = commands.add_parser("fos", help="factor of safety by strength reduction, or the gravity factor at collapse")
-    p.add_argument("scene", metavar="SCENE", help="scene file (TOML); its table [fos] says how, its stages what acts")
+    p.add_argument("scene", metavar="SCENE", help="scene file (TOML); its table [fos] sets the search, its stages set the loads")
     p.add_argument("--by", choices=("strength", "gravity"), help="what the factor acts on (fos.by of the scene)")
     p.add_argument(
         "--meshes", metavar="N", type=command_line.positive, help="number of meshes: the grid's zone size divided by 1, 2, .. N"
@@ -31,7 +33,7 @@ def add_command(commands):
     p.set_defaults(work=command)
 
 
-def command(options):
+def command(options: argparse.Namespace) -> int:
     """Searches, prints the result and draws it; returns the exit code."""
     from colluvium.running import processes
     from colluvium.running.progress_picture import picture
@@ -70,14 +72,14 @@ def command(options):
     return code
 
 
-def _zone_size(grid):
+def _zone_size(grid: Any) -> float:
     """Size in x of the zones of the table [grid], in a ring along the wall of the hole (fdm_server/fos/ground.py)."""
     if grid.kind != "ring":
         return grid.zone_size[0]
     return {"full": 2.0, "half": 1.0, "quarter": 0.5}[grid.part] * pi * grid.inner / grid.around
 
 
-def _draw(out):
+def _draw(out: Path) -> None:
     """Draws the pictures if their libraries are installed."""
     try:
         from colluvium.figures import fos as figures
@@ -87,7 +89,7 @@ def _draw(out):
         print(f"no pictures: {error.name} is missing: pip install 'colluvium[report]'", file=sys.stderr)
 
 
-def as_lines(found):
+def as_lines(found: dict[str, Any]) -> list[str]:
     """Lines of text with the result of a search."""
     lines = [f"{found['title'] or 'scene'}: {found['quantity']}"]
     lines += [f"ignored: {what}" for what in found["ignored"]]

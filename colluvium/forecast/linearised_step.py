@@ -6,12 +6,13 @@ M / (1 + alpha), with its own alpha (coupler_protocol/criteria/stable_step.py, E
 omega^2 dt^2 = 4.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse
 
-from coupler_protocol.criteria.stable_step import highest, limit, stiffness_matrix
+from coupler_protocol.criteria.stable_step import Limit, highest, limit, stiffness_matrix
 
 
 class Window(NamedTuple):
@@ -23,7 +24,7 @@ class Window(NamedTuple):
     rim: Any
 
 
-def operator(model, state, windows):
+def operator(model: Any, state: Any, windows: Sequence[Window]) -> tuple[Any, np.ndarray]:
     """K (d, d) [N/m], sparse, and masses over 1 + alpha (d,) [kg] of the step of a grid (fdm_server) and its windows."""
     from dem_server.observe.stable_limit import bodies_of, springs_of
     from fdm_server.observe import stable_limit
@@ -41,7 +42,7 @@ def operator(model, state, windows):
     return K, np.concatenate(parts)
 
 
-def _joined(K, more, nodes, own):
+def _joined(K: Any, more: Any, nodes: np.ndarray, own: int) -> Any:
     """K with the stiffness of springs between the gridpoints `nodes` and `own` new components."""
     before = K.shape[0]
     place = np.concatenate([np.column_stack([2 * nodes, 2 * nodes + 1]).ravel(), before + np.arange(own)])
@@ -51,22 +52,22 @@ def _joined(K, more, nodes, own):
     return scipy.sparse.block_diag([K, scipy.sparse.csr_array((own, own))], format="csr") + wide
 
 
-def _grid_alpha(model):
+def _grid_alpha(model: Any) -> float:
     return model.law.damping or model.law.combined or 0.0
 
 
-def _disc_alpha(model):
+def _disc_alpha(model: Any) -> float:
     return 0.0 if model.law.damping is None else model.law.damping.local
 
 
-def exact_limit(model, state, windows):
+def exact_limit(model: Any, state: Any, windows: Sequence[Window]) -> Limit:
     """Limit of the step (criteria.stable_step.limit) by Lanczos, with the object that moves most in its mode."""
     K, mass = operator(model, state, windows)
     omega2, mode = highest(K, mass)
     return limit(omega2, 0.0, state.dt, *_largest(model, state, windows, np.where(mode != 0.0, mass, 0.0) * mode**2))
 
 
-def _largest(model, state, windows, energy):
+def _largest(model: Any, state: Any, windows: Sequence[Window], energy: np.ndarray) -> tuple[str, np.ndarray]:
     """Name and position [m] of the object with the largest share of a mode's kinetic energy (d,)."""
     from dem_server.observe.stable_limit import bodies_of
     from fdm_server.step.present_shape import present

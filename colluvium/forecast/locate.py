@@ -6,9 +6,10 @@ hole: the band needs them. The line gives the points where the band enters and l
 window, the two short sides.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import shapely
@@ -37,19 +38,20 @@ class Band(NamedTuple):
         return shear_band.toe_to_crest(self.cells, self.surface, shapely.contains_xy(box, xy[:, 0], xy[:, 1]))
 
 
-def stage_of(scene):
+def stage_of(scene: Any) -> int | None:
     """Number of the last stage of kind locate, or None; level ground has no band to locate."""
     found = [i for i, stage in enumerate(scene.stage) if of(stage).locates]
     return found[-1] if found and not is_level(scene) else None
 
 
-def grid_alone(scene):
+def grid_alone(scene: Any) -> Any:
     """The scene for the grid alone: up to the last stage of kind locate, without windows, discs and stones."""
-    kept = [stage for stage in scene.stage[: stage_of(scene) + 1] if not of(stage).fills]
+    last = cast(int, stage_of(scene))
+    kept = [stage for stage in scene.stage[: last + 1] if not of(stage).fills]
     return scene.model_copy(update={"window": [], "discs": None, "stones": None, "ring": None, "stage": kept})
 
 
-def compute(scene, picture=None):
+def compute(scene: Any, picture: Callable[[dict[str, Any]], None] | None = None) -> dict | None:
     """Runs `grid_alone` in a separate process, reported to `picture`; returns `band_and_windows`. Raises RunEnded if it fails."""
     from colluvium.running import processes
 
@@ -65,7 +67,7 @@ def compute(scene, picture=None):
             return band_and_windows(run, scene)
 
 
-def band_and_windows(run: Run, scene) -> dict | None:
+def band_and_windows(run: Run, scene: Any) -> dict | None:
     """Band at the end of the last stage of kind locate, and its position relative to each window of `scene`.
 
     None if the run has recorded no such stage. Without a band `line` and `windows` are empty.
@@ -85,13 +87,13 @@ def band_and_windows(run: Run, scene) -> dict | None:
     return found | {"line": there.line.tolist(), "windows": windows}
 
 
-def _grid(scene):
+def _grid(scene: Any) -> Any:
     from fdm_server.mesh.grid import build_grid
 
     return build_grid(scene)
 
 
-def _beside(there: Band, scene, grid, number: int) -> dict:
+def _beside(there: Band, scene: Any, grid: Any, number: int) -> dict:
     """Position of the band relative to one window."""
     window = scene.window[number]
     box = outline(grid, window)
@@ -102,14 +104,14 @@ def _beside(there: Band, scene, grid, number: int) -> dict:
     return found if found["crosses"] else found | {"better": _better(there, scene, grid, number)}
 
 
-def outline(grid, window) -> shapely.Polygon:
+def outline(grid: Any, window: Any) -> shapely.Polygon:
     """The rim of a window in a fdm_server.mesh.grid.Grid [m]."""
     from fdm_server.mesh.window_zones import rim_of, window_zones
 
     return shapely.Polygon(grid.xy[rim_of(grid, window_zones(grid, window))])
 
 
-def _cell(scene) -> np.ndarray:
+def _cell(scene: Any) -> np.ndarray:
     """Width and height of a zone [m], in whole numbers over the grid."""
     extent = np.array([scene.grid.length, scene.grid.height])
     return extent / np.rint(extent / scene.grid.zone_size)
@@ -126,7 +128,7 @@ def _ends(line: np.ndarray, box: shapely.Polygon) -> dict[str, float]:
     return found
 
 
-def _better(there: Band, scene, grid, number: int) -> dict | None:
+def _better(there: Band, scene: Any, grid: Any, number: int) -> dict | None:
     """Columns and rows of a window of the same size that the band crosses, if possible through the middle; None if none fits.
 
     Of the windows that fulfil all rules of a scene it is the one whose middle is nearest to the band (`off` [m]; half a zone
@@ -144,7 +146,7 @@ def _better(there: Band, scene, grid, number: int) -> dict | None:
     return None
 
 
-def _moved(window, corner: np.ndarray, size: np.ndarray, now: np.ndarray):
+def _moved(window: Any, corner: np.ndarray, size: np.ndarray, now: np.ndarray) -> tuple[Any, dict[str, Any]]:
     """The window moved so that the lower left corner of its box is in column and row `corner`, not at `now` [m]; its keys."""
     if window.polygon is not None:
         by = corner * size - now

@@ -6,21 +6,26 @@ contacts; at the end of each coupled stage it reports its safe limits. The exact
 run it is computed from the saved States.
 """
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from coupler_protocol.criteria.stable_step import as_text
+from coupler_protocol.criteria.stable_step import Limit, as_text
 from coupler_protocol.scene.stage_kinds import coupled
 
+if TYPE_CHECKING:
+    from colluvium.forecast.linearised_step import Window
 
-def couples_discs(scene):
+
+def couples_discs(scene: Any) -> bool:
     """Whether the scene couples a grid with discs."""
     return scene.grid is not None and bool(coupled(scene.stage))
 
 
-def limits_of_scene(scene, exact=False, note=None):
+def limits_of_scene(scene: Any, exact: bool = False, note: Callable[..., None] | None = None) -> dict[str, Limit]:
     """Limits (criteria.stable_step.limit) by "grid", "interface", "discs"; exact: also the limit of all together."""
     from colluvium.forecast import linearised_step
     from dem_server.observe.stable_limit import safe_limit
@@ -36,7 +41,7 @@ def limits_of_scene(scene, exact=False, note=None):
     return found
 
 
-def open_model(scene, note=None):
+def open_model(scene: Any, note: Callable[..., None] | None = None) -> tuple[Any, Any, list["Window"]]:
     """Model and State of the grid with its windows open, and its windows (colluvium.forecast.linearised_step.Window) filled."""
     from colluvium.forecast.linearised_step import Window
     from dem_server.insitu.takeover import take_over
@@ -63,7 +68,7 @@ def open_model(scene, note=None):
     return model, state, windows
 
 
-def exact_of_run(scene, folder):
+def exact_of_run(scene: Any, folder: str | Path) -> dict[str, Limit]:
     """Exact limits {name of the stage: limit} at the ends of coupled stages of the run in `folder` with saved States.
 
     They are for one leap-frog, so stages with sub-steps of the discs (dem_server/step/clock.py) are left out.
@@ -81,7 +86,7 @@ def exact_of_run(scene, folder):
     return found
 
 
-def saved_model(scene, index, paths):
+def saved_model(scene: Any, index: int, paths: Sequence[Path]) -> tuple[Any, Any, list["Window"]]:
     """Result of `open_model` from the checkpoints `paths` (grid, then windows) of the stage with number `index`."""
     from colluvium.forecast.linearised_step import Window
     from coupler_protocol.files import checkpoint
@@ -106,7 +111,7 @@ def saved_model(scene, index, paths):
     return model, saved.grid, windows
 
 
-def sentences(found):
+def sentences(found: dict[str, Limit]) -> Iterator[str]:
     """Yields sentences with the limits."""
     named = ", ".join(f"{name} {as_text(found[name])}" for name in ("grid", "interface", "discs"))
     yield f"step limits as multiples of the step in use; safe: {named}"

@@ -8,17 +8,20 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
 from coupler_protocol import exits
 from coupler_protocol.files.run_json import name_the_cause, write
 
+Picture = Callable[[dict[str, Any]], None]  # called with each report of progress
+
 GRACE = 15.0  # seconds for a process to end before it is killed
 ECHO = 10.0  # seconds within which an error of the other side follows the error that caused it
 
 
-def own_files(out):
+def own_files(out: str | Path) -> list[str]:
     """Names of files of an earlier run in `out`."""
     out = Path(out)
     patterns = ("*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run*.json", "scene.json", "scene.toml", "endpoint")
@@ -28,9 +31,9 @@ def own_files(out):
 class Process:
     """A server as a child of this process. Its standard input is the tether: when it closes, the server stops."""
 
-    def __init__(self, name, arguments, rows):
+    def __init__(self, name: str, arguments: Sequence[str | Path], rows: queue.Queue[dict[str, Any]]) -> None:
         self.name = name
-        self.errors = []
+        self.errors: list[str] = []
         self.popen = subprocess.Popen(
             [sys.executable, "-P", "-m", *arguments, "--tether", "--progress", "json"],
             stdin=subprocess.PIPE,
@@ -55,16 +58,16 @@ class Process:
         for line in errors:
             self.errors.append(line.rstrip())
 
-    def code(self):
+    def code(self) -> int | None:
         """Exit code, or None while it runs."""
         return self.popen.poll()
 
-    def interrupt(self):
+    def interrupt(self) -> None:
         """Requests the process to stop at its next safe point."""
         if self.code() is None:
             self.popen.send_signal(signal.SIGINT)
 
-    def end(self, seconds):
+    def end(self, seconds: float) -> int | None:
         """Waits for the end of the process, `seconds` at most, then kills it; returns the exit code."""
         try:
             self.popen.wait(max(0.1, seconds))
@@ -78,7 +81,9 @@ class Process:
         return self.code()
 
 
-def run_files(scene_path, out, n_windows, options=(), picture=None):
+def run_files(
+    scene_path: str | Path, out: str | Path, n_windows: int | None, options: Sequence[str] = (), picture: Picture | None = None
+) -> int:
     """Runs the scene at `scene_path` in processes; `options`: for every server. Returns the exit code.
 
     n_windows: of the grid, each a discrete process; None: discs alone.
@@ -96,7 +101,9 @@ def run_files(scene_path, out, n_windows, options=(), picture=None):
     return code
 
 
-def _both_sides(n_windows, shared, out, rows):
+def _both_sides(
+    n_windows: int, shared: Sequence[str | Path], out: str | Path, rows: queue.Queue[dict[str, Any]]
+) -> list[Process]:
     """Starts one process for the grid and one for every window."""
     processes = [Process("fdm-server", ["fdm_server", *shared, "--bind", "tcp://127.0.0.1:0"], rows)]
     endpoint = str(Path(out) / "endpoint")
@@ -106,12 +113,12 @@ def _both_sides(n_windows, shared, out, rows):
     return processes
 
 
-def windows_of(scene):
+def windows_of(scene: Any) -> int | None:
     """Number of the scene's windows; None without a grid, because discs alone need one process."""
     return len(scene.window) if scene.grid else None
 
 
-def run_alone(name, arguments, picture=None):
+def run_alone(name: str, arguments: Sequence[str | Path], picture: Picture | None = None) -> int:
     """Runs one module of this project (`arguments` begin with its name) as a child; returns the exit code."""
     rows: queue.Queue[dict[str, Any]] = queue.Queue()
     processes = [Process(name, [str(a) for a in arguments], rows)]
@@ -119,7 +126,7 @@ def run_alone(name, arguments, picture=None):
     return _conclude(processes, interrupted)
 
 
-def _watch(processes, rows, picture):
+def _watch(processes: Sequence[Process], rows: queue.Queue[dict[str, Any]], picture: Picture | None) -> bool:
     """Passes reports to `picture` until all processes have ended or one has failed; returns whether Ctrl-C was pressed."""
     try:
         while any(p.code() is None for p in processes):
@@ -135,7 +142,7 @@ def _watch(processes, rows, picture):
     return False
 
 
-def _conclude(processes, interrupted):
+def _conclude(processes: Sequence[Process], interrupted: bool) -> int:
     """Ends the remaining processes and prints the reason for the end; returns the exit code of the process at fault."""
     if interrupted:
         for process in processes:
@@ -152,8 +159,9 @@ def _conclude(processes, interrupted):
     for process in processes:
         for line in process.errors:
             print(line, file=sys.stderr)
-        if process.code() and process.code() < 0:
-            name = signal.Signals(-process.code()).name
+        code = process.code()
+        if code and code < 0:
+            name = signal.Signals(-code).name
             print(f"{process.name} was ended from outside ({name})", file=sys.stderr)
     if interrupted:
         return exits.INTERRUPTED
@@ -164,7 +172,7 @@ def _conclude(processes, interrupted):
     return exits.PEER if cause < 0 else cause
 
 
-def _complete_run_json(out, code, processes):
+def _complete_run_json(out: Path, code: int, processes: Sequence[Process]) -> None:
     """Writes run.json in place of a killed continuum, or the exit code of failed discs into the continuum's run.json."""
     path = out / "run.json"
     if code:
@@ -174,14 +182,14 @@ def _complete_run_json(out, code, processes):
         write(out, {"exit_code": code, "reason": reason, "stages": []})
 
 
-def run_scene(scene, out, report="none"):
+def run_scene(scene: Any, out: Path, report: str = "none") -> None:
     """Runs a scene object in processes; raises RunEnded if the run fails."""
     path = out / "scene.toml"
     path.write_text(as_toml(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")
     checked(run_files(path, out, windows_of(scene), ["--quiet"] if report == "none" else []))
 
 
-def checked(code):
+def checked(code: int) -> None:
     """Raises the RunEnded of an exit code, unless the run is done."""
     if code:
         raise _ENDED.get(code, exits.RunEnded)(f"the run ended with code {code} ({exits.MEANING.get(code, '?')})")
@@ -190,12 +198,12 @@ def checked(code):
 _ENDED = {c.code: c for c in (exits.EnvironmentFailed, exits.PeerLost, exits.PhysicsFailed, exits.Interrupted)}
 
 
-def as_toml(data):
+def as_toml(data: Mapping[str, Any]) -> str:
     """Plain scene data as TOML: JSON values are TOML values except tables, which become inline tables."""
     return "".join(f"{key} = {_value(value)}\n" for key, value in data.items())
 
 
-def _value(value):
+def _value(value: Any) -> str:
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{k} = {_value(v)}" for k, v in value.items()) + " }"
     if isinstance(value, list):

@@ -2,6 +2,7 @@
 
 import sys
 import time
+from typing import Any
 
 from coupler_protocol.process.progress import as_line
 
@@ -9,17 +10,19 @@ from coupler_protocol.process.progress import as_line
 class PlainPicture:
     """Lines of text for each process every few seconds and at the end of each stage."""
 
-    def __init__(self, interval=2.0):
-        self.interval, self._next, self._stage = interval, {}, {}
+    def __init__(self, interval: float = 2.0) -> None:
+        self.interval = interval
+        self._next: dict[int, float] = {}
+        self._stage: dict[int, str] = {}
         self._begin = time.monotonic()
 
-    def __enter__(self):
+    def __enter__(self) -> "PlainPicture":
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         return None
 
-    def __call__(self, row):
+    def __call__(self, row: dict[str, Any]) -> None:
         """Shows one report."""
         now, rank = time.monotonic(), row["rank"]
         fresh = row["stage"] != self._stage.get(rank) or row["text"].startswith("done")
@@ -31,27 +34,27 @@ class PlainPicture:
 class LivePicture:
     """A table with one line for each process, redrawn in place."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         from rich.console import Console
         from rich.live import Live
 
-        self.rows = {}
+        self.rows: dict[int, dict[str, Any]] = {}
         self._begin = time.monotonic()
         self.live = Live(console=Console(stderr=True), refresh_per_second=8, transient=False)
 
-    def __enter__(self):
+    def __enter__(self) -> "LivePicture":
         self.live.__enter__()
         return self
 
-    def __exit__(self, *error):
+    def __exit__(self, *error: Any) -> None:
         self.live.__exit__(*error)
 
-    def __call__(self, row):
+    def __call__(self, row: dict[str, Any]) -> None:
         """Shows one report."""
         self.rows[row["rank"]] = row
         self.live.update(self._table())
 
-    def _table(self):
+    def _table(self) -> Any:
         from rich.table import Table
 
         table = Table(title=f"{time.monotonic() - self._begin:.0f} s", title_justify="left")
@@ -66,7 +69,7 @@ class LivePicture:
         return table
 
 
-def picture(quiet):
+def picture(quiet: bool) -> "PlainPicture | LivePicture | None":
     """LivePicture if standard error is a terminal, else PlainPicture; None if `quiet`."""
     if quiet:
         return None

@@ -5,16 +5,26 @@ Results are bit-identical to those of separate processes; a debugger has access 
 
 import threading
 from pathlib import Path
+from typing import Any
 
 from coupler_protocol.exits import OURSELVES, PeerLost, RunEnded
+from coupler_protocol.files.restart import Origin
 from coupler_protocol.files.run_json import name_the_cause
 from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.process.plugin import Plugin
 from coupler_protocol.process.progress import Progress
 from coupler_protocol.process.server import RunContext
 from coupler_protocol.wire.link_inproc import transports
 
 
-def run(scene, out, stop=None, report="none", origin=None, plugin=None):
+def run(
+    scene: Any,
+    out: str | Path,
+    stop: StopRequest | None = None,
+    report: Any = "none",
+    origin: Origin | None = None,
+    plugin: Plugin | None = None,
+) -> None:
     """Computes `scene` into the existing folder `out`, from the stage end `origin` on. `report`: form of the progress.
 
     plugin: a coupler_protocol.process.plugin.Plugin that both sides call, or None.
@@ -22,7 +32,7 @@ def run(scene, out, stop=None, report="none", origin=None, plugin=None):
     """
     stop = stop or StopRequest()
 
-    def context(rank):
+    def context(rank: int) -> RunContext:
         return RunContext(Path(out), Progress(rank, report), stop, origin, plugin)
 
     if scene.grid is None:
@@ -33,9 +43,9 @@ def run(scene, out, stop=None, report="none", origin=None, plugin=None):
     from fdm_server.__main__ import compute as compute_grid
 
     hub, ends = transports(len(scene.window))
-    failures = {}
+    failures: dict[int, BaseException] = {}
 
-    def discs(rank, transport):
+    def discs(rank: int, transport: Any) -> None:
         try:
             compute_discs(scene, rank, transport, context(rank))
         except BaseException as error:
@@ -60,7 +70,7 @@ def run(scene, out, stop=None, report="none", origin=None, plugin=None):
         raise cause
 
 
-def _first_cause(failures):
+def _first_cause(failures: dict[int, BaseException]) -> BaseException:
     """The failure that is not a consequence of another side's failure."""
     causes = [error for error in failures.values() if not isinstance(error, PeerLost)] or list(failures.values())
     return next((error for error in causes if not isinstance(error, RunEnded)), causes[0])

@@ -1,6 +1,7 @@
 """Files of the disk cache of one kernel, written by one process at a time."""
 
 import fcntl
+from typing import Any
 
 from numba.core.caching import IndexDataCacheFile
 
@@ -13,14 +14,14 @@ class LockedCacheFile(IndexDataCacheFile):
     kernel would be loaded in place of the other.
     """
 
-    def save(self, key, data):
+    def save(self, key: Any, data: Any) -> None:
         """Adds the code `data` of the signature `key`."""
         with open(f"{self._index_path}.lock", "w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             super().save(key, data)
 
 
-def lock_cache(kernel):
+def lock_cache(kernel: Any) -> None:
     """Makes the compiled function `kernel` save to its cache under the lock; plain functions (NUMBA_DISABLE_JIT=1) have none."""
     file = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
     if isinstance(file, IndexDataCacheFile):

@@ -9,10 +9,12 @@ function of the project from a file outside this set is refused.
 import hashlib
 import os
 import sys
+from collections.abc import Callable
 from functools import cache
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numba
 from numba.extending import overload
@@ -29,15 +31,15 @@ _OURS = ("colluvium", "coupler_protocol", "dem_server", "fdm_server")
 _ADDED = {"fdm_server": "material."}  # laws that other distributions may add to the kernels of a package, by their places
 
 
-def sources(package):
+def sources(package: str) -> list[Path]:
     """Files that kernels of `package` are made of: all of its own, the shared kernel files, and those of added laws."""
     return [*_SHARED, *sorted((_ROOT / package).rglob("*.py")), *_added(package)]
 
 
-def _added(package):
+def _added(package: str) -> list[Path]:
     """Files of laws that other distributions add: the whole package of each law, because the law may import from it."""
     points = [point for point in entry_points(group="colluvium.effects") if point.name.startswith(_ADDED.get(package, "-"))]
-    found = set()
+    found: set[Path] = set()
     for name in {point.module.partition(".")[0] for point in points} - set(_OURS):
         spec = find_spec(name)
         for folder in (spec.submodule_search_locations or ()) if spec else ():
@@ -48,7 +50,7 @@ def _added(package):
 
 
 @cache
-def cache_folder(package):
+def cache_folder(package: str) -> str:
     """Folder of the compiled kernels of `package` for exactly these sources and this compiler.
 
     It is below NUMBA_CACHE_DIR if that is set, else below the user's cache folder.
@@ -63,7 +65,7 @@ def cache_folder(package):
     return str(Path(base) / f"{package}-{digest.hexdigest()[:16]}")
 
 
-def jit(function=None, *, package=None, borrows=False, **options):
+def jit(function: Callable[..., Any] | None = None, *, package: str | None = None, borrows: bool = False, **options: Any) -> Any:
     """Compiles `function` with the project's settings: cached on disk, without the interpreter lock, IEEE arithmetic.
 
     `error_model="numpy"` (a division by zero gives inf, no exception) lets loops vectorise; fast-math stays off so that
@@ -79,11 +81,11 @@ def jit(function=None, *, package=None, borrows=False, **options):
         raise ValueError(f"{path.name} holds a kernel but is not among the hashed files of coupler_protocol/compiled/jit.py")
     if borrows:
         options["_nrt"] = False
-    numba.config.CACHE_DIR = cache_folder(package)
+    numba.config.CACHE_DIR = cache_folder(package)  # type: ignore[attr-defined]  # set when numba is imported
     return lock_cache(numba.njit(**{"cache": True, "nogil": True, "error_model": "numpy", **options})(function))
 
 
-def by_type(stand_in):
+def by_type(stand_in: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Gives the plain function `stand_in` a compiled form that depends on the types of its arguments.
 
     Used as a decorator of a function that gets these types (numba's) and returns the function to be compiled in place of

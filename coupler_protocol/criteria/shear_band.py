@@ -7,6 +7,7 @@ highest shear strain L such that cells strained by at least L make it; a band co
 The continuum ends stages by this rule, and reports apply the same rule to recorded frames.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -58,7 +59,9 @@ def ground(xy: np.ndarray, corners: np.ndarray) -> Surface:
     return Surface(centre[np.unique(owner[toe])], centre[np.unique(owner[crest])])
 
 
-def cells(xy: np.ndarray, corners: np.ndarray, strain: np.ndarray, windows=()) -> Cells:
+def cells(
+    xy: np.ndarray, corners: np.ndarray, strain: np.ndarray, windows: Sequence[tuple[int, np.ndarray, np.ndarray]] = ()
+) -> Cells:
     """Cells of zones (A, 4) with gridpoints (N, 2) [m] and strains (A,), and of windows: (rank, centres (b, 2), strains (b,)).
 
     Two cells share a corner if the distance of their centres is at most one and a half cells in x and in y.

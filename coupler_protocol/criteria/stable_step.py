@@ -16,11 +16,14 @@ of the shares: equal shares for translation and rotation of a body if both lengt
 for nodes.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
+
+Limit = dict[str, Any]  # of run.json: share, dt, what, at
 
 
 class Springs(NamedTuple):
@@ -44,15 +47,16 @@ class Sums(NamedTuple):
     rotations: NDArray[np.float64]
 
 
-def spring_sums(springs):
+def spring_sums(springs: Springs) -> Sums:
     """Sums of Eq (2) for all blocks, from Springs."""
-    xx, yy, xy = sum(_side_sums(scipy.sparse.csc_array(B), springs) for B in (springs.first, springs.second))
+    first, second = (_side_sums(scipy.sparse.csc_array(B), springs) for B in (springs.first, springs.second))
+    xx, yy, xy = first + second
     largest = 0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy)
     nodes, count = springs.nodes, (len(largest) - springs.nodes) // 2
     return Sums(largest[:nodes], largest[nodes : nodes + count], largest[nodes + count :])
 
 
-def _side_sums(B, springs):
+def _side_sums(B: Any, springs: Springs) -> np.ndarray:
     """xx, yy, xy of A_I (3, blocks) of one side: nodes, bodies, rotations."""
     split, twice = 2 * springs.nodes, 2.0 * springs.stiffness
     x, y = B[:, 0:split:2], B[:, 1:split:2]
@@ -68,13 +72,13 @@ def _side_sums(B, springs):
     return np.array([np.concatenate(part) for part in zip(nodes, bodies, (rotations, still, still), strict=True)])
 
 
-def stiffness_matrix(springs):
+def stiffness_matrix(springs: Springs) -> Any:
     """K (2 K + 3 b, 2 K + 3 b), sparse, of the springs."""
     stretch = springs.first + springs.second
     return stretch.T @ scipy.sparse.diags_array(springs.stiffness) @ stretch
 
 
-def highest(K, mass):
+def highest(K: Any, mass: np.ndarray) -> tuple[float, np.ndarray]:
     """Largest omega^2 of a sparse symmetric K with masses (d,), by Lanczos, and its mode (d,): kinetic energy 1/2 at omega 1.
 
     Infinite masses hold a component.
@@ -91,18 +95,18 @@ def highest(K, mass):
     return float(values[-1]), scale * vectors[:, -1]
 
 
-def step(omega2, alpha=0.0):
+def step(omega2: float, alpha: float = 0.0) -> float:
     """Eq (1): longest stable step for omega^2; without any stiffness there is no limit."""
     return float(2.0 / np.sqrt(omega2 * (1.0 + alpha))) if omega2 > 0.0 else np.inf
 
 
-def limit(omega2, alpha, dt, what, xy):
+def limit(omega2: float, alpha: float, dt: float | None, what: str, xy: Sequence[float] | np.ndarray) -> Limit:
     """Eq (1) for run.json: longest stable step over the step in use, `dt` [s] (None: static mode); `what` at `xy` [m] sets it."""
     longest = step(omega2, alpha)
     return {"share": longest if dt is None else longest / dt, "dt": dt, "what": what, "at": [float(x) for x in xy]}
 
 
-def as_text(found):
+def as_text(found: Limit) -> str:
     """Text of a limit: a multiple of the step in use, in real time also in seconds, and the object that sets it."""
     seconds = "" if found["dt"] is None else f" = {found['share'] * found['dt']:.3g} s"
     return f"{found['share']:.2f}{seconds} (set by {found['what']} at ({found['at'][0]:.2f}, {found['at'][1]:.2f}) m)"

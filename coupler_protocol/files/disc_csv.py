@@ -6,9 +6,10 @@ the same bits.
 """
 
 import csv
+from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
-from typing import NamedTuple
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 
@@ -29,12 +30,12 @@ class DiscFile(NamedTuple):
     motion: np.ndarray
     stone: np.ndarray | None
 
-    def counted_from(self, origin):
+    def counted_from(self, origin: np.ndarray) -> "DiscFile":
         """The same discs with positions counted from the point `origin` (2,) [m]."""
         return self._replace(xy=self.xy - origin)
 
 
-def read(path, key="discs.file"):
+def read(path: str | Path, key: str = "discs.file") -> DiscFile:
     """Reads the DiscFile at `path`; raises SceneError with the lines and columns that are wrong."""
     path = Path(path)
     if not path.is_file():
@@ -47,7 +48,7 @@ def read(path, key="discs.file"):
     head = [name.strip() for name in rows[0][1]] if rows else []
     _check_head(path, key, head)
     wrong = []
-    table: dict[str, list[float]] = {name: [] for name in head}
+    table: dict[str, list[str | float]] = {name: [] for name in head}
     for number, row in rows[1:]:
         try:
             if len(row) != len(head):
@@ -64,7 +65,7 @@ def read(path, key="discs.file"):
     return _discs(path, key, table)
 
 
-def _check_head(path, key, head):
+def _check_head(path: str | Path, key: str, head: Sequence[str]) -> None:
     if len(head) == 1 and ";" in head[0]:
         raise unfit(key, f"{path}: columns are parted by semicolons", "part them by commas, with points in numbers")
     missing = [name for name in PLACE if name not in head]
@@ -75,7 +76,7 @@ def _check_head(path, key, head):
             raise unfit(key, f"{path}: column {names[0]!r} is {what}", f"columns: {', '.join(COLUMNS)}")
 
 
-def _value(name, text):
+def _value(name: str, text: str) -> str | float:
     """Value of one entry; raises ValueError with the reason."""
     if name == "material":
         if text not in MATERIALS:
@@ -96,7 +97,7 @@ def _value(name, text):
     return value
 
 
-def _discs(path, key, table):
+def _discs(path: str | Path, key: str, table: dict[str, Any]) -> DiscFile:
     radius = np.array(table["radius"])
     motion = np.column_stack([np.array(table.get(name, np.zeros(len(radius)))) for name in MOTION])
     stone = np.array(table["stone"], dtype=np.int64) if "stone" in table else None
@@ -113,7 +114,9 @@ def _discs(path, key, table):
     return DiscFile(np.column_stack([table["x"], table["y"]]), radius, motion, stone)
 
 
-def write(file, xy, radius, stone=None, motion=None):
+def write(
+    file: IO[str], xy: np.ndarray, radius: np.ndarray, stone: np.ndarray | None = None, motion: np.ndarray | None = None
+) -> None:
     """Writes discs to an open text file, as `read` reads them; stone (n,): numbers or -1, motion (n, 3)."""
     out = csv.writer(file, lineterminator="\n")
     out.writerow([*PLACE, *(MOTION if motion is not None else ()), "material", "stone"])

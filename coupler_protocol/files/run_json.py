@@ -6,17 +6,24 @@ import os
 import platform
 import sys
 import time
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from coupler_protocol import exits
+
+if TYPE_CHECKING:
+    from coupler_protocol.files.restart import Origin
+
+Rows = Sequence[dict[str, Any]]
 
 log = logging.getLogger(__name__)
 NAME, EARLIER = "run.json", "run.earlier.json"
 LIBRARIES = ("colluvium", "numpy", "numba", "scipy", "pyzmq", "msgpack", "h5py", "pydantic")
 
 
-def describe(scene):
+def describe(scene: Any) -> dict[str, Any]:
     """Content of run.json that is known at the start."""
     return {
         "title": scene.title,
@@ -29,12 +36,12 @@ def describe(scene):
     }
 
 
-def now():
+def now() -> str:
     """Time of day, with its zone."""
     return time.strftime("%Y-%m-%dT%H:%M:%S%z")
 
 
-def origin_content(out, origin, plugin):
+def origin_content(out: Path, origin: "Origin | None", plugin: Any) -> dict[str, Any]:
     """Content of run.json about the origin of a run into the folder `out`, and about the user's functions that it calls.
 
     A run that continues in the folder of its origin lists in `attempts` how the earlier attempts ended.
@@ -47,27 +54,27 @@ def origin_content(out, origin, plugin):
     return about
 
 
-def _attempts(earlier):
+def _attempts(earlier: dict[str, Any]) -> list[dict[str, Any]]:
     """The attempts listed in run.json `earlier`, and `earlier` itself."""
     kept = ("start", "end", "seconds", "exit_code", "reason", "plugin", "warnings")
     return [*earlier.get("attempts", []), {key: earlier[key] for key in kept if key in earlier}]
 
 
-def set_aside(out):
+def set_aside(out: str | Path) -> None:
     """Renames run.json before a run continues in the folder `out`; its content is kept for `attempts`."""
     path = Path(out) / NAME
     if path.exists():
         path.replace(Path(out) / EARLIER)
 
 
-def _version(name):
+def _version(name: str) -> str:
     try:
         return version(name)
     except PackageNotFoundError:
         return "?"
 
 
-def processor():
+def processor() -> str:
     """Name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
@@ -76,7 +83,7 @@ def processor():
         return platform.processor() or platform.machine()
 
 
-def peak_memory():
+def peak_memory() -> float:
     """Largest resident memory of this process so far [MB]; 0 if the system does not provide it."""
     try:
         import resource
@@ -86,7 +93,7 @@ def peak_memory():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
 
 
-def write_json(path, content):
+def write_json(path: str | Path, content: Any) -> None:
     """Writes JSON to a new file and renames it, so that a reader never gets half of the file."""
     path = Path(path)
     new = path.with_suffix(path.suffix + ".new")
@@ -94,14 +101,14 @@ def write_json(path, content):
     os.replace(new, path)
 
 
-def write(out, content):
+def write(out: str | Path, content: dict[str, Any]) -> None:
     """Writes run.json into the folder `out`; a deviation from its schema is a fault of this program and is logged."""
     write_json(Path(out) / NAME, content)
     for problem in misfits(content):
         log.error("run.json: %s", problem)
 
 
-def misfits(content):
+def misfits(content: dict[str, Any]) -> list[str]:
     """Deviations of the content of a run.json from coupler_protocol.files.run_schema.RunJson, one text each."""
     from pydantic import ValidationError
 
@@ -114,7 +121,7 @@ def misfits(content):
     return []
 
 
-def name_the_cause(path, code):
+def name_the_cause(path: str | Path, code: int) -> None:
     """Replaces exit code PEER in run.json by `code`, that of the other side's failure."""
     path = Path(path)
     content = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
@@ -122,7 +129,7 @@ def name_the_cause(path, code):
         write(path.parent, content | {"exit_code": code})
 
 
-def stage_rows(results, continuum, discrete):
+def stage_rows(results: Rows, continuum: Rows, discrete: Sequence[Rows]) -> list[dict[str, Any]]:
     """Rows of `stages` in run.json: outcome and seconds of each stage. discrete: one list of stage times for each rank.
 
     The waiting time of the grid is the time of packing in `fill`, and the wait for forces in coupled stages.
@@ -138,7 +145,7 @@ def stage_rows(results, continuum, discrete):
     return rows
 
 
-def stage_rows_alone(results, times):
+def stage_rows_alone(results: Rows, times: Rows) -> list[dict[str, Any]]:
     """The same rows for discs without a grid; times: of the same stages, and of one more if it did not reach its end."""
     rows = []
     for result, spent in zip(results, times, strict=False):

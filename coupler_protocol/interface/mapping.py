@@ -21,9 +21,11 @@ import numpy as np
 
 from coupler_protocol.compiled.jit import jit
 
+Array = np.ndarray
+
 
 @jit(package="dem_server", forceinline=True)
-def segment(x, a):
+def segment(x: Array, a: int) -> tuple[int, float, float, float]:
     """Segment a of the closed chain of nodes x (K,2): its second node, vector from the first to it [m], length squared [m2]."""
     b = (a + 1) % x.shape[0]
     lx = x[b, 0] - x[a, 0]
@@ -32,7 +34,9 @@ def segment(x, a):
 
 
 @jit(package="dem_server")
-def velocities_to_discs(x, v, seg0, seg1, w0, node, xd, vd, spin, paper):
+def velocities_to_discs(
+    x: Array, v: Array, seg0: Array, seg1: Array, w0: Array, node: Array, xd: Array, vd: Array, spin: Array, paper: bool
+) -> None:
     """Writes the motion of the control discs that follows from the motion of the nodes: vd (R,2) [m/s] and spin (R,) [1/s].
 
     x, v (K,2): node positions [m] and velocities [m/s]. seg0, seg1 (R,): segment (index of its first node) of a disc between
@@ -68,7 +72,7 @@ def velocities_to_discs(x, v, seg0, seg1, w0, node, xd, vd, spin, paper):
 
 
 @jit(package="dem_server")
-def _couple(F, x, a, M):
+def _couple(F: Array, x: Array, a: int, M: float) -> None:
     """Adds the couple of moment M [N m] of segment a to the forces F of its two nodes."""
     b, lx, ly, ll = segment(x, a)
     F[a, 0] += M * ly / ll
@@ -78,7 +82,9 @@ def _couple(F, x, a, M):
 
 
 @jit(package="dem_server")
-def forces_to_nodes(x, seg0, seg1, w0, node, xd, P, Mp, F, paper):
+def forces_to_nodes(
+    x: Array, seg0: Array, seg1: Array, w0: Array, node: Array, xd: Array, P: Array, Mp: Array, F: Array, paper: bool
+) -> None:
     """Writes nodal forces F (K,2) [N] from contact forces P (R,2) [N] and moments Mp (R,) [N m] on the control discs.
 
     Other arguments as in `velocities_to_discs`. `paper`: equations (1)-(12), corrected; they do not transfer Mp.

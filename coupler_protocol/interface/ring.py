@@ -32,7 +32,7 @@ class Ring(NamedTuple):
     arc: NDArray[np.float64]  # (R,) [m] length of rim that belongs to each disc
 
 
-def build_ring(nodes, radius):
+def build_ring(nodes: NDArray[np.float64], radius: float) -> Ring:
     """Control discs on the loop `nodes` (K,2) [m] for soil discs of mean radius `radius` [m].
 
     Raises ValueError for a loop that is not counter-clockwise or has a segment of zero length.
@@ -75,7 +75,7 @@ def build_ring(nodes, radius):
     return Ring(nodes, xy, r, seg0, seg1, w0, node, arc)
 
 
-def inner_share(ring_xy):
+def inner_share(ring_xy: NDArray[np.float64]) -> NDArray[np.float64]:
     """Share (R,) of the area of each control disc inside the ring: the interior angle of the chain over a full turn."""
     ahead = np.roll(ring_xy, -1, axis=0) - ring_xy
     back = np.roll(ring_xy, 1, axis=0) - ring_xy
@@ -83,7 +83,7 @@ def inner_share(ring_xy):
     return np.mod(np.arctan2(cross, (ahead * back).sum(axis=1)), 2.0 * np.pi) / (2.0 * np.pi)
 
 
-def node_shares(ring):
+def node_shares(ring: Ring) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Shares N (R,2) of a disc's force on the two nodes of its segment and their indices (R,2).
 
     The first node is the segment's first; a disc on a node has the shares 1 and 0.

@@ -4,16 +4,21 @@ import argparse
 import logging
 import sys
 import traceback
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from coupler_protocol import exits
 from coupler_protocol.compiled import threads
 from coupler_protocol.files.restart import Origin
 from coupler_protocol.problems import SceneError
 
+if TYPE_CHECKING:
+    from coupler_protocol.process.plugin import Plugin
 
-def common_options(parser):
+
+def common_options(parser: argparse.ArgumentParser) -> None:
     """Adds the options of every command that computes a scene."""
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
@@ -24,24 +29,24 @@ def common_options(parser):
         dest="origin",
         metavar="DIR@STAGE",
         type=origin,
-        help="go on from the end of a stage of an earlier run; only later stages of the scene may differ",
+        help="continue after the end of a stage of an earlier run; only later stages of the scene may differ",
     )
 
 
-def process_options(parser):
-    """Options of every command that starts processes which compute."""
+def process_options(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of every command that starts processes which compute."""
     parser.add_argument("--quiet", action="store_true", help="no progress")
     parser.add_argument("--threads", metavar="N", type=positive, default=1, help="threads of each process (default 1)")
 
 
-def positive(text):
+def positive(text: str) -> int:
     """Type of options for a whole number from 1; raises ArgumentTypeError."""
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1")
     return int(text)
 
 
-def origin(text):
+def origin(text: str) -> Origin:
     """Type of options for an Origin; raises ArgumentTypeError."""
     try:
         return Origin.parse(text)
@@ -49,7 +54,7 @@ def origin(text):
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def server_parser(name, description):
+def server_parser(name: str, description: str) -> argparse.ArgumentParser:
     """Parser of a server's command line."""
     parser = argparse.ArgumentParser(prog=name, description=description)
     common_options(parser)
@@ -61,19 +66,19 @@ def server_parser(name, description):
     return parser
 
 
-def plugin_option(parser):
+def plugin_option(parser: argparse.ArgumentParser) -> None:
     """Adds the option for a plugin file of a user."""
     parser.add_argument("--plugin", metavar="FILE", help="Python file with on_step(moment) or on_stage(moment) (docs/plugins.md)")
 
 
-def plugin(options):
+def plugin(options: argparse.Namespace) -> "Plugin | None":
     """The Plugin of the options, or None."""
     from coupler_protocol.process.plugin import from_file
 
     return None if options.plugin is None else from_file(options.plugin)
 
 
-def prepare_folder(path, own_files, force, origin=None):
+def prepare_folder(path: str | Path, own_files: Sequence[str], force: bool, origin: Origin | None = None) -> Path:
     """Makes the run directory; raises EnvironmentFailed if it contains results of this process and `force` is not given.
 
     A run that continues in the directory of its `origin` keeps the files there. Returns the path.
@@ -93,7 +98,7 @@ def prepare_folder(path, own_files, force, origin=None):
     return path
 
 
-def log_to(path):
+def log_to(path: str | Path) -> None:
     """Writes the log of this process to a file."""
     handler = logging.FileHandler(path, mode="a", encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
@@ -102,12 +107,12 @@ def log_to(path):
     root.setLevel(logging.INFO)
 
 
-def set_threads(count):
+def set_threads(count: int) -> None:
     """Sets the number of threads that share a step of this process; must be called before models are built."""
     threads.set_size(count)
 
 
-def exit_code_of(name, work):
+def exit_code_of(name: str, work: Callable[[], Any]) -> int:
     """Runs `work()`; returns the exit code of its end, and prints the error and whose fault it is to standard error."""
     try:
         work()

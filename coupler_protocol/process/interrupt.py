@@ -4,6 +4,7 @@ import contextlib
 import os
 import signal
 import threading
+from typing import Any
 
 from coupler_protocol.exits import INTERRUPTED, Interrupted
 
@@ -13,23 +14,23 @@ GRACE = 20.0  # seconds a requested stop may take before the process ends itself
 class StopRequest:
     """Request to stop this run, with its reason."""
 
-    def __init__(self):
-        self.reason = None
+    def __init__(self) -> None:
+        self.reason: str | None = None
 
-    def ask(self, reason):
+    def ask(self, reason: str) -> None:
         """Requests the run to stop at its next safe point."""
         self.reason = self.reason or reason
 
-    def check(self):
+    def check(self) -> None:
         """Raises Interrupted if a stop was requested."""
         if self.reason is not None:
             raise Interrupted(self.reason)
 
 
-def stop_on_signals(stop):
+def stop_on_signals(stop: StopRequest) -> None:
     """Makes SIGINT and SIGTERM request a stop; the second signal takes effect immediately."""
 
-    def ask(number, frame):
+    def ask(number: int, frame: Any) -> None:
         if stop.reason is not None:
             raise KeyboardInterrupt
         stop.ask("interrupted by " + signal.Signals(number).name)
@@ -38,10 +39,10 @@ def stop_on_signals(stop):
     signal.signal(signal.SIGTERM, ask)
 
 
-def stop_with_parent(stop):
+def stop_with_parent(stop: StopRequest) -> None:
     """Requests a stop when standard input closes, and ends the process after GRACE: no process outlives the launcher."""
 
-    def watch():
+    def watch() -> None:
         with contextlib.suppress(OSError):  # no standard input: the launcher is gone as well
             while os.read(0, 4096):  # not sys.stdin: its lock must be free when the interpreter ends
                 pass

@@ -26,6 +26,9 @@ class Moment(NamedTuple):
     state: Any
 
 
+Function = Callable[[Moment], None]
+
+
 class Plugin(NamedTuple):
     """Functions that are called; `every`: steps between calls of on_step."""
 
@@ -54,7 +57,7 @@ class Plugin(NamedTuple):
             raise EnvironmentFailed(f"the plugin failed ({where}): {type(error).__name__}: {error}") from error
 
 
-def from_functions(on_stage=None, on_step=None) -> Plugin | None:
+def from_functions(on_stage: Function | None = None, on_step: tuple[int, Function] | None = None) -> Plugin | None:
     """Plugin of `colluvium.run`, None without functions: on_stage a function, on_step a pair (steps between calls, function)."""
     if on_stage is None and on_step is None:
         return None

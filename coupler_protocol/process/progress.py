@@ -3,17 +3,28 @@
 import json
 import sys
 import time
+from collections.abc import Callable
+from typing import Any
 
 
 class Progress:
     """Reports of one process. `form`: "plain" (standard error), "json" (standard output), "none", or a function of a dict."""
 
-    def __init__(self, rank, form="plain", interval=None):
+    def __init__(self, rank: int, form: str | Callable[[dict[str, Any]], None] = "plain", interval: float | None = None) -> None:
         self.rank, self.form = rank, form
         self.interval = interval if interval is not None else (2.0 if form == "plain" else 0.2)
         self._next, self._begin = 0.0, time.monotonic()
 
-    def __call__(self, stage, text="", step=0, of=None, ratio=None, factor=None, now=False):
+    def __call__(
+        self,
+        stage: str,
+        text: str = "",
+        step: int = 0,
+        of: int | None = None,
+        ratio: float | None = None,
+        factor: float | None = None,
+        now: bool = False,
+    ) -> None:
         """Reports, unless the last report is too recent; `now`: always."""
         time_now = time.monotonic()
         if time_now < self._next and not now:
@@ -32,7 +43,7 @@ class Progress:
             self.form = "none"
 
 
-def as_line(row):
+def as_line(row: dict[str, Any]) -> str:
     """One report as a line of text."""
     parts = [f"rank {row['rank']}", f"{row['stage']:<12}"]
     if row["step"]:

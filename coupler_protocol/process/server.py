@@ -1,8 +1,9 @@
-"""What the main functions of servers share: start of a process, run of its side, and run.json if it conducts the stages."""
+"""Common parts of the main functions of servers: start of a process, run of its side, run.json if it conducts the stages."""
 
+import argparse
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,7 +24,7 @@ log = logging.getLogger(__name__)
 
 
 class RunContext(NamedTuple):
-    """What `compute` of every server needs besides the scene and its link."""
+    """Arguments of `compute` of every server besides the scene and its link."""
 
     out: Path  # run directory, which exists
     progress: Progress
@@ -32,7 +33,12 @@ class RunContext(NamedTuple):
     plugin: Plugin | None = None
 
 
-def main(name, parser, serve, argv=None):
+def main(
+    name: str,
+    parser: argparse.ArgumentParser,
+    serve: Callable[[Any, argparse.Namespace, StopRequest], object],
+    argv: Sequence[str] | None = None,
+) -> int:
     """Entry point of the server `name`: runs serve(scene, options, stop) on the scene of its options; returns the exit code."""
     options = parser.parse_args(argv)
     command_line.set_threads(options.threads)
@@ -41,7 +47,7 @@ def main(name, parser, serve, argv=None):
     if options.tether:
         stop_with_parent(stop)
 
-    def work():
+    def work() -> None:
         from coupler_protocol.scene.reader import read_scene
 
         serve(read_scene(options.scene, options.set), options, stop)
@@ -49,8 +55,8 @@ def main(name, parser, serve, argv=None):
     return command_line.exit_code_of(name, work)
 
 
-def begin(options, stop, rank, process, more=()):
-    """The RunContext of a process: reads its plugin, clears its run directory of earlier files of its own, opens its log.
+def begin(options: argparse.Namespace, stop: StopRequest, rank: int, process: str, more: Sequence[str] = ()) -> RunContext:
+    """Makes the RunContext of a process: reads its plugin, removes its earlier files from the run directory, opens its log.
 
     process: name with which its files begin ("fdm.rank0"); more: names of other files that it writes.
     """
@@ -87,26 +93,32 @@ def run_side(
         raise
 
 
-def reason_of(error):
+def reason_of(error: BaseException) -> str:
     """Text of the reason for the end of a run."""
     return str(error) or type(error).__name__
 
 
-def conduct_run(make_side, scene, context, notify=lambda kind, content: None):
+def conduct_run(
+    make_side: Callable[[], Any],
+    scene: Any,
+    context: RunContext,
+    notify: Callable[[int, dict[str, str]], object] = lambda kind, content: None,
+) -> None:
     """`run_side` of the side that conducts the stages; writes scene.json, and run.json in any case.
 
     summary() of the side is its part of run.json; context: the RunContext of its process.
     """
     from coupler_protocol.scene.rules.between_tables import listed_doubts
 
-    start, sides = time.perf_counter(), []
+    start = time.perf_counter()
+    sides: list[Any] = []
     about = run_json.describe(scene) | run_json.origin_content(context.out, context.origin, context.plugin)
     about |= {"doubts": found} if (found := listed_doubts(scene)) else {}
     for doubt in found:
         logging.getLogger(__name__).warning("%s: %s; %s", *doubt.values())
     code, reason = exits.OURSELVES, ""
 
-    def made():
+    def made() -> Any:
         sides.append(make_side())
         run_json.write_json(context.out / "scene.json", scene.resolved())
         return sides[0]

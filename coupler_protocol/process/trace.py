@@ -14,6 +14,8 @@ processes, so files of one machine have the same time axis; files of two machine
 import csv
 import time
 from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
 
 COLUMNS = ("stage", "step", "activity", "begin", "end")
 
@@ -28,7 +30,7 @@ class StageTimes:
     waiting: float = 0.0
     recording: float = 0.0
 
-    def as_dict(self):
+    def as_dict(self) -> dict[str, Any]:
         """Plain data for run.json."""
         return asdict(self)
 
@@ -36,16 +38,16 @@ class StageTimes:
 class Stopwatch:
     """Adds the time since the last call to one of a stage's columns."""
 
-    def __init__(self):
-        self.stages = []
+    def __init__(self) -> None:
+        self.stages: list[StageTimes] = []
         self._last = time.perf_counter()
 
-    def begin(self, name):
+    def begin(self, name: str) -> None:
         """Starts a stage."""
         self.stages.append(StageTimes(name))
         self._last = time.perf_counter()
 
-    def add_to(self, column):
+    def add_to(self, column: str) -> None:
         """Books the time since the last booking under `column` of the present stage."""
         now = time.perf_counter()
         stage = self.stages[-1]
@@ -56,17 +58,18 @@ class Stopwatch:
 class Trace(Stopwatch):
     """A Stopwatch that stores its intervals in the first `steps` steps of every stage."""
 
-    def __init__(self, steps):
+    def __init__(self, steps: int) -> None:
         super().__init__()
-        self.steps, self.rows = steps, []
+        self.steps = steps
+        self.rows: list[tuple[Any, ...]] = []
         self._done = 0  # steps of the stage that were done when the present one began
 
-    def begin(self, name):
+    def begin(self, name: str) -> None:
         """Starts a stage."""
         super().begin(name)
         self._done = 0
 
-    def add_to(self, column):
+    def add_to(self, column: str) -> None:
         """Books the time since the last booking, and stores the interval. A step ends with its booking under recording."""
         begin = self._last
         super().add_to(column)
@@ -76,7 +79,7 @@ class Trace(Stopwatch):
         if column == "recording":
             self._done = stage.steps
 
-    def write(self, path):
+    def write(self, path: str | Path) -> None:
         """Writes the file."""
         with open(path, "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
@@ -84,6 +87,6 @@ class Trace(Stopwatch):
             writer.writerows((*row[:3], *(f"{moment:.9f}" for moment in row[3:])) for row in self.rows)
 
 
-def stopwatch(steps):
+def stopwatch(steps: int | None) -> Stopwatch:
     """A Stopwatch, or with `steps` (None: no trace) a Trace."""
     return Stopwatch() if steps is None else Trace(steps)

@@ -101,7 +101,7 @@ class History(NamedTuple):
     of_stage: bool = False
 
 
-def increasing(value):
+def increasing(value: tuple[Any, Any]) -> tuple[Any, Any]:
     """Returns a pair of numbers; raises ValueError if the first is larger than the second. For AfterValidator."""
     if value[0] > value[1]:
         raise ValueError("the first number must not be larger than the second")

@@ -1,10 +1,12 @@
 """Differences of two resolved scenes, for handshakes and for runs that continue an earlier one."""
 
+from typing import Any
+
 OF = "'s"  # of the continuum's
 SIDES = ("the discrete side", "the continuum" + OF)
 
 
-def first_difference(a, b, whose=SIDES, path=""):
+def first_difference(a: Any, b: Any, whose: tuple[str, str] = SIDES, path: str = "") -> str | None:
     """Text with the first key at which two resolved scenes differ and both values, or None. whose: owners of a and b."""
     if isinstance(a, dict) and isinstance(b, dict):
         for key in sorted(a.keys() | b.keys()):
@@ -23,6 +25,6 @@ def first_difference(a, b, whose=SIDES, path=""):
     return None if a == b else f"{path.rstrip('.')}: {both_values(a, b, whose)}"
 
 
-def both_values(a, b, whose=SIDES):
+def both_values(a: Any, b: Any, whose: tuple[str, str] = SIDES) -> str:
     """Text with two values that should be equal, each with its owner."""
     return f"{a!r} on {whose[0]}, {b!r} on {whose[1]}"

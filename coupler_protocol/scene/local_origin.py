@@ -5,12 +5,17 @@ step removes. Where coordinates are more than FAR times the size of a scene, the
 its discs, in whole metres; all files of a run have the coordinates of the scene. Grids begin at x = 0, y = 0.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 FAR = 1000.0  # times the size of the scene
 
 
-def local_origin(scene, discs=None):
+def local_origin(scene: Any, discs: Array | None = None) -> Array:
     """Point (2,) [m] about which a scene is computed; (0, 0) unless its discs are far from there.
 
     discs: positions (n, 2) [m] of the discs where they come from a file.
@@ -26,17 +31,17 @@ def local_origin(scene, discs=None):
     return np.floor(low) if np.abs(points).max() > FAR * size else nowhere
 
 
-def in_the_scene(points, origin):
+def in_the_scene(points: Array, origin: Array | tuple[float, float]) -> Array:
     """Points (.., 2) [m] counted from `origin` in the coordinates of the scene; the same array where nothing was shifted."""
     return points + origin if np.any(origin) else points
 
 
-def about(scene, origin):
+def about(scene: Any, origin: Array) -> Any:
     """The scene with all coordinates counted from the point `origin` (2,) [m]; discs of a file are left to who reads it."""
     if not np.any(origin):
         return scene
 
-    def moved(points):
+    def moved(points: Any) -> Any:
         return type(points)(tuple(map(_counted, point, origin.tolist())) for point in points)
 
     windows = [w.model_copy(update={"polygon": moved(w.polygon)}) for w in scene.window]
@@ -47,6 +52,6 @@ def about(scene, origin):
     return scene.model_copy(update=changed)
 
 
-def _counted(value, start):
+def _counted(value: float, start: float) -> float:
     """A coordinate counted from `start`, with the decimals that it had: 5512345.03 from 5512345.0 is 0.03."""
     return round(value - start, int(-np.log10(2.0 * np.spacing(abs(value)))))

@@ -4,15 +4,19 @@ import difflib
 import json
 import re
 import tomllib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
-from coupler_protocol.problems import Problem, SceneError, dotted
+from coupler_protocol.problems import KeyPath, Problem, SceneError, dotted
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.scene import scene_class
 from coupler_protocol.scene.toml_lines import line_of, locate
+
+Lines = Mapping[KeyPath, int]  # line of each key
 
 FROM_SET = 0  # in place of a line, for values from the command line
 ALIKE = 0.7  # similarity of a mistyped key and the one that was probably meant
@@ -27,7 +31,7 @@ NOT_COMPUTED = dict.fromkeys(("water", "groundwater", "pore_pressure", "phreatic
 )  # tables of other programs
 
 
-def read_scene(path, overrides=()):
+def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Any:
     """Reads the scene at `path`, TOML or the resolved scene.json of a run; `overrides` are KEY=VALUE texts ("seed=2").
 
     Raises SceneError with all problems: file, line, key, reason, remedy. Raises OSError if the file exists but cannot be read.
@@ -56,7 +60,7 @@ def read_scene(path, overrides=()):
     return build_scene(data, str(path), lines)
 
 
-def build_scene(data, file="scene", lines=None):
+def build_scene(data: Mapping[str, Any], file: str = "scene", lines: Lines | None = None) -> Any:
     """Makes a scene from plain data (nested dictionaries and lists); raises SceneError."""
     lines = lines or {}
     try:
@@ -69,19 +73,19 @@ def build_scene(data, file="scene", lines=None):
     return scene
 
 
-def _place(file, lines, path) -> tuple[str, int | None]:
+def _place(file: str, lines: Lines, path: KeyPath) -> tuple[str, int | None]:
     """File and line of a key, or the other source of its value."""
     line = line_of(lines, path)
     return ("--set", None) if line == FROM_SET else (file, line)
 
 
-def _syntax_problem(path, error):
+def _syntax_problem(path: str | Path, error: tomllib.TOMLDecodeError) -> Problem:
     words = str(error)
     line = words.partition("(at line ")[2].partition(",")[0]
     return Problem(str(path), int(line) if line.isdigit() else None, "", f"not valid TOML: {words}", "see https://toml.io")
 
 
-def _problem(error, file, lines):
+def _problem(error: Any, file: str, lines: Lines) -> Problem:
     """Problem of one of pydantic's errors, with our reason and remedy."""
     path, kind = tuple(error["loc"]), error["type"]
     reason, remedy = error["msg"], ""
@@ -114,7 +118,7 @@ def _problem(error, file, lines):
     return Problem(*_place(file, lines, path), dotted(path), reason, remedy)
 
 
-def _within_bounds(error, path):
+def _within_bounds(error: Mapping[str, Any], path: KeyPath) -> str:
     """What a number outside its bounds could be instead, in front of the meaning of its key; "" for other errors."""
     value, limits = error["input"], error.get("ctx") or {}
     low, high = limits.get("ge", limits.get("gt")), limits.get("le", limits.get("lt"))
@@ -133,7 +137,7 @@ def _within_bounds(error, path):
     return "" if high is None else f"use {'at most' if 'le' in limits else 'less than'} {high:g}; "
 
 
-def _field_at(path):
+def _field_at(path: KeyPath) -> FieldInfo | None:
     """The declared field of a key; None where there is none."""
     path = tuple(path)
     while path and isinstance(path[-1], int):
@@ -142,7 +146,7 @@ def _field_at(path):
     return model.model_fields.get(path[-1]) if model else None
 
 
-def _model_at(path):
+def _model_at(path: KeyPath) -> Any:
     """Table class that contains the last key of `path`, or None."""
     model = scene_class()
     for part in path:
@@ -153,29 +157,30 @@ def _model_at(path):
     return model
 
 
-def _table_in(annotation):
+def _table_in(annotation: Any) -> Any:
     """The table class inside list[...], Optional[...] or Annotated[...], or None."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     return next((t for t in map(_table_in, get_args(annotation)) if t), None)
 
 
-def _keys_at(path):
+def _keys_at(path: KeyPath) -> list[str]:
     model = _model_at(path)
     return list(model.model_fields) if model else []
 
 
-def _meaning(path):
+def _meaning(path: KeyPath) -> str:
     """Unit and meaning of a key, as declared."""
     field = _field_at(path)
     if field is None:
         return ""
     name = next(part for part in reversed(tuple(path)) if not isinstance(part, int))
-    unit = (field.json_schema_extra or {}).get("unit", "-")
+    extra: Any = field.json_schema_extra or {}
+    unit = extra.get("unit", "-")
     return f"{name} [{unit}]: {field.description}"
 
 
-def _override(data, text, lines):
+def _override(data: dict[str, Any], text: str, lines: dict[KeyPath, int]) -> list[Problem]:
     """Sets one KEY=VALUE in `data`; items of a list have their number or their name as key. Returns problems."""
     key, equals, value = text.partition("=")
     path = tuple(int(p) if p.isdecimal() else p for p in key.strip().split("."))
@@ -185,7 +190,8 @@ def _override(data, text, lines):
         value = tomllib.loads(f"v = {value}")["v"]
     except tomllib.TOMLDecodeError:
         value = value.strip()
-    place, way = data, []
+    place: Any = data
+    way: list[Any] = []
     for part in path:
         way.append(_numbered(place, part))
         try:
@@ -199,7 +205,7 @@ def _override(data, text, lines):
     return []
 
 
-def _numbered(place, part):
+def _numbered(place: Any, part: str | int) -> Any:
     """Number of the item with the name `part` if `place` is a list with such an item; else `part`."""
     names = [item.get("name") if isinstance(item, dict) else None for item in place] if isinstance(place, list) else []
     return names.index(part) if part in names else part

@@ -7,9 +7,9 @@ entry-point group `colluvium.effects`; the name of the entry point is the place 
 import hashlib
 import json
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field, create_model, model_validator
 
@@ -28,10 +28,10 @@ DAMPING = "damping of the grid in this stage (none: that of the scene); in real 
 
 
 @cache
-def declared_effects():
-    """All effects that are installed: {place in the scene: class that declares the table's keys}.
+def declared_effects() -> dict[str, Any]:
+    """All installed effects: {place in the scene: class that declares the table's keys}.
 
-    Raises EnvironmentFailed where two distributions declare an effect for the same place: one of them would be lost.
+    Raises EnvironmentFailed if two distributions declare an effect for the same place: one of them would be lost.
     """
     found = sorted(entry_points(group="colluvium.effects"), key=lambda point: (point.name, _distribution(point)))
     twice = [
@@ -44,17 +44,16 @@ def declared_effects():
     return {point.name: point.load() for point in found}
 
 
-def distribution_of(place):
-    """Name of the distribution that declares the effect of this place; "" where none does."""
+def distribution_of(place: str) -> str:
+    """Name of the distribution that declares the effect of this place; "" if it is unknown."""
     return next((_distribution(point) for point in entry_points(group="colluvium.effects") if point.name == place), "")
 
 
-def _distribution(point):
-    """Name of the distribution of an entry point; "" where the entry point has none."""
-    return "" if point.dist is None else point.dist.name
+def _distribution(point: EntryPoint) -> str:
+    return point.dist.name if point.dist is not None else ""
 
 
-def _effect_fields(place):
+def _effect_fields(place: str) -> dict[str, Any]:
     """Optional fields for the effects below `place` ("material" gives elastic, mohr_coulomb, ...)."""
     inside = {name.partition(".")[2]: cls for name, cls in declared_effects().items() if name.startswith(place + ".")}
     return {
@@ -78,7 +77,7 @@ class Window(Table):
     )
 
     @model_validator(mode="after")
-    def _in_order(self):
+    def _in_order(self) -> "Window":
         if any(span is not None and span[0] > span[1] for span in (self.columns, self.rows)):
             raise ValueError("columns and rows are [first, last] with first <= last")
         return self
@@ -121,8 +120,8 @@ class Record(Table):
 
 
 @cache
-def scene_class():
-    """The class of scenes, with all installed effects in their places."""
+def scene_class() -> Any:
+    """The class of scenes, with all installed effects in their places; mypy cannot use classes made at run time as types."""
     grain = _effect_fields("grain")
     material, discs_material = _extended(Material, **_effect_fields("material")), _extended(Grain, **grain)
     ring, pair = _extended(Ring, **grain), _extended(Pair, **grain)
@@ -130,7 +129,10 @@ def scene_class():
         Discs,
         soil=(discs_material, quantity(meaning="material of the discs")),
         stone=(discs_material | None, quantity(None, meaning="material of the discs in stones")),
-        pair=(list[pair], Field(default_factory=list, description="values for contacts between two materials")),
+        pair=(
+            list[pair],  # type: ignore[valid-type]
+            Field(default_factory=list, description="values for contacts between two materials"),
+        ),
         **_effect_fields("discs"),
     )
     damping = declared_effects()["damping"] | None
@@ -138,18 +140,24 @@ def scene_class():
     return create_model(
         "Scene",
         __base__=SceneBase,
-        material=(list[material], Field(default_factory=list, description="soils of the continuum")),
+        material=(
+            list[material],  # type: ignore[valid-type]
+            Field(default_factory=list, description="soils of the continuum"),
+        ),
         discs=(discs | None, Field(default=None, description="discs that fill the windows")),
         ring=(
             ring | None,
             Field(default=None, description="properties of contacts with control discs; none: bonded, properties of the disc"),
         ),
         damping=(damping, Field(default=None, description="damping of the grid")),
-        stage=(list[stage], Field(description="the procedure, in order", min_length=1)),
+        stage=(
+            list[stage],  # type: ignore[valid-type]
+            Field(description="the procedure, in order", min_length=1),
+        ),
     )
 
 
-def _extended(table, **fields):
+def _extended(table: type[Table], **fields: Any) -> Any:
     """The class of a table with more fields, under its own name."""
     return create_model(table.__name__, __base__=table, __doc__=table.__doc__, **fields)
 
@@ -176,14 +184,14 @@ class SceneBase(Table):
     fos: FactorOfSafety = Field(default=FactorOfSafety(), description="search for a factor of safety")
     stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
 
-    def resolved(self):
+    def resolved(self) -> dict[str, Any]:
         """The scene as plain data, with all defaults."""
         return self.model_dump(mode="json")
 
-    def digest(self):
+    def digest(self) -> str:
         """Hash of the resolved scene: equal for scenes with the same results."""
         return hashlib.sha256(json.dumps(self.resolved(), sort_keys=True).encode()).hexdigest()
 
-    def name_of_stage(self, index):
+    def name_of_stage(self, index: int) -> str:
         """Name of the stage with this number."""
         return self.stage[index].name

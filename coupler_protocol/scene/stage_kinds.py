@@ -3,7 +3,8 @@
 fdm_server/procedure/kinds.py has a function of the grid for each kind; a test checks that it contains all kinds of a grid.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 
 class Kind(NamedTuple):
@@ -61,23 +62,23 @@ BY_NAME = {kind.name: kind for kind in KINDS}
 NAMES = tuple(BY_NAME)
 
 
-def named(**wanted):
+def named(**wanted: Any) -> tuple[str, ...]:
     """Names of the kinds whose fields have these values, in order; `band=True` gives the kinds that may end by a band."""
     return tuple(kind.name for kind in KINDS if all(getattr(kind, field) == value for field, value in wanted.items()))
 
 
-def of(stage):
+def of(stage: Any) -> Kind:
     """The Kind of a stage of a scene."""
     return BY_NAME[stage.kind]
 
 
-def number_of(stages, **wanted):
+def number_of(stages: Sequence[Any], **wanted: Any) -> int | None:
     """Number of the first of `stages` whose kind has these values (couples=True), or None."""
     kinds = named(**wanted)
     return next((i for i, stage in enumerate(stages) if stage.kind in kinds), None)
 
 
-def coupled(stages):
+def coupled(stages: Sequence[Any]) -> Sequence[Any]:
     """The stages in which discs and grid are coupled."""
     first = number_of(stages, couples=True)
     return [] if first is None else stages[first:]

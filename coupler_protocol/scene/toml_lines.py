@@ -1,6 +1,9 @@
 """Line numbers of the keys of a TOML text, for messages: the standard reader gives values without line numbers."""
 
 import re
+from collections.abc import Mapping
+
+from coupler_protocol.problems import KeyPath
 
 _HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]]+?)\s*\]")
 _KEY = re.compile(r"^\s*((?:[A-Za-z0-9_\-]+|\"[^\"]*\")(?:\s*\.\s*(?:[A-Za-z0-9_\-]+|\"[^\"]*\"))*)\s*=")
@@ -9,16 +12,16 @@ _TEXT = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|#.*$")
 _LONG_TEXT = re.compile(r"\"\"\"(?:[^\\]|\\.)*?\"{3,5}|'''.*?'{3,5}|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'|#[^\n]*", re.DOTALL)
 
 
-def _only_line_ends(found):
+def _only_line_ends(found: re.Match[str]) -> str:
     """Replacement of a text: a text of several lines without its content; others unchanged."""
     return '""' + "\n" * found[0].count("\n") if "\n" in found[0] else found[0]
 
 
-def _parts(dotted):
+def _parts(dotted: str) -> KeyPath:
     return tuple(part.strip().strip('"') for part in dotted.split("."))
 
 
-def locate(text):
+def locate(text: str) -> dict[KeyPath, int]:
     """Line number (from 1) of every table and key, by its path: ("material", 0, "density") -> 12.
 
     Keys inside inline tables and arrays have no entry; `line_of` returns the line of the enclosing key.
@@ -42,7 +45,7 @@ def locate(text):
     return lines
 
 
-def _with_indices(parts, counts, new_item):
+def _with_indices(parts: KeyPath, counts: dict[KeyPath, int], new_item: bool) -> KeyPath:
     """Path of a table header with the list positions that are implicit in TOML."""
     path: tuple = ()
     for place, part in enumerate(parts):
@@ -54,7 +57,7 @@ def _with_indices(parts, counts, new_item):
     return path
 
 
-def line_of(lines, path):
+def line_of(lines: Mapping[KeyPath, int], path: KeyPath) -> int | None:
     """Line of `path`, or of the innermost enclosing table or key; None without one."""
     path = tuple(path)
     while path:

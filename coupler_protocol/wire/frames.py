@@ -7,12 +7,16 @@ Header and msgpack limits are described in docs/protocol.md.
 import math
 import struct
 import zlib
+from collections.abc import Mapping
+from typing import Any
 
 import msgpack
 import numpy as np
 
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.wire import messages
+
+Buffer = bytes | bytearray | memoryview  # a frame
 
 MAGIC = b"CLVM"
 HEADER = struct.Struct("<4sHHQIIQII")  # magic, version, kind, session, rank, flags, sequence, payload length, CRC-32
@@ -33,17 +37,17 @@ class VersionError(WireError):
 class StepFrame:
     """A step message in one buffer that is reused in every step: `scalars` and `values` are views into its payload."""
 
-    def __init__(self, kind, session, rank, n_scalars, n_values):
+    def __init__(self, kind: int, session: int, rank: int, n_scalars: int, n_values: int) -> None:
         self.kind, self.session, self.rank = kind, session, rank
         self.buffer = bytearray(HEADER.size + 8 * (n_scalars + n_values))
         numbers = np.frombuffer(self.buffer, dtype="<f8", offset=HEADER.size)
         self.scalars, self.values = numbers[:n_scalars], numbers[n_scalars:]
 
-    def seal(self, sequence):
+    def seal(self, sequence: int) -> bytearray:
         """Writes header and checksum; returns the bytes to send."""
         return _seal(self.buffer, self.kind, self.session, self.rank, sequence)
 
-    def accept(self, frame):
+    def accept(self, frame: Buffer) -> None:
         """Copies the payload of a received frame; raises WireError for another length or a number that is not finite."""
         if len(frame) != len(self.buffer):
             raise WireError(f"{messages.NAMES[self.kind]} has {len(frame)} bytes, {len(self.buffer)} were agreed")
@@ -52,14 +56,14 @@ class StepFrame:
             raise WireError(f"{messages.NAMES[self.kind]} holds a number that is not finite")
 
 
-def _seal(buffer, kind, session, rank, sequence, flags=0):
+def _seal(buffer: bytearray, kind: int, session: int, rank: int, sequence: int, flags: int = 0) -> bytearray:
     size = len(buffer) - HEADER.size
     HEADER.pack_into(buffer, 0, MAGIC, messages.PROTOCOL_VERSION, kind, session, rank, flags, sequence, size, 0)
     struct.pack_into("<I", buffer, CRC_AT, zlib.crc32(buffer))
     return buffer
 
 
-def control_frame(kind, session, rank, sequence, content):
+def control_frame(kind: int, session: int, rank: int, sequence: int, content: Mapping[str, Any]) -> bytearray:
     """Frame of a control message, with its content (dictionary of plain values and bytes) as msgpack; raises ValueError."""
     frame = bytearray(HEADER.size) + msgpack.packb(content)
     if len(frame) > MAX_FRAME:
@@ -67,14 +71,14 @@ def control_frame(kind, session, rank, sequence, content):
     return _seal(frame, kind, session, rank, sequence)
 
 
-def sent_again(frame):
+def sent_again(frame: Buffer) -> bytearray:
     """The same frame, marked as sent once more."""
     copy = bytearray(frame)
     _, _, kind, session, rank, _, sequence, _, _ = HEADER.unpack_from(copy)
     return _seal(copy, kind, session, rank, sequence, AGAIN)
 
 
-def open_header(frame):
+def open_header(frame: Buffer) -> tuple[int, int, int, int, int]:
     """(kind, session, rank, flags, sequence) of a frame with valid magic, length, checksum and version.
 
     Raises VersionError for another version, WireError for other deviations.
@@ -96,12 +100,12 @@ def open_header(frame):
     return kind, session, rank, flags, sequence
 
 
-def kind_of(frame):
+def kind_of(frame: Buffer) -> int:
     """Kind in the header of a frame, unchecked; 0 if the frame is too short."""
     return HEADER.unpack_from(frame)[2] if len(frame) >= HEADER.size else 0
 
 
-def content_of(frame):
+def content_of(frame: Buffer) -> dict[str, Any]:
     """Content of a control frame, with the keys and types of messages.CONTENT; raises WireError otherwise."""
     kind = kind_of(frame)
     name = messages.NAMES[kind] if kind < len(messages.NAMES) else "?"
@@ -125,7 +129,7 @@ def content_of(frame):
     return content
 
 
-def _plain_only(content, name):
+def _plain_only(content: Any, name: str) -> None:
     """Raises WireError for tables with keys other than texts, numbers that are not finite, deep nesting, and other types."""
     open_values = [(content, 0)]
     while open_values:
@@ -144,7 +148,7 @@ def _plain_only(content, name):
             raise WireError(f"{name} holds a {type(value).__name__}")
 
 
-def _misfit(value, wanted, place):
+def _misfit(value: Any, wanted: Any, place: str) -> str:
     """Text of the place and the deviation of a value from messages.CONTENT, or ""."""
     if isinstance(wanted, list):
         if not isinstance(value, list):
@@ -163,12 +167,12 @@ def _misfit(value, wanted, place):
     return f"{place} is negative" if wanted is int and value < 0 else ""
 
 
-def pack_array(array):
+def pack_array(array: np.ndarray) -> bytes:
     """A float64 array as bytes for a control message."""
     return np.ascontiguousarray(array, dtype="<f8").tobytes()
 
 
-def unpack_array(data, columns=None, rows=None):
+def unpack_array(data: bytes, columns: int | None = None, rows: int | None = None) -> np.ndarray:
     """A float64 array from `pack_array`; raises WireError for a wrong size or numbers that are not finite."""
     if len(data) % (8 * (columns or 1)) or (rows is not None and len(data) != 8 * rows * (columns or 1)):
         raise WireError(f"an array of {len(data)} bytes: another size was agreed")

@@ -2,23 +2,27 @@
 
 import secrets
 import time
+from collections.abc import Mapping
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.scene.differences import both_values, first_difference
 from coupler_protocol.wire import frames, messages
+from coupler_protocol.wire.frames import Buffer
+from coupler_protocol.wire.lockstep import Conversation, Hub
 
 
-def _begins(resume):
+def _begins(resume: dict[str, Any] | None) -> str:
     """Text of the beginning of a side; `resume` is that key of HELLO."""
     if not isinstance(resume, dict):
         return "begins at the start"
     return f"goes on after stage {resume.get('after')!r} (session {resume.get('session')!r})"
 
 
-def _objection(hello, scene, resume):
+def _objection(hello: dict[str, Any], scene: Any, resume: dict[str, Any] | None) -> str | None:
     """Reason for rejecting a HELLO, or None."""
     if hello["package"] != version("colluvium"):
         return f"versions differ: {both_values(hello['package'], version('colluvium'))}"
@@ -33,7 +37,7 @@ def _objection(hello, scene, resume):
     return None
 
 
-def welcome_all(hub, scene, rims, resume=None):
+def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], resume: dict[str, Any] | None = None) -> None:
     """Waits for HELLO of every rank and sends WELCOME with the nodes of its window's rim.
 
     rims: {rank: (K,2) positions [m], counter-clockwise}; resume: the key `resume` that HELLO must contain, or None. A HELLO that
@@ -71,19 +75,19 @@ def welcome_all(hub, scene, rims, resume=None):
         )
 
 
-def _heard_objection(frame, scene, resume):
+def _heard_objection(frame: Buffer, scene: Any, resume: dict[str, Any] | None) -> str | None:
     try:
         return _objection(frames.content_of(frame), scene, resume)
     except frames.WireError as error:
         return str(error)
 
 
-def resume_from(after, session):
+def resume_from(after: str, session: int) -> dict[str, Any]:
     """Key `resume` of HELLO: stage after which this side continues, and session of its checkpoint (0: it needs none)."""
     return {"after": after, "session": session}
 
 
-def join(conversation, scene, resume=None):
+def join(conversation: Conversation, scene: Any, resume: dict[str, Any] | None = None) -> np.ndarray:
     """Sends HELLO and waits for WELCOME; returns the positions (K,2) [m] of the rim's nodes. Raises PeerLost if rejected."""
     hello = {"package": version("colluvium"), "float": "<f8", "scene": scene.resolved()}
     conversation.send_control(messages.HELLO, hello if resume is None else hello | {"resume": resume})

@@ -16,13 +16,15 @@ import ipaddress
 import os
 import re
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import zmq
 from zmq.utils.monitor import recv_monitor_message
 
 from coupler_protocol.exits import EnvironmentFailed
-from coupler_protocol.wire.frames import MAX_FRAME
+from coupler_protocol.wire.frames import MAX_FRAME, Buffer
 
 HEARTBEAT, HEARTBEAT_TIMEOUT, LINGER = 1000, 5000, 1000  # ms
 # One message is under way at a time, but ZeroMQ frees the room of delivered messages late and in batches: with room for 8, a
@@ -38,7 +40,7 @@ _EVENTS = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED  # no more than
 class _Socket:
     """Common part of both ends: options, and the buffer for received frames."""
 
-    def __init__(self, kind, endpoint):
+    def __init__(self, kind: int, endpoint: str) -> None:
         self.context = zmq.Context()
         self.socket = self.context.socket(kind)
         s = self.socket
@@ -50,24 +52,24 @@ class _Socket:
             s.heartbeat_ivl, s.heartbeat_timeout = HEARTBEAT, HEARTBEAT_TIMEOUT
         # Room for the largest frame, so that none is truncated; the system allocates memory only for the part that is used.
         self._buffer = np.empty(MAX_FRAME, np.uint8).data
-        self._timeout = None
+        self._timeout: float | None = None
 
-    def _wait(self, seconds):
+    def _wait(self, seconds: float) -> None:
         if seconds != self._timeout:
             self.socket.rcvtimeo = max(1, int(seconds * 1000))
             self._timeout = seconds
 
-    def _stay_awake(self):
+    def _stay_awake(self) -> None:
         """Returns as soon as a frame is available, or after a short time without one."""
         until = time.perf_counter() + AWAKE
         while not int(self.socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN and time.perf_counter() < until:
             os.sched_yield()
 
-    def _take(self):
+    def _take(self) -> memoryview:
         """The next frame, in a buffer that is reused."""
         return self._buffer[: self.socket.recv_into(self._buffer)]
 
-    def _open(self, call, endpoint, doing):
+    def _open(self, call: Callable[[str], Any], endpoint: str, doing: str) -> None:
         port = endpoint.rpartition(":")[2]
         try:
             if port.isdecimal() and int(port) > MAX_PORT:  # ZeroMQ would take another one without a word
@@ -77,7 +79,7 @@ class _Socket:
             self.close()
             raise EnvironmentFailed(f"cannot {doing} {endpoint}: {error}") from None
 
-    def close(self):
+    def close(self) -> None:
         """Closes the socket; waiting frames have one second to be sent."""
         self.socket.close()
         self.context.term()
@@ -86,15 +88,17 @@ class _Socket:
 class HubTransport(_Socket):
     """End of the continuum: listens, and has for each rank the routing id of the process that claimed it."""
 
-    def __init__(self, endpoint):
+    def __init__(self, endpoint: str) -> None:
         super().__init__(zmq.ROUTER, endpoint)
         self.socket.router_handover = True
         self.socket.router_mandatory = True  # a frame for a peer that has gone is an error, not silence
         self._open(self.socket.bind, endpoint, "listen on")
         self.endpoint = self.socket.getsockopt_string(zmq.LAST_ENDPOINT).rstrip("\0")
-        self._route, self._rank, self._gone = {}, {}, set()
+        self._route: dict[int, bytes] = {}
+        self._rank: dict[bytes, int] = {}
+        self._gone: set[Any] = set()
 
-    def send(self, frame, rank):
+    def send(self, frame: Buffer, rank: Any) -> None:
         """Sends to the process of `rank`, or to a sender that is not admitted yet."""
         route = self._route.get(rank, rank)
         if isinstance(route, int):  # no process has this rank
@@ -110,7 +114,7 @@ class HubTransport(_Socket):
             if rank in self._route:
                 self._gone.add(rank)
 
-    def receive(self, seconds):
+    def receive(self, seconds: float) -> tuple[Any, Buffer] | None:
         """Waits for a frame; returns (rank, or routing id of a sender without rank; frame), or None after `seconds`."""
         self._wait(seconds)
         self._stay_awake()
@@ -123,13 +127,13 @@ class HubTransport(_Socket):
             self.socket.recv()
         return self._rank.get(sender, sender), frame
 
-    def admit(self, sender, rank):
+    def admit(self, sender: Any, rank: int) -> None:
         """Assigns `rank` to the sender's routing id; the earlier process of the rank loses it."""
         self._rank = {s: r for s, r in self._rank.items() if r != rank}
         self._route[rank], self._rank[sender] = sender, rank
         self._gone.discard(rank)
 
-    def connected(self, rank):
+    def connected(self, rank: int) -> bool:
         """Whether the last frame for `rank` had a receiver."""
         return rank in self._route and rank not in self._gone
 
@@ -137,7 +141,7 @@ class HubTransport(_Socket):
 class RankTransport(_Socket):
     """End of a discrete process, with a random routing id."""
 
-    def __init__(self, endpoint):
+    def __init__(self, endpoint: str) -> None:
         super().__init__(zmq.DEALER, endpoint)
         self.socket.routing_id = b"\1" + os.urandom(15)
         self.socket.reconnect_ivl, self.socket.reconnect_ivl_max = 100, 1000
@@ -146,12 +150,12 @@ class RankTransport(_Socket):
         self._open(self.socket.connect, endpoint, "connect to")
         self.endpoint = endpoint
 
-    def send(self, frame, rank=0):
+    def send(self, frame: Buffer, rank: Any = 0) -> None:
         """Sends to the continuum."""
         with contextlib.suppress(zmq.Again):
             self.socket.send(frame, zmq.NOBLOCK)
 
-    def receive(self, seconds):
+    def receive(self, seconds: float) -> tuple[Any, Buffer] | None:
         """Waits for a frame; returns (0, frame), or None after `seconds` without one."""
         self._wait(seconds)
         self._stay_awake()
@@ -160,28 +164,28 @@ class RankTransport(_Socket):
         except zmq.Again:
             return None
 
-    def admit(self, sender, rank):
+    def admit(self, sender: Any, rank: int) -> None:
         """Does nothing: there is only one peer."""
 
-    def connected(self, rank=0):
+    def connected(self, rank: int = 0) -> bool:
         """Whether the continuum is connected."""
         while self.monitor.poll(0):
             self._up = recv_monitor_message(self.monitor)["event"] == zmq.EVENT_HANDSHAKE_SUCCEEDED
         return self._up
 
-    def close(self):
+    def close(self) -> None:
         """Closes the socket; waiting frames have one second to be sent."""
         self.socket.disable_monitor()
         self.monitor.close(0)
         super().close()
 
 
-def any_port(endpoint):
+def any_port(endpoint: str) -> str:
     """Endpoint by which ZeroMQ chooses a free port, for tcp://HOST:0; other endpoints unchanged."""
     return endpoint[:-1] + "*" if endpoint.endswith(":0") else endpoint
 
 
-def is_loopback(endpoint):
+def is_loopback(endpoint: str) -> bool:
     """Whether tcp://HOST:PORT names this machine only."""
     protocol, _, address = endpoint.partition("://")
     host = address.rpartition(":")[0].strip("[]")
@@ -191,7 +195,7 @@ def is_loopback(endpoint):
         return False
 
 
-def endpoint_from(text, seconds):
+def endpoint_from(text: str, seconds: float) -> str:
     """Endpoint as given, or from the file of that name as soon as it exists (a server writes its endpoint to OUT/endpoint).
 
     Raises EnvironmentFailed if there is no endpoint after `seconds`.

@@ -11,15 +11,38 @@ with many invalid messages in a row is also given up.
 
 import logging
 import time
+from collections.abc import Container, Iterable, Mapping, Sequence
+from typing import Any, Protocol
 
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.wire import frames, messages
+from coupler_protocol.wire.frames import Buffer
 
 log = logging.getLogger(__name__)
 SLICE = 0.2  # seconds between checks of the clocks and of the stop request while waiting
 REFUSALS = 50  # messages of one turn that may be refused
 STRANGERS = 20  # refused messages of unknown senders that are logged
 MAX_HELLO = 4 << 20  # largest message of an unknown sender in bytes
+
+
+class Transport(Protocol):
+    """One end of a link, as in link_tcp.py and link_inproc.py."""
+
+    def send(self, frame: Buffer, rank: Any) -> None:
+        """Sends a frame to the peer."""
+        ...
+
+    def receive(self, seconds: float) -> tuple[Any, Buffer] | None:
+        """Waits for a frame; returns (sender, frame) or None."""
+        ...
+
+    def admit(self, sender: Any, rank: int) -> None:
+        """Assigns later frames of this sender to `rank`."""
+        ...
+
+    def connected(self, rank: int) -> bool:
+        """Whether a peer is connected."""
+        ...
 
 
 class Clocks:
@@ -29,7 +52,7 @@ class Clocks:
     peer; arrival: for the other side to start.
     """
 
-    def __init__(self, link):
+    def __init__(self, link: Any) -> None:
         self.give_up = link.give_up
         self.timeout = min(link.timeout, link.give_up)
         self.slice = min(SLICE, self.timeout)
@@ -40,7 +63,7 @@ class Clocks:
 class Conversation:
     """One side of the exchange with one peer. `rank` is that of the discrete process on both sides."""
 
-    def __init__(self, transport, rank, peer, clocks, stop):
+    def __init__(self, transport: Transport, rank: int, peer: int, clocks: Clocks, stop: Any) -> None:
         self.transport, self.rank, self.peer = transport, rank, peer
         self.clocks, self.stop = clocks, stop
         self.answers = peer != 0  # the continuum answers: its message ends a turn
@@ -49,40 +72,40 @@ class Conversation:
         self.waited = 0.0  # seconds spent waiting since this was last set to zero
         self.repeated = 0  # messages sent again
         self.refused = 0  # frames refused
-        self._last = b""
-        self._inbox = []
+        self._last: Buffer = b""
+        self._inbox: list[tuple[Any, Buffer]] = []
         self._quiet_until = 0.0  # time before which no message is sent again
         self._refused_now = 0
         self._name = "the continuum" if peer == 0 else f"the discrete process of rank {rank}"
 
-    def begin(self, session):
+    def begin(self, session: int) -> None:
         """Starts with the first turn, and with the session of all later frames."""
         self.session, self.sequence = session, 0
         self._inbox.clear()
 
     # -- sending -----------------------------------------------------------------------------------------------------
 
-    def send(self, frame):
+    def send(self, frame: Buffer) -> None:
         """Sends the sealed frame of this turn, and keeps it until the next one to send it again. An answer ends the turn."""
         self._last = frame
         self.transport.send(frame, self.peer)
         self.sequence += self.answers
 
-    def send_step(self, frame):
+    def send_step(self, frame: frames.StepFrame) -> None:
         """Sends a coupler_protocol.wire.frames.StepFrame."""
         self.send(frame.seal(self.sequence))
 
-    def send_control(self, kind, content):
+    def send_control(self, kind: int, content: Mapping[str, Any]) -> None:
         """Sends a control message with the number of the current turn."""
         self.send(frames.control_frame(kind, self.session, self.rank, self.sequence, content))
 
-    def notify(self, kind, content):
+    def notify(self, kind: int, content: Mapping[str, Any]) -> None:
         """Sends a message without answer and turn (a failure)."""
         self.transport.send(frames.control_frame(kind, self.session, self.rank, self.sequence, content), self.peer)
 
     # -- receiving ---------------------------------------------------------------------------------------------------
 
-    def receive(self, kinds, in_step=False, within=None):
+    def receive(self, kinds: Sequence[int], in_step: bool = False, within: float | None = None) -> tuple[int, Buffer]:
         """Waits for one of `kinds` with the number of the current turn; returns (kind, frame).
 
         The time of a connected peer is unlimited, except with in_step (Clocks.owed) or `within` [s].
@@ -119,25 +142,25 @@ class Conversation:
         finally:
             self.waited += time.monotonic() - begin
 
-    def _check_silence(self, waited, silent, limit):
+    def _check_silence(self, waited: float, silent: float, limit: float | None) -> None:
         """Raises PeerLost if the peer was not connected for too long, or if the wait is longer than `limit` [s]."""
         if silent > self.clocks.give_up:
             raise PeerLost(f"{self._name} was lost: not connected for {silent:.1f} s (give_up = {self.clocks.give_up:g} s)")
         if limit is not None and waited > limit:
             raise PeerLost(f"{self._name} was lost: no answer for {waited:.1f} s")
 
-    def send_again(self):
+    def send_again(self) -> bool:
         """Sends the last message again, with the flag AGAIN; returns whether the peer is connected."""
         self._repeat(frames.AGAIN)
         return self.transport.connected(self.peer)
 
-    def _repeat(self, flags=0):
+    def _repeat(self, flags: int = 0) -> None:
         if self._last:
             self.repeated += 1
             self._quiet_until = time.monotonic() + 0.5 * self.clocks.timeout
             self.transport.send(frames.sent_again(self._last) if flags else self._last, self.peer)
 
-    def _accepted_kind(self, frame, kinds):
+    def _accepted_kind(self, frame: Buffer, kinds: Sequence[int]) -> int | None:
         """Kind of a frame for which this turn waits; None for other frames, which are handled here. Raises PeerLost."""
         try:
             kind, session, rank, flags, sequence = frames.open_header(frame)
@@ -162,19 +185,19 @@ class Conversation:
             self._repeat()
         return None
 
-    def _refuse(self, why):
+    def _refuse(self, why: Any) -> None:
         self.refused += 1
         self._refused_now += 1
         log.warning("a message from %s was refused: %s", self._name, why)
         if self._refused_now >= REFUSALS:
             raise PeerLost(f"{self._name} cannot be understood: {self._refused_now} messages refused, the last because {why}")
 
-    def _other_sender(self, sender, frame):
+    def _other_sender(self, sender: Any, frame: Buffer) -> None:
         """Handles a frame of another sender on a shared transport."""
         log.warning("a message from %r was refused: no other process is expected here", sender)
 
 
-def _reason(frame):
+def _reason(frame: Buffer) -> str:
     try:
         return frames.content_of(frame)["reason"]
     except frames.WireError as error:
@@ -184,17 +207,17 @@ def _reason(frame):
 class Hub:
     """Conversations of the continuum: one for each rank over one transport."""
 
-    def __init__(self, transport, ranks, clocks, stop):
+    def __init__(self, transport: Transport, ranks: Iterable[int], clocks: Clocks, stop: Any) -> None:
         self.transport, self.clocks, self.stop = transport, clocks, stop
         self.conversations = {r: _HubConversation(self, r) for r in ranks}
         self._strange = 0
 
-    def notify_all(self, kind, content):
+    def notify_all(self, kind: int, content: Mapping[str, Any]) -> None:
         """Sends a message without answer to every rank."""
         for conversation in self.conversations.values():
             conversation.notify(kind, content)
 
-    def receive_hello(self):
+    def receive_hello(self) -> tuple[Any, int, bytes] | None:
         """Waits for HELLO of an unknown sender: returns (sender, rank, frame), or None after a slice of time without one."""
         self.stop.check()
         received = self.transport.receive(self.clocks.slice)
@@ -207,7 +230,7 @@ class Hub:
         rank = self.claimed_rank(sender, frame)
         return None if rank is None else (sender, rank, bytes(frame))
 
-    def claimed_rank(self, sender, frame):
+    def claimed_rank(self, sender: Any, frame: Buffer) -> int | None:
         """Rank that an unknown sender claims with HELLO; None for all other frames, which are refused here."""
         try:
             if len(frame) > MAX_HELLO:
@@ -227,12 +250,12 @@ class Hub:
             self.reject(sender, rank, "this continuum does not know this process: it belongs to another run")
         return None
 
-    def reject(self, sender, rank, reason):
+    def reject(self, sender: Any, rank: int, reason: str) -> None:
         """Sends REJECT to a sender that claims `rank`."""
         log.warning("a process that claims rank %d was rejected: %s", rank, reason)
         self.transport.send(frames.control_frame(messages.REJECT, 0, rank, 0, {"reason": reason}), sender)
 
-    def objection(self, rank, taken):
+    def objection(self, rank: int, taken: Container[int]) -> str | None:
         """Reason why an unknown sender cannot have `rank`, or None. taken: ranks with a process."""
         if rank not in self.conversations:
             return f"the scene has ranks {sorted(self.conversations)}, not {rank}"
@@ -244,18 +267,18 @@ class Hub:
 class _HubConversation(Conversation):
     """A conversation that shares its transport with others: it puts their frames into their inboxes."""
 
-    def __init__(self, hub, rank):
+    def __init__(self, hub: Hub, rank: int) -> None:
         super().__init__(hub.transport, rank, rank, hub.clocks, hub.stop)
         self.hub = hub
 
-    def store(self, frame):
+    def store(self, frame: Buffer) -> None:
         """Stores a frame that was received during the wait for another rank; a failure is handled immediately."""
         if frames.kind_of(frame) in messages.ONE_WAY:
             self._accepted_kind(frame, ())
         else:
             self._inbox.append((self.peer, bytes(frame)))
 
-    def _other_sender(self, sender, frame):
+    def _other_sender(self, sender: Any, frame: Buffer) -> None:
         if sender in self.hub.conversations:
             self.hub.conversations[sender].store(frame)
             return

@@ -1,1 +1,1 @@
-"""Factors of safety: which factor on strength (or gravity) a slope just bears."""
+"""Factors of safety: the factor on strength (or gravity) at which a slope fails."""

@@ -1,4 +1,4 @@
-"""The process that looks for a factor of safety: `python -m fdm_server.fos SCENE --out DIR` (started by `colluvium fos`)."""
+"""Process of the search for a factor of safety: `python -m fdm_server.fos SCENE --out DIR` (started by `colluvium fos`)."""
 
 import sys
 
@@ -14,7 +14,7 @@ def main(argv=None):
 
 
 def search(scene, options, stop):
-    """Search; leave fos.json."""
+    """Searches for the factor of a scene and writes fos.json."""
     from fdm_server.fos.study import Study, ignored
 
     out, progress, *_ = server.begin(options, stop, 0, "fos", ("fos.json",))

@@ -1,24 +1,24 @@
-"""Bisection between factors at which the ground rests and at which it fails, with a place for trials that say neither.
+"""Bisection between factors at which the ground rests and at which it fails, with undecided trials.
 
-Both ends of the first bracket are tried, and widened where they do not hold. A trial without a verdict is never counted as one:
-its factor stays inside the bracket, which is then narrowed from both sides of it.
+Both ends of the first bracket are tried, and moved outwards if they have the wrong verdict. An undecided trial counts as neither:
+its factor stays inside the bracket, which is then narrowed from both sides.
 """
 
 from dataclasses import dataclass, field
 
 from fdm_server.fos.verdict import FAILS, RESTS, UNDECIDED
 
-WIDEST = 64.0  # how far from the first bracket it is looked
+WIDEST = 64.0  # largest ratio of a factor to the first bracket
 MOST = 60  # trials
 
 
 class NoBracket(ArithmeticError):  # noqa: N818
-    """No factor within reach rests, or none fails."""
+    """No factor within WIDEST rests, or none fails."""
 
 
 @dataclass
 class Bracket:
-    """What the trials so far say."""
+    """The trials so far and their verdicts."""
 
     resolution: float
     tried: dict[float, str] = field(default_factory=dict)
@@ -36,21 +36,21 @@ class Bracket:
 
     @property
     def undecided(self):
-        """Factors within the bracket that got no verdict."""
+        """Factors within the bracket without a verdict."""
         return sorted(f for f, v in self.tried.items() if v == UNDECIDED and self.low < f < self.high)
 
     @property
     def contradictions(self):
-        """Factors above `high` that rest all the same."""
+        """Factors above `high` that rest nevertheless."""
         return sorted(f for f, v in self.tried.items() if v == RESTS and self.high is not None and f > self.high)
 
     @property
     def middle(self):
-        """The factor found."""
+        """The factor found: middle of the bracket."""
         return 0.5 * (self.low + self.high)
 
     def next_factor(self, first):
-        """The next factor to try, None when done. first: (low, high) to begin with."""
+        """The next factor to try, None when the search is complete. first: initial (low, high)."""
         for factor in first:
             if factor not in self.tried:
                 return factor
@@ -67,9 +67,9 @@ class Bracket:
 
 
 def search(oracle, first, resolution):
-    """The Bracket at the end of a search. oracle(factor) gives a verdict; first: (low, high).
+    """The Bracket at the end of a search. oracle(factor) gives a verdict; first: initial (low, high).
 
-    Raises NoBracket where no factor between first[0]/64 and 64 first[1] rests, or fails.
+    Raises NoBracket if no factor between first[0]/64 and 64 first[1] rests, or none fails.
     """
     bracket = Bracket(resolution)
     while (factor := bracket.next_factor(first)) is not None:

@@ -2,7 +2,7 @@
 
     c_F = c/F        tan(phi_F) = tan(phi)/F
 
-Two rules belong to it, and a result means little without them:
+Two rules belong to it, and a result has no meaning without them:
 
 - dilation: flow with psi > phi creates energy. "kept": psi_F = min(psi, phi_F), it stays until the reduced friction reaches it
   (Tschuchnigg, Schweiger & Sloan 2015, Comput. Geotech. 70). "reduced": tan(psi_F) = tan(psi)/F. Associated flow, psi = phi,
@@ -26,7 +26,7 @@ TENSION = {
 
 
 def rules(table):
-    """What a factor does to a strength, in words, for a [fos] table."""
+    """Texts of the rules for a [fos] table."""
     if table.by == "gravity":
         return {"gravity": "g_F = F g, reached gradually; strength stays"}
     return {

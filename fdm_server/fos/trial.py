@@ -1,8 +1,8 @@
 """One trial: steps from the elastic equilibrium with one factor, span after span, until there is a verdict.
 
-Strength is divided at once: dividing it little by little gave the same factors within .3 % on three slopes, with associated
-flow and without. Gravity instead grows in `GROWTH` spans: put on at once it found 8.14 for the slope of the paper, little by
-little 7.98, however slowly, because tension opens in another order.
+Strength is divided in one step: gradual division gave the same factors within 0.3 % on three slopes, with associated flow and
+without. Gravity grows in `GROWTH` spans: in one step it gave 8.14 for the slope of the paper, and gradually 7.98 at any rate,
+because tension opens in another order.
 """
 
 import time
@@ -22,7 +22,7 @@ GROWTH = 16  # spans in which gravity grows: twice the steps of settling
 
 
 class Trial(NamedTuple):
-    """What became of one factor."""
+    """Outcome of one factor."""
 
     factor: float
     verdict: str
@@ -49,7 +49,7 @@ class Trial(NamedTuple):
 
 
 def run_trial(scene, ground, factor, stop=lambda: None, say=lambda steps, ratio: None, accelerate=update_velocities):
-    """The Trial of a factor. Raises Unstable.
+    """Computes the Trial of a factor. Raises Unstable.
 
     stop() may end the work, say(steps, ratio) reports progress; accelerate(model, state, gravity) is the light half of a step
     (scripts/studies/equilibrium_study.py puts others in its place).
@@ -81,7 +81,7 @@ def run_trial(scene, ground, factor, stop=lambda: None, say=lambda steps, ratio:
 
 
 def _steps(model, state, gravity, count, accelerate):
-    """Take `count` steps; returns the unbalanced ratios seen, the last one at the end."""
+    """Takes `count` steps; returns the computed unbalanced ratios, the last one at the end."""
     ratios = []
     for step in range(1, count + 1):
         accelerate(model, state, gravity)
@@ -92,7 +92,7 @@ def _steps(model, state, gravity, count, accelerate):
 
 
 def _similarity(model, moved, before):
-    """Cosine between two displacement fields (N,2), weighted by mass; 0 where one is zero or missing."""
+    """Cosine between two displacement fields (N,2), weighted by mass; 0 if one is zero or missing."""
     if before is None:
         return 0.0
     lengths = weighted_length(model, moved) * weighted_length(model, before)

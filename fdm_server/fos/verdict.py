@@ -1,21 +1,21 @@
-"""Whether a trial rests or fails, judged from its motion span by span.
+"""Verdict of a trial, rest or failure, from its motion in each span.
 
 A span is an eighth of the steps that the elastic grid needs to come to rest under its weight, so it grows with the mesh. In each,
 `motion` is the root mean square displacement of the ground (weighted by mass), `similarity` the cosine between the displacement
-fields of this span and the one before, `ratio` the median of the unbalanced ratios seen in it.
+fields of this span and the previous one, `ratio` the median of the unbalanced ratios in it.
 
-Local damping takes a share of the unbalanced force only. A slope above its factor of safety therefore keeps a constant
-unbalanced force and grows faster evenly, in a field that keeps its shape; below it, both die away. Near the limit they do so
-after a long time in which the motion grows all the same, so growth alone proves nothing: the unbalanced ratio must not fall
+Local damping removes only a share of the unbalanced force. So a slope above its factor of safety keeps a constant unbalanced
+force and accelerates uniformly, with a displacement field of constant shape; below it, force and motion decay. Near the limit
+they decay after a long time in which the motion still grows, so growth alone is not enough: the unbalanced ratio must not fall
 either.
 
 rests      the ratio is below its limit and the last span's motion is below `STILL` of the settlement under own weight;
 fails      after at least `LEAST` spans, in the second half of the steps taken against the second quarter: the motion is
-           no slower (`STEADY`), the median ratio has not halved, the field keeps its shape, and it has gone somewhere;
-           or a gridpoint has gone further than `RUN_OUT` of the grid's larger side;
+           not slower (`STEADY`), the median ratio has not halved, the field keeps its shape, and the motion exceeds `FAR`;
+           or a gridpoint has moved farther than `RUN_OUT` of the grid's larger side;
 undecided  neither, within the budget.
 
-A ratio alone would not do: flow at a factor .2 % too high has been seen to pass below 1e-5 for a time, and to stop later.
+A ratio alone is not enough: in a trial at a factor 0.2 % too high the ratio fell below 1e-5 for a time.
 """
 
 from statistics import fmean, median
@@ -33,7 +33,7 @@ RUN_OUT = 0.05  # largest displacement over the larger side of the grid
 
 
 class Span(NamedTuple):
-    """What was seen in one span of a trial."""
+    """Measured quantities of one span of a trial."""
 
     ratio: float  # [-] median of the unbalanced ratios
     last_ratio: float  # [-]
@@ -67,7 +67,7 @@ def verdict(spans, ratio, settlement, gone=0.0):
 
 
 def criterion(table):
-    """The numbers a verdict depends on, for the record; table: [fos] of the scene."""
+    """Numbers on which a verdict depends, for fos.json; table: [fos] of the scene."""
     return {
         "ratio": table.ratio,
         "still": STILL,

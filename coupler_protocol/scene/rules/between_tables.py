@@ -3,12 +3,13 @@
 Rules of the servers are added through the entry-point group `colluvium.rules`.
 """
 
+from collections.abc import Iterator
 from importlib.metadata import entry_points
 from typing import Any
 
 import numpy as np
 
-from coupler_protocol.problems import dotted
+from coupler_protocol.problems import Finding, dotted
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
 from coupler_protocol.scene.rules.endings import DOUBTS_OF_ENDINGS, RULES_OF_ENDINGS
 from coupler_protocol.scene.rules.idle import DOUBTS_OF_IDLE
@@ -21,8 +22,8 @@ from coupler_protocol.scene.rules.windows import WINDOW_RULES
 LEAST = 4.0  # largest discs that must fit side by side into the shorter side of a window
 
 
-def broken_rules(scene):
-    """Yields all broken rules of a scene whose single tables are valid: (path, problem, remedy)."""
+def broken_rules(scene: Any) -> list[Finding]:
+    """All broken rules of a scene whose single tables are valid: (path, problem, remedy)."""
     for rules in (COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES), RULES_OF_VALUES):
         broken = [found for rule in rules for found in rule(scene)]
         if broken:
@@ -30,18 +31,18 @@ def broken_rules(scene):
     return [found for point in entry_points(group="colluvium.rules") for found in point.load()(scene)]
 
 
-def doubts(scene):
+def doubts(scene: Any) -> list[Finding]:
     """Doubts about a valid scene, (path, what, remedy): of this package and of the entry-point group `colluvium.doubts`."""
     own = [found for doubt in DOUBTS for found in doubt(scene)]
     return own + [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
 
 
-def listed_doubts(scene):
+def listed_doubts(scene: Any) -> list[dict[str, str]]:
     """Doubts as rows {"key", "what", "remedy"} of run.json, fos.json and `colluvium check`."""
     return [{"key": dotted(path), "what": what, "remedy": remedy} for path, what, remedy in doubts(scene)]
 
 
-def grid_needs_material(scene):
+def grid_needs_material(scene: Any) -> Iterator[Finding]:
     """A grid has a material everywhere, and every material is elastic at least."""
     if not scene.material:
         yield ("material",), "the grid has no material", "add a [[material]] table"
@@ -58,7 +59,7 @@ def grid_needs_material(scene):
         yield ("material", 0), "every material has a region or a top", "let the first one fill the grid: remove its region or top"
 
 
-def effects_of_discs_are_ours(scene):
+def effects_of_discs_are_ours(scene: Any) -> Iterator[Finding]:
     """Laws of discs are those of this distribution: the kernels of discs compute no others."""
     from coupler_protocol.scene.scene import declared_effects, distribution_of
 
@@ -75,7 +76,7 @@ def effects_of_discs_are_ours(scene):
                 yield (*path, key), why, "remove the table; other distributions can add laws of material.NAME only"
 
 
-def names_are_unique(scene):
+def names_are_unique(scene: Any) -> Iterator[Finding]:
     """No two materials, windows or stages have the same name."""
     for table in ("material", "window", "stage"):
         seen = set()
@@ -85,7 +86,7 @@ def names_are_unique(scene):
             seen.add(item.name)
 
 
-def stones_need_their_material(scene):
+def stones_need_their_material(scene: Any) -> Iterator[Finding]:
     """Stones need a material with springs, and a cluster also bonds."""
     grain = scene.discs.stone if scene.discs else None
     if scene.stones is not None and grain is None:
@@ -105,7 +106,7 @@ def stones_need_their_material(scene):
         yield ("stones", "size", "min"), f"stones of {scene.stones.size.min:g} m are smaller than a disc", smallest
 
 
-def stones_are_drawn_or_mapped(scene):
+def stones_are_drawn_or_mapped(scene: Any) -> Iterator[Finding]:
     """Random stones have a content and sizes; mapped stones have neither, nor other keys that would have no effect."""
     stones = scene.stones
     if stones is None:
@@ -126,7 +127,7 @@ def stones_are_drawn_or_mapped(scene):
         yield ("stones", key), why, "remove the key"
 
 
-def pairs_name_what_there_is(scene):
+def pairs_name_what_there_is(scene: Any) -> Iterator[Finding]:
     """Each pair of materials has one table, both materials exist, and they can touch."""
     seen = set()
     for i, pair in enumerate(scene.discs.pair if scene.discs else []):
@@ -142,7 +143,7 @@ def pairs_name_what_there_is(scene):
             yield at, f"this table sets nothing for {names}", "add a table, for example friction = { coefficient = .. }"
 
 
-def largest_discs_fit(scene):
+def largest_discs_fit(scene: Any) -> Iterator[Finding]:
     """With a grading, a window is at least four of the largest discs across."""
     if scene.discs is None or scene.discs.grading is None:
         return
@@ -153,7 +154,7 @@ def largest_discs_fit(scene):
             yield ("window", i), why, f"largest diameter at most {across / LEAST:.3g} m, or a larger window"
 
 
-def across_of(scene, window):
+def across_of(scene: Any, window: Any) -> float:
     """Shorter side of the bounding rectangle of a window [m]; infinite if it is not given."""
     if window.polygon is not None:
         return float(np.ptp(np.array(window.polygon), axis=0).min())

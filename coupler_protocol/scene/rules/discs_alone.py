@@ -1,13 +1,15 @@
 """Rules for scenes without a grid, and for keys of such scenes only: one function each, as in between_tables.py."""
 
+from collections.abc import Iterator
 from typing import Any
 
+from coupler_protocol.problems import Finding
 from coupler_protocol.scene.rules.stages import never_ends
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.discs import names_of_walls
 
 
-def discs_alone_need(scene):
+def discs_alone_need(scene: Any) -> Iterator[Finding]:
     """Discs alone need springs, and one polygon or a file of discs."""
     if scene.discs is None:
         yield ("discs",), "the scene has neither a grid nor discs", "add a [grid] or a [discs] table"
@@ -23,7 +25,7 @@ def discs_alone_need(scene):
             yield ("window", i), "columns and rows need a grid", "polygon = [[x, y], ..]"
 
 
-def tables_of_the_grid(scene):
+def tables_of_the_grid(scene: Any) -> Iterator[Finding]:
     """Scenes without a grid have no tables that only a grid uses."""
     for name in ("material", "boundary"):
         if getattr(scene, name):
@@ -36,7 +38,7 @@ def tables_of_the_grid(scene):
         yield ("damping",), "this table damps the grid, and the scene has none", "use [discs.damping]"
 
 
-def stages_of_discs_alone(scene):
+def stages_of_discs_alone(scene: Any) -> Iterator[Finding]:
     """The first stage packs the discs, the others move them."""
     for i, stage in enumerate(scene.stage):
         at = ("stage", i)
@@ -62,7 +64,7 @@ def stages_of_discs_alone(scene):
             yield (*at, "discard"), "only stages of the grid alone can be discarded", "remove the key"
 
 
-def walls_have_a_length(scene):
+def walls_have_a_length(scene: Any) -> Iterator[Finding]:
     """A wall has two different ends and a unique name."""
     walls = scene.discs.wall if scene.discs else []
     names = names_of_walls(walls)
@@ -73,7 +75,7 @@ def walls_have_a_length(scene):
             yield ("discs", "wall", i, "name"), f"two walls are named {names[i]!r}", "give each wall its own name"
 
 
-def walls_move_in_one_kind_of_time(scene):
+def walls_move_in_one_kind_of_time(scene: Any) -> Iterator[Finding]:
     """Stages change only existing walls; a speed is either in m/s or in m a step."""
     walls = scene.discs.wall if scene.discs else []
     names = names_of_walls(walls)
@@ -100,7 +102,7 @@ def walls_move_in_one_kind_of_time(scene):
             yield (*path, key), why, "give it again where time changes ([[stage.wall]]), or use one kind of time in all stages"
 
 
-def only_without_a_grid(scene):
+def only_without_a_grid(scene: Any) -> Iterator[Finding]:
     """Scenes with a grid have no keys for discs alone."""
     if scene.discs and scene.discs.wall:
         yield ("discs", "wall"), "only scenes without a grid have this", "remove it, or remove [grid]"

@@ -4,18 +4,22 @@ Forces have 16 digits at most: below their round-off an unbalanced force ratio i
 ever.
 """
 
+from collections.abc import Iterator
 from math import pi, sqrt
+from typing import Any
 
+from coupler_protocol.problems import Finding
 from coupler_protocol.scene.local_origin import FAR
 from coupler_protocol.scene.rules.units import height_of, least_zone, overburden
 from coupler_protocol.scene.stage_kinds import of
+from coupler_protocol.scene.tables.stages import Until
 
 MANY = 1e8  # steps of a stage: days
 EPS = 2.2e-16
 GRID = 1e-14  # ratio that a grid at rest still reaches; measured: 2e-16 .. 6e-15
 
 
-def round_off(scene):
+def round_off(scene: Any) -> float:
     """Unbalanced force ratio below which forces are round-off.
 
     Of discs with springs k/2, contact forces are of the order of the stress s times the diameter d, and positions x round off by
@@ -29,22 +33,22 @@ def round_off(scene):
     return max(GRID, EPS * extent * 0.5 * discs.soil.spring.normal / (stress * 2.0 * discs.radius))
 
 
-def _extent_of_window(scene):
+def _extent_of_window(scene: Any) -> float:
     corners = [abs(v) for w in scene.window for point in w.polygon or () for v in point]
     return min(max(corners, default=1.0), FAR * max(height_of(scene), 1.0))
 
 
-def ratios_below_round_off(scene):
+def ratios_below_round_off(scene: Any) -> Iterator[Finding]:
     """Stages that wait for less than round-off, and end otherwise."""
     yield from _too_small(scene, True, "never reaches", "or leave it out: other conditions end the stage")
 
 
-def ratios_never_reached(scene):
+def ratios_never_reached(scene: Any) -> Iterator[Finding]:
     """Refusals: stages that nothing but a ratio below the round-off of the forces would end."""
     yield from _too_small(scene, False, "would never end: it never reaches", "and add steps as a second limit")
 
 
-def _too_small(scene, ends, words, more):
+def _too_small(scene: Any, ends: bool, words: str, more: str) -> Iterator[Finding]:
     least = round_off(scene)
     for i, stage in enumerate(scene.stage):
         until = stage.until
@@ -53,12 +57,12 @@ def _too_small(scene, ends, words, more):
             yield ("stage", i, "until", "ratio"), what, f"use 1e-5, {more}"
 
 
-def _ends(until):
+def _ends(until: Until) -> bool:
     """Whether steps or seconds end a stage in any case."""
     return until.steps is not None or until.time is not None
 
 
-def only_at_rest(scene):
+def only_at_rest(scene: Any) -> Iterator[Finding]:
     """Stages that end only at rest: ground that flows never comes to rest."""
     for i, stage in enumerate(scene.stage):
         until = stage.until
@@ -72,7 +76,7 @@ def only_at_rest(scene):
             yield ("stage", i, "until"), what, "add steps as a second limit, or ratio"
 
 
-def displacements_beyond_the_ground(scene):
+def displacements_beyond_the_ground(scene: Any) -> Iterator[Finding]:
     """Displacements that the ground has no room for."""
     height = height_of(scene)
     for i, stage in enumerate(scene.stage):
@@ -82,7 +86,7 @@ def displacements_beyond_the_ground(scene):
             yield ("stage", i, "until", "displacement"), what, "give metres: one zone or so, for a slope that fails"
 
 
-def seconds_of_too_many_steps(scene):
+def seconds_of_too_many_steps(scene: Any) -> Iterator[Finding]:
     """Stages in real time that take more than MANY steps, by an estimate of the step."""
     for i, stage in enumerate(scene.stage):
         seconds = stage.until.time if stage.until is not None and stage.in_real_time else None
@@ -91,7 +95,7 @@ def seconds_of_too_many_steps(scene):
             yield ("stage", i, "until", "time"), what, f"use less than about {seconds * MANY / steps:.1g} s, or softer contacts"
 
 
-def _real_step(scene, stage):
+def _real_step(scene: Any, stage: Any) -> float:
     """Step [s] in real time, approximately: zone over wave speed, and discs on their springs."""
     found = []
     if scene.grid is not None:

@@ -1,18 +1,23 @@
 """Doubts about tables and keys that act on nothing, one a function: what they would act on is not there."""
 
+from collections.abc import Iterator
+from typing import Any
+
+from coupler_protocol.problems import Finding
+from coupler_protocol.scene.declare import Table
 from coupler_protocol.scene.schedule import plan
 
 PACKED = ("spread", "packing", "target", "porosity", "confinement")  # keys of [discs] that only a packing uses
 FALLING = 0.4  # local damping in real time: more slows what falls to less than 0.6 g
 
 
-def changed(table, *keys):
+def changed(table: Table, *keys: str) -> list[str]:
     """Which of the keys have other values than by default."""
     fields = type(table).model_fields
     return [key for key in keys if getattr(table, key) != fields[key].get_default(call_default_factory=True)]
 
 
-def tables_without_a_window(scene):
+def tables_without_a_window(scene: Any) -> Iterator[Finding]:
     """Tables of the interface and of discs in a scene without discs."""
     if not scene.window and scene.grid is not None:
         for name in ("coupling", "link"):
@@ -27,7 +32,7 @@ def tables_without_a_window(scene):
                 yield (name, key), "discs alone are one process, which exchanges nothing", "remove the key"
 
 
-def ring_without_contacts(scene):
+def ring_without_contacts(scene: Any) -> Iterator[Finding]:
     """Properties of contacts with control discs or walls, where there is neither."""
     if scene.grid is not None or scene.discs is None or scene.discs.wall:
         return
@@ -39,7 +44,7 @@ def ring_without_contacts(scene):
             yield ("discs", "pair", i), why, remedy
 
 
-def keys_of_a_packing(scene):
+def keys_of_a_packing(scene: Any) -> Iterator[Finding]:
     """Keys that pack discs which come from a file, and keys of a file without one."""
     discs = scene.discs
     if discs is None:
@@ -54,13 +59,13 @@ def keys_of_a_packing(scene):
         yield ("discs", "time_step"), "no stage is in real time", 'remove the key, or give a stage time = "real"'
 
 
-def spread_beside_a_grading(scene):
+def spread_beside_a_grading(scene: Any) -> Iterator[Finding]:
     """Spread beside a grading: the grading says all sizes."""
     if scene.discs is not None and scene.discs.grading is not None and changed(scene.discs, "spread"):
         yield ("discs", "spread"), "discs.grading gives the sizes of the discs", "remove spread, or the grading"
 
 
-def factors_without_gravity(scene):
+def factors_without_gravity(scene: Any) -> Iterator[Finding]:
     """A factor of gravity where there is none."""
     for i, (stage, leg) in enumerate(zip(scene.stage, plan(scene), strict=True)):
         if stage.gravity_factor is not None and leg.gravity == 0.0:
@@ -68,14 +73,14 @@ def factors_without_gravity(scene):
             yield ("stage", i, "gravity_factor"), what, "set gravity = 9.81 in this stage or in an earlier one"
 
 
-def level_without_change(scene):
+def level_without_change(scene: Any) -> Iterator[Finding]:
     """The height at which a uniform stress holds."""
     table = scene.initial_stress
     if table is not None and table.level != 0.0 and table.gradient is None and table.k0 is None:
         yield ("initial_stress", "level"), "the stress is the same at all heights", "add a gradient, or remove the key"
 
 
-def damping_of_falling_bodies(scene):
+def damping_of_falling_bodies(scene: Any) -> Iterator[Finding]:
     """Local damping in stages in real time: it slows what falls and slides as well as what vibrates."""
     for i, (stage, leg) in enumerate(zip(scene.stage, plan(scene), strict=True)):
         if not stage.in_real_time:

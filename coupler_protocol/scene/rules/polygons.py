@@ -1,9 +1,13 @@
 """Every polygon of a scene is the outline of an area."""
 
+from collections.abc import Iterator
+from typing import Any
+
 from coupler_protocol.geometry import outline_fault
+from coupler_protocol.problems import Finding, KeyPath
 
 
-def polygons_of(scene):
+def polygons_of(scene: Any) -> Iterator[tuple[KeyPath, str, list[tuple[float, float]]]]:
     """(path, what it is, corners) of every polygon in a scene."""
     for i, material in enumerate(scene.material):
         if material.region is not None:
@@ -16,7 +20,7 @@ def polygons_of(scene):
             yield ("stage", i, "excavate", "polygon"), f"the polygon of excavation {stage.name!r}", stage.excavate.polygon
 
 
-def polygons_are_outlines(scene):
+def polygons_are_outlines(scene: Any) -> Iterator[Finding]:
     """No polygon crosses itself, touches itself or is without area."""
     for path, what, corners in polygons_of(scene):
         fault = outline_fault(corners)

@@ -1,17 +1,20 @@
 """How many zones and discs a scene asks for, estimated from its tables before anything is meshed or packed."""
 
+from collections.abc import Iterator
 from math import log, log1p, pi
+from typing import Any
 
 import numpy as np
 
 from coupler_protocol.geometry import polygon_area
+from coupler_protocol.problems import Finding
 from coupler_protocol.scene.tables.grading import grading_of
 
 MOST_ZONES, MOST_DISCS = 4_000_000, 1_000_000
 ZONE_BYTES, DISC_BYTES = 1.1e3, 1.5e3  # measured: resident memory of 160,000 zones, and from 4,000 to 16,000 discs
 
 
-def zones_of(scene):
+def zones_of(scene: Any) -> float:
     """Zones [-] of the grid, approximately; 0 without a grid."""
     grid = scene.grid
     if grid is None:
@@ -22,7 +25,7 @@ def zones_of(scene):
     return columns * rows * _ground_area(grid) / (grid.length * grid.height)
 
 
-def _ground_area(grid):
+def _ground_area(grid: Any) -> float:
     """Area [m2] of the ground."""
     if grid.profile is None:
         return grid.length * grid.height
@@ -30,7 +33,7 @@ def _ground_area(grid):
     return abs(float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x))))
 
 
-def _lines(grid, axis):
+def _lines(grid: Any, axis: int) -> float:
     """Zones along an axis; outside of the graded rectangle their sizes grow (fdm_server/mesh/graded_lines.py)."""
     extent, size = (grid.length, grid.height)[axis], grid.zone_size[axis]
     fine = None if grid.graded is None else (grid.graded.x, grid.graded.y)[axis]
@@ -42,7 +45,7 @@ def _lines(grid, axis):
     return max((last - first) / size, 0.0) + outside
 
 
-def _circles(grid):
+def _circles(grid: Any) -> float:
     """Rows of zones of a ring (fdm_server/mesh/hole_ring.py)."""
     angle = {"full": 2.0, "half": 1.0, "quarter": 0.5}[grid.part] * pi / grid.around
     if grid.growth is None:
@@ -51,7 +54,7 @@ def _circles(grid):
     return depth if grid.growth == 1.0 else log1p(depth * (grid.growth - 1.0)) / log(grid.growth)
 
 
-def discs_of(scene, window):
+def discs_of(scene: Any, window: Any) -> float:
     """Discs [-] of a window that is packed, approximately; 0 where they come from a file."""
     if scene.discs is None or scene.discs.file is not None:
         return 0.0
@@ -65,7 +68,7 @@ def discs_of(scene, window):
     return (1.0 - scene.discs.porosity) * area / (0.25 * pi * grading_of(scene.discs).moment(2))
 
 
-def fewer_than_memory_holds(scene):
+def fewer_than_memory_holds(scene: Any) -> Iterator[Finding]:
     """Refusals: more zones or discs than MOST_ZONES, MOST_DISCS."""
     zones = zones_of(scene)
     if zones > MOST_ZONES:
@@ -86,17 +89,17 @@ def fewer_than_memory_holds(scene):
             yield ("window", i), f"{what}at most {MOST_DISCS:,}", remedy
 
 
-def _up(value):
+def _up(value: float) -> float:
     """A size rounded up to two digits."""
     power = 10.0 ** (np.floor(np.log10(value)) - 1)
     return float(np.ceil(value / power) * power)
 
 
-def _memory(size):
+def _memory(size: float) -> str:
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
 
 
-def memory_of(scene):
+def memory_of(scene: Any) -> dict[str, float]:
     """Memory [MB] that the zones and the discs of a scene take, approximately: {"grid", "discs"}, beside 0.2 GB a process."""
     discs = sum(discs_of(scene, window) for window in scene.window)
     return {"grid": zones_of(scene) * ZONE_BYTES / 1e6, "discs": discs * DISC_BYTES / 1e6}

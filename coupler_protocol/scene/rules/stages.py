@@ -1,10 +1,14 @@
 """Rules between the stages of a scene, one function each, as in between_tables.py."""
 
+from collections.abc import Iterator
+from typing import Any
+
+from coupler_protocol.problems import Finding
 from coupler_protocol.scene.schedule import acting_boundaries, large_strain, new_boundaries
 from coupler_protocol.scene.stage_kinds import KINDS, coupled, named, number_of, of
 
 
-def stages_follow_each_other(scene):
+def stages_follow_each_other(scene: Any) -> Iterator[Finding]:
     """Stages have a valid order (fill before couple, each once) and only keys that their kind uses."""
     done, joined = set(), False
     for i, stage in enumerate(scene.stage):
@@ -33,12 +37,12 @@ def stages_follow_each_other(scene):
         yield ("window",), "no stage couples the window", 'add stages with kind = "fill" and kind = "couple"'
 
 
-def never_ends(stage):
+def never_ends(stage: Any) -> bool:
     """Whether nothing ends a stage."""
     return stage.until is None or not any(value is not None for value in stage.until.__dict__.values())
 
 
-def large_strain_begins_in_the_shape_drawn(scene):
+def large_strain_begins_in_the_shape_drawn(scene: Any) -> Iterator[Finding]:
     """Stages that need the shape drawn in the scene precede stages in large strain, which change it."""
     moved = None
     for i, stage in enumerate(scene.stage):
@@ -51,7 +55,7 @@ def large_strain_begins_in_the_shape_drawn(scene):
             moved = stage.name
 
 
-def loads_have_their_stages(scene):
+def loads_have_their_stages(scene: Any) -> Iterator[Finding]:
     """Excavations and surcharges are in stages of their kind, which last long enough and change nothing else."""
     for i, stage in enumerate(scene.stage):
         for kind in (kind.table for kind in KINDS if kind.table):
@@ -70,7 +74,7 @@ def loads_have_their_stages(scene):
                 yield ("stage", i), f"gravity cannot change in a stage of kind {kind!r}", "change it in a separate stage"
 
 
-def real_time_exchanges_every_step(scene):
+def real_time_exchanges_every_step(scene: Any) -> Iterator[Finding]:
     """Only static stages exchange less than every step: held forces add energy, which only static damping removes."""
     every = scene.coupling.exchange_every
     if every > 1 and not scene.window:
@@ -82,13 +86,13 @@ def real_time_exchanges_every_step(scene):
             return
 
 
-def substeps_belong_to_real_time(scene):
+def substeps_belong_to_real_time(scene: Any) -> Iterator[Finding]:
     """Sub-steps need a coupled stage in real time: in static mode the steps of both sides are 1."""
     if scene.coupling.substeps > 1 and not any(stage.in_real_time for stage in coupled(scene.stage)):
         yield ("coupling", "substeps"), "no coupled stage is in real time", 'remove the key, or give a stage time = "real"'
 
 
-def surcharges_lie_on_the_ground(scene):
+def surcharges_lie_on_the_ground(scene: Any) -> Iterator[Finding]:
     """A surcharge has a width and is on the ground."""
     for i, stage in enumerate(scene.stage):
         if stage.surcharge is not None and scene.grid.kind == "ring":
@@ -100,7 +104,7 @@ def surcharges_lie_on_the_ground(scene):
                 yield ("stage", i, "surcharge", "x"), why, f"use [first, last] between 0 and {scene.grid.length:g} m"
 
 
-def boundaries_change_with_steps_enough(scene):
+def boundaries_change_with_steps_enough(scene: Any) -> Iterator[Finding]:
     """Boundaries change in stages that compute the grid without excavation or surcharge; no stage ends during a ramp."""
     allowed = named(boundaries=True)
     for i, stage in enumerate(scene.stage):
@@ -115,7 +119,7 @@ def boundaries_change_with_steps_enough(scene):
                 yield (*path, "over"), why, f"use at most {stage.until.steps}, or give the stage more steps"
 
 
-def quiet_sides_belong_to_real_time(scene):
+def quiet_sides_belong_to_real_time(scene: Any) -> Iterator[Finding]:
     """Quiet sides begin, and act, in stages in real time."""
     for i, stage in enumerate(scene.stage):
         if not stage.in_real_time and of(stage).computes and any(b.quiet for b in acting_boundaries(scene, i)):
@@ -123,19 +127,19 @@ def quiet_sides_belong_to_real_time(scene):
             yield ("stage", i), why, 'give the stage time = "real", or start the quiet side in a later stage: [[stage.boundary]]'
 
 
-def weight_needs_gravity(scene):
+def weight_needs_gravity(scene: Any) -> Iterator[Finding]:
     """Initial stress from weight needs gravity in the first stage."""
     if scene.initial_stress is not None and scene.initial_stress.k0 is not None and not scene.stage[0].gravity:
         why = f"the first stage, {scene.stage[0].name!r}, has no gravity, which the weight of the ground needs"
         yield ("initial_stress", "k0"), why, "add gravity = 9.81 to it, or give a gradient in place of k0"
 
 
-def is_level(scene):
+def is_level(scene: Any) -> bool:
     """Whether the ground is level, without toe, crest and a band between them."""
     return scene.grid is None or scene.grid.profile is None or len({y for _, y in scene.grid.profile}) == 1
 
 
-def bands_end_stages_that_may_have_one(scene):
+def bands_end_stages_that_may_have_one(scene: Any) -> Iterator[Finding]:
     """A band is checked at frames, between toe and crest of a slope; its states at a window need a coupled window."""
     for i, stage in enumerate(scene.stage):
         band, at = stage.until and stage.until.band, ("stage", i, "until", "band")

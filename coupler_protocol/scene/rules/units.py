@@ -10,12 +10,14 @@ A scene with two different quantities in doubt, or whose ground would shorten to
 it says units = "any": one odd value can be meant, two together are a scene in kPa or in t/m3.
 """
 
+from collections.abc import Iterator
 from math import degrees, log10, pi, radians, tan
 from typing import Any, NamedTuple
 
 import numpy as np
+from pydantic.fields import FieldInfo
 
-from coupler_protocol.problems import dotted
+from coupler_protocol.problems import Finding, KeyPath, dotted
 from coupler_protocol.scene.declare import Table
 from coupler_protocol.scene.schedule import plan
 
@@ -40,14 +42,14 @@ OTHERS = {
 class Suspect(NamedTuple):
     """A value that is probably given in another unit."""
 
-    path: tuple
+    path: KeyPath
     what: str
     remedy: str
     quantity: str
     impossible: bool = False  # nothing that is computed with it could be meant
 
 
-def doubts_of_units(scene):
+def doubts_of_units(scene: Any) -> Iterator[Finding]:
     """Doubts (path, what, remedy) about values in probably other units."""
     if scene.units == "any":
         return
@@ -55,7 +57,7 @@ def doubts_of_units(scene):
         yield found.path, found.what, found.remedy
 
 
-def units_are_si(scene):
+def units_are_si(scene: Any) -> Iterator[Finding]:
     """No scene is computed that is written in other units, in more than one quantity."""
     if scene.units == "any":
         return
@@ -65,7 +67,7 @@ def units_are_si(scene):
             yield suspect.path, suspect.what, f"{suspect.remedy}. {ANY}".replace("?.", "?")
 
 
-def suspects(scene):
+def suspects(scene: Any) -> Iterator[Suspect]:
     """All Suspects of a scene."""
     yield from _unusual(scene)
     yield from _weak(scene)
@@ -80,11 +82,11 @@ def suspects(scene):
 # -- against what soil and rock have -------------------------------------------------------------------------------------
 
 
-def _unusual(scene):
+def _unusual(scene: Any) -> Iterator[Suspect]:
     """Numbers outside of what their key declares as usual; not moduli that `_soft` doubts."""
     soft = {suspect.path for suspect in _soft(scene)}
     for path, value, field in _numbers(scene, ()):
-        extra = field.json_schema_extra or {}
+        extra: Any = field.json_schema_extra or {}
         if "usual" not in extra or value == 0.0 or path[:-1] in soft:
             continue
         low, high = extra["usual"]
@@ -95,7 +97,7 @@ def _unusual(scene):
             yield Suspect(path, f"{what}{as_written(high)}", remedy, "stiffness" if unit == "Pa" else unit)
 
 
-def _numbers(table, path):
+def _numbers(table: Table, path: KeyPath) -> Iterator[tuple[KeyPath, float, FieldInfo]]:
     """(path, value, field) of every number that tables declare directly."""
     for name, field in type(table).model_fields.items():
         value = getattr(table, name)
@@ -109,13 +111,13 @@ def _numbers(table, path):
             yield (*path, name), value, field
 
 
-def meant(value, unit, low, high):
+def meant(value: float, unit: str, low: float, high: float) -> str:
     """What a value of the unit probably is in other units, in words; "" if none of them brings it between low and high."""
     found = [(value * factor, name) for factor, name in OTHERS.get(unit, ()) if low <= value * factor <= high]
     return f"did you mean {' or '.join(f'{as_written(v)} ({value:g} {name})' for v, name in found)}?" if found else ""
 
 
-def as_written(value):
+def as_written(value: float) -> str:
     """A number as one writes it in a scene: 12.4e3, 100e6, 2000."""
     if value == 0.0 or 1e-3 <= abs(value) < 1e4:
         return f"{value:.4g}"
@@ -123,7 +125,7 @@ def as_written(value):
     return f"{value / 10.0**power:.4g}e{power}"
 
 
-def _owner(scene, path):
+def _owner(scene: Any, path: KeyPath) -> str:
     """Whose value a path leads to, in words."""
     if path[0] in ("material", "stage", "window"):
         return f"{path[0]} {getattr(scene, path[0])[path[1]].name!r}"
@@ -133,12 +135,12 @@ def _owner(scene, path):
 # -- against the weight of the ground ------------------------------------------------------------------------------------
 
 
-def _density(table):
+def _density(table: Any) -> float:
     """Density [kg/m3] of a table, as it was probably meant."""
     return next((table.density * f for f, _ in ((1.0, ""), *OTHERS["kg/m3"]) if 300.0 <= table.density * f <= 1e4), table.density)
 
 
-def height_of(scene):
+def height_of(scene: Any) -> float:
     """Height [m] of the highest column of ground or discs; 0 where none stands."""
     if scene.grid is None:
         return max((float(np.ptp(np.array(w.polygon)[:, 1])) for w in scene.window if w.polygon), default=0.0)
@@ -147,7 +149,7 @@ def height_of(scene):
     return max(y for _, y in scene.grid.profile) if scene.grid.profile else scene.grid.height
 
 
-def overburden(scene):
+def overburden(scene: Any) -> float:
     """Weight of the highest column [Pa] under the largest gravity of the stages (factors apart); 0 where nothing weighs."""
     tables = scene.material if scene.grid else [scene.discs.soil]
     gravity = max(leg.gravity for leg in plan(scene))
@@ -155,20 +157,20 @@ def overburden(scene):
     return gravity * max(map(_density, tables), default=0.0) * height_of(scene)
 
 
-def _stress_scale(scene, share):
+def _stress_scale(scene: Any, share: float) -> float:
     """Stress [Pa] below which one is negligible: a share of the overburden, or of the stiffness where nothing weighs."""
     bulk = max((m.elastic.bulk for m in scene.material), default=0.0)
     return overburden(scene) * share or bulk * LEAST_STRESS
 
 
-def _beside(scene):
+def _beside(scene: Any) -> str:
     weight = overburden(scene)
     return (
         f"beside the weight of the ground, {as_written(weight)} Pa at {height_of(scene):g} m" if weight else "beside the moduli"
     )
 
 
-def _weak(scene):
+def _weak(scene: Any) -> Iterator[Suspect]:
     """Strengths that are nothing beside the weight of the ground."""
     for i, m in enumerate(scene.material):
         for table, key, share in (("mohr_coulomb", "cohesion", LEAST_COHESION), ("tension", "strength", LEAST_TENSION)):
@@ -179,7 +181,7 @@ def _weak(scene):
                 yield Suspect(("material", i, table, key), what, remedy, "strength")
 
 
-def _soft(scene):
+def _soft(scene: Any) -> Iterator[Suspect]:
     """Moduli under which the ground would shorten like nothing on earth."""
     weight = overburden(scene)
     for i, m in enumerate(scene.material):
@@ -191,7 +193,7 @@ def _soft(scene):
             yield Suspect(("material", i, "elastic"), what, remedy, "stiffness", weight > NOTHING_LEFT * modulus)
 
 
-def _soft_discs(scene):
+def _soft_discs(scene: Any) -> Iterator[Suspect]:
     """Springs under which discs would lie in each other."""
     discs = scene.discs
     if discs is None:
@@ -207,7 +209,7 @@ def _soft_discs(scene):
             yield Suspect(path, what, remedy, "springs", load > NOTHING_LEFT * stiffness)
 
 
-def _weak_bonds(scene):
+def _weak_bonds(scene: Any) -> Iterator[Suspect]:
     """Bonds whose strength is nothing beside the stress on the discs: forces in kN, stresses in kPa."""
     discs = scene.discs
     stress = max(overburden(scene), discs.confinement) if discs is not None and discs.file is None else 0.0
@@ -224,10 +226,10 @@ def _weak_bonds(scene):
                     yield Suspect(("discs", key, law, name), what, f"did you mean {value:g}e3 ({value:g} k{unit})?", "strength")
 
 
-def _coefficients(scene):
+def _coefficients(scene: Any) -> Iterator[Suspect]:
     """Angles in degrees where discs have coefficients."""
     grains = {"soil": scene.discs and scene.discs.soil, "stone": scene.discs and scene.discs.stone}
-    holders: list[tuple[tuple, Any]] = [(("discs", key), table) for key, table in grains.items()] + [(("ring",), scene.ring)]
+    holders: list[tuple[KeyPath, Any]] = [(("discs", key), table) for key, table in grains.items()] + [(("ring",), scene.ring)]
     holders += [(("discs", "pair", k), pair) for k, pair in enumerate(scene.discs.pair if scene.discs else [])]
     for path, holder in holders:
         for law in ("friction", "rolling"):
@@ -239,7 +241,7 @@ def _coefficients(scene):
                 yield Suspect((*path, law, "coefficient"), what, remedy, f"{law} coefficient")
 
 
-def _small_loads(scene):
+def _small_loads(scene: Any) -> Iterator[Suspect]:
     """Loads of static stages, and initial stresses, that are nothing beside the weight of the ground."""
     if scene.grid is None:
         return
@@ -253,10 +255,10 @@ def _small_loads(scene):
             yield Suspect((*path, largest), what, remedy, "loads")
 
 
-def _loads(scene):
+def _loads(scene: Any) -> Iterator[tuple[KeyPath, Any]]:
     """(path, table) of every load on the ground in static stages."""
     stages = [(("stage", i), stage) for i, stage in enumerate(scene.stage) if not stage.in_real_time]
-    boundaries: list[tuple[tuple, Any]] = [
+    boundaries: list[tuple[KeyPath, Any]] = [
         (("boundary", k), b) for k, b in enumerate(scene.boundary) if not scene.stage[0].in_real_time
     ]
     for path, stage in stages:
@@ -270,7 +272,7 @@ def _loads(scene):
         yield ("initial_stress",), scene.initial_stress
 
 
-def _gravity(scene):
+def _gravity(scene: Any) -> Iterator[Suspect]:
     """Gravity as a multiple of g, or its factor as an acceleration."""
     for i, stage in enumerate(scene.stage):
         at = ("stage", i)
@@ -289,12 +291,12 @@ def _gravity(scene):
 # -- speeds in static stages ---------------------------------------------------------------------------------------------
 
 
-def speeds(scene):
+def speeds(scene: Any) -> Iterator[Suspect]:
     """Motions that are metres a step, and look like metres a second or like a whole displacement."""
-    rows: list[tuple[tuple, tuple[float, float], Any]]
+    rows: list[tuple[KeyPath, tuple[float, float], Any]]
     if scene.grid is not None:
         size, what = least_zone(scene), "a zone"
-        moving: list[tuple[tuple, Any, Any]] = [(("boundary", k), b, scene.stage[0]) for k, b in enumerate(scene.boundary)]
+        moving: list[tuple[KeyPath, Any, Any]] = [(("boundary", k), b, scene.stage[0]) for k, b in enumerate(scene.boundary)]
         moving += [(("stage", i, "boundary", k), b, s) for i, s in enumerate(scene.stage) for k, b in enumerate(s.boundary)]
         rows = [(p, (b.velocity.x or 0.0, b.velocity.y or 0.0), s) for p, b, s in moving if b.velocity is not None]
     else:
@@ -302,7 +304,7 @@ def speeds(scene):
 
         size, what = grading_of(scene.discs).smallest, "the smallest radius"
         first = next((stage for stage in scene.stage if stage.kind == "discs"), scene.stage[0])
-        walls: list[tuple[tuple, Any, Any]] = [(("discs", "wall", k), wall, first) for k, wall in enumerate(scene.discs.wall)]
+        walls: list[tuple[KeyPath, Any, Any]] = [(("discs", "wall", k), wall, first) for k, wall in enumerate(scene.discs.wall)]
         walls += [(("stage", i, "wall", k), wall, s) for i, s in enumerate(scene.stage) for k, wall in enumerate(s.wall)]
         rows = [(p, wall.velocity, s) for p, wall, s in walls]
     for path, velocity, stage in rows:
@@ -318,7 +320,7 @@ def speeds(scene):
         yield Suspect((*path, "velocity"), found, remedy + ', or time = "real" for m/s', "speed")
 
 
-def least_zone(scene):
+def least_zone(scene: Any) -> float:
     """Size [m] of the smallest zones."""
     grid = scene.grid
     if grid.kind != "ring":

@@ -3,10 +3,15 @@
 Rules that need the zones in a polygon are in fdm_server/checks/grid_can_be_built.py.
 """
 
+from collections.abc import Iterator
+from typing import Any
+
+from coupler_protocol.problems import Finding
+
 ACROSS = 8  # discs that a window must be wide
 
 
-def windows_of_whole_zones(scene):
+def windows_of_whole_zones(scene: Any) -> Iterator[Finding]:
     """A window gives its zones in exactly one way."""
     for i, w in enumerate(scene.window):
         given = [key for key in ("columns", "rows") if getattr(w, key) is not None]
@@ -22,7 +27,7 @@ def windows_of_whole_zones(scene):
             yield ("window", i), "the window does not say which zones it takes", remedy
 
 
-def windows_lie_inside(scene):
+def windows_lie_inside(scene: Any) -> Iterator[Finding]:
     """Columns and rows keep at least one zone between themselves and every side of the grid."""
     if not scene.grid.regular:
         return
@@ -37,7 +42,7 @@ def windows_lie_inside(scene):
             yield ("window", i, "rows"), f"{list(w.rows)} reaches a side of the grid", f"stay within 1..{rows - 2}"
 
 
-def windows_need_discs(scene):
+def windows_need_discs(scene: Any) -> Iterator[Finding]:
     """Windows are filled with discs that have springs."""
     if scene.window and scene.discs is None:
         yield ("window",), "nothing fills the windows", "add a [discs] table"
@@ -47,7 +52,7 @@ def windows_need_discs(scene):
         yield ("discs", "soil"), "the discs have no stiffness", "add spring = { normal = .., shear = .. }"
 
 
-def discs_fit_into_windows(scene):
+def discs_fit_into_windows(scene: Any) -> Iterator[Finding]:
     """A window of equal zones is at least eight discs across; the grid's server checks other zones and polygons."""
     for i, w in enumerate(scene.window if scene.discs and scene.grid.regular else []):
         if w.columns is None or w.rows is None:

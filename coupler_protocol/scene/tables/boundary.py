@@ -7,7 +7,7 @@ from pydantic import AfterValidator, model_validator
 from coupler_protocol.scene.declare import Table, quantity
 
 
-def _spanning(value):
+def _spanning(value: tuple[float, float]) -> tuple[float, float]:
     if not value[0] < value[1]:
         raise ValueError("a range is [first, last] with first < last")
     return value
@@ -25,7 +25,7 @@ class Velocity(Table):
     y: float | None = quantity(None, unit="m/step, m/s", meaning="upwards")
 
     @model_validator(mode="after")
-    def _not_empty(self):
+    def _not_empty(self) -> "Velocity":
         if self.x is None and self.y is None:
             raise ValueError("give x, y, or both")
         return self
@@ -72,7 +72,7 @@ class Boundary(Table):
     over: int = quantity(1, unit="steps", meaning="steps of the linear ramp from the previous velocity or load to this one", ge=1)
 
     @model_validator(mode="after")
-    def _one_thing(self):
+    def _one_thing(self) -> "Boundary":
         given = [key for key in (*MOTIONS, *FORCES) if getattr(self, key) is not None]
         if len(given) != 1 and given != ["pressure", "shear"]:
             said = f"not {' and '.join(given)}" if given else "it says nothing"
@@ -80,22 +80,22 @@ class Boundary(Table):
         return self
 
     @property
-    def loads(self):
+    def loads(self) -> bool:
         """Whether this is a load, not a motion."""
         return not any(getattr(self, key) is not None for key in MOTIONS)
 
     @property
-    def place(self):
+    def place(self) -> str:
         """Text of side and range: loads of the same place replace each other."""
         return " ".join([self.on, *(f"{axis} {span[0]!r} {span[1]!r}" for axis in "xy" if (span := getattr(self, axis)))])
 
     @property
-    def summary(self):
+    def summary(self) -> str:
         """Text of the condition and its place."""
         return f"{' and '.join(key for key in (*MOTIONS, *FORCES) if getattr(self, key) is not None)} on {self.place}"
 
     @property
-    def label(self):
+    def label(self) -> str:
         """Name in the histories."""
         return self.name or self.on
 
@@ -128,7 +128,7 @@ class InitialStress(Table):
     )
 
     @model_validator(mode="after")
-    def _says_something(self):
+    def _says_something(self) -> "InitialStress":
         if self.k0 is not None and self.gradient is not None:
             raise ValueError("give gradient or k0, not both")
         if self.k0 is None and self.gradient is None and not any((self.xx, self.yy, self.zz, self.xy)):

@@ -1,7 +1,8 @@
 """The [discs] table of a scene without its materials, and its walls."""
 
+from collections.abc import Sequence
 from contextlib import suppress
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -31,13 +32,13 @@ class Moves(Table):
     servo: Servo | None = quantity(None, meaning="moves the wall towards a pressure, instead of `velocity`; none: no servo")
 
     @model_validator(mode="after")
-    def _one_way(self):
+    def _one_way(self) -> "Moves":
         if self.servo is not None and self.velocity != (0.0, 0.0):
             raise ValueError("a wall has a velocity or a servo, not both")
         return self
 
     @property
-    def moves(self):
+    def moves(self) -> bool:
         """Whether the wall moves."""
         return self.servo is not None or self.velocity != (0.0, 0.0)
 
@@ -59,7 +60,7 @@ class StageWall(Moves):
     name: str = quantity(meaning="name or number of the wall", min_length=1)
 
 
-def names_of_walls(walls):
+def names_of_walls(walls: Sequence[Wall]) -> list[str]:
     """Names of all walls; one without a name has its number from 1."""
     return [wall.name or str(number) for number, wall in enumerate(walls, start=1)]
 
@@ -95,7 +96,7 @@ class Discs(Table):
 
     @model_validator(mode="before")
     @classmethod
-    def _radius_of_the_grading(cls, data):
+    def _radius_of_the_grading(cls, data: Any) -> Any:
         if isinstance(data, dict) and "radius" not in data and data.get("grading") is not None:
             radius = 1.0  # if the grading is wrong, only the grading is reported
             with suppress(ValidationError):

@@ -34,7 +34,7 @@ class FactorOfSafety(Table):
     )
 
     @model_validator(mode="after")
-    def _in_order(self):
+    def _in_order(self) -> "FactorOfSafety":
         if self.bracket[0] >= self.bracket[1]:
             raise ValueError("bracket is [low, high] with low < high")
         if self.zone_sizes and len(set(self.zone_sizes)) < len(self.zone_sizes):

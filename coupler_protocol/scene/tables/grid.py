@@ -1,13 +1,13 @@
 """The [grid] table of a scene: kind, extent and zone size of the mesh."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, cast
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from coupler_protocol.scene.declare import Table, quantity
 
 
-def _both_ways(value):
+def _both_ways(value: Any) -> Any:
     return (value, value) if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
@@ -31,7 +31,7 @@ class Graded(Table):
     ratio: float = quantity(meaning="size ratio of a zone to its neighbour nearer to the rectangle", gt=1, le=1.5)
 
     @model_validator(mode="after")
-    def _in_order(self):
+    def _in_order(self) -> "Graded":
         if self.x is None and self.y is None:
             raise ValueError("give x = [first, last], y = [lowest, highest], or both")
         for axis in ("x", "y"):
@@ -88,7 +88,7 @@ class Grid(Table):
     large_strain: bool = quantity(False, meaning="zones follow their gridpoints, in all stages except those of kind equilibrium")
 
     @model_validator(mode="after")
-    def _keys_of_the_kind(self):
+    def _keys_of_the_kind(self) -> "Grid":
         needed = NEEDED[self.kind]
         missing = [key for key in needed if getattr(self, key) is None]
         if missing:
@@ -100,11 +100,11 @@ class Grid(Table):
             raise ValueError(f'kind = "{self.kind}" takes no {", ".join(extra)}')
         if self.kind == "slope" and self.graded is not None and self.fit != "profile":
             raise ValueError(f'fit = "{self.fit}" takes no graded: use fit = "profile" with graded, or leave graded out')
-        if self.kind == "ring" and not self.inner < self.outer:
+        if self.kind == "ring" and not cast(float, self.inner) < cast(float, self.outer):
             raise ValueError(f"the outer radius, {self.outer:g} m, must be larger than the inner one, {self.inner:g} m")
         return self
 
     @property
-    def regular(self):
+    def regular(self) -> bool:
         """Whether all zones have the size `zone_size`."""
         return self.kind != "ring" and self.fit == "diagonals" and self.graded is None

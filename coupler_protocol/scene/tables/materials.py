@@ -15,7 +15,7 @@ DENSITIES = (300.0, 10e3)  # [kg/m3] of what slopes and laboratory tests are mad
 Substance = Literal["soil", "stone", "ring"]
 
 
-def _rightwards(line):
+def _rightwards(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
     if any(b[0] <= a[0] for a, b in pairwise(line)):
         raise ValueError("points must follow each other from left to right")
     return line

@@ -1,6 +1,6 @@
 """The [[stage]] tables of a scene: the procedure, the changes of each stage, and its end."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
@@ -11,7 +11,7 @@ from coupler_protocol.scene.tables.discs import StageWall
 from coupler_protocol.scene.tables.grid import Point, Span
 
 
-def _constant(value):
+def _constant(value: Any) -> Any:
     return {"to": value} if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
@@ -43,7 +43,7 @@ class Excavation(Table):
     over: int = quantity(1, unit="steps", meaning="steps over which the forces of the removed zones are reduced to zero", ge=1)
 
     @model_validator(mode="after")
-    def _one_way(self):
+    def _one_way(self) -> "Excavation":
         if (self.columns is None) != (self.rows is None) or (self.columns is None) == (self.polygon is None):
             raise ValueError("give columns and rows, or a polygon")
         return self
@@ -57,8 +57,8 @@ class Surcharge(Table):
     over: int = quantity(1, unit="steps", meaning="steps of the ramp", ge=1)
 
 
-def is_real(time):
-    """Whether this value of `time` means real masses and seconds; else scaled masses on the way to rest (static mode)."""
+def is_real(time: str) -> bool:
+    """Whether this value of `time` means real masses and seconds; else scaled masses (static mode)."""
     return time == "real"
 
 
@@ -66,7 +66,10 @@ class Stage(Table):
     """One step of the procedure."""
 
     name: str = quantity(meaning="name of the stage; also its kind if no kind is given", min_length=1)
-    kind: Literal[stage_kinds.NAMES] = quantity(meaning="; ".join(f"{kind.name}: {kind.meaning}" for kind in stage_kinds.KINDS))
+    # mypy cannot read names that are computed; pydantic does when the class is made
+    kind: Literal[stage_kinds.NAMES] = quantity(  # type: ignore[valid-type]
+        meaning="; ".join(f"{kind.name}: {kind.meaning}" for kind in stage_kinds.KINDS)
+    )
     gravity: float | None = quantity(
         None, unit="m/s2", meaning="gravity, downwards; stays for later stages", remedy="it acts downwards", ge=0
     )
@@ -92,13 +95,13 @@ class Stage(Table):
     discard: bool = quantity(False, meaning="discard the result: the next stage starts from the State in which this one started")
 
     @property
-    def in_real_time(self):
+    def in_real_time(self) -> bool:
         """Whether the stage computes with real masses and seconds; else with scaled masses (static mode)."""
         return is_real(self.time)
 
     @model_validator(mode="before")
     @classmethod
-    def _kind_from_name(cls, data):
+    def _kind_from_name(cls, data: Any) -> Any:
         if isinstance(data, dict) and "kind" not in data and "name" in data:
             return {**data, "kind": data["name"]}
         return data

@@ -19,7 +19,7 @@ class StoneSize(Table):
     max: float = quantity(unit="m", meaning="largest size", gt=0)
 
     @model_validator(mode="after")
-    def _in_order(self):
+    def _in_order(self) -> "StoneSize":
         if not self.min < self.mean < self.max:
             raise ValueError("min, mean and max must be in increasing order")
         return self
@@ -40,7 +40,7 @@ class Azimuth(Table):
     )
 
     @model_validator(mode="after")
-    def _one_distribution(self):
+    def _one_distribution(self) -> "Azimuth":
         normal = self.mean is not None and self.spread is not None
         if normal == (self.range is not None) or (self.mean is None) != (self.spread is None):
             raise ValueError("give mean and spread, or range")
@@ -79,6 +79,6 @@ class Stones(Table):
         "clip", meaning="stones of `file` that reach beyond the window: clipped at its edge, left out, or refused"
     )
 
-    def changed(self, *keys):
+    def changed(self, *keys: str) -> list[str]:
         """Those of `keys` whose values differ from the defaults."""
         return [key for key in keys if getattr(self, key) != type(self).model_fields[key].default]
