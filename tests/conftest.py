@@ -1,5 +1,6 @@
 """Fixtures that several folders of tests share, and how two workers share the tests."""
 
+import contextlib
 import fcntl
 import json
 import os
@@ -44,6 +45,13 @@ def pytest_collection_modifyitems(items):
     """Files of FIRST first; a worker takes a whole file, whose tests share fixtures (pytest-xdist, loadfile)."""
     place = {name: number for number, name in enumerate(FIRST)}
     items.sort(key=lambda item: place.get(item.path.relative_to(TESTS).as_posix(), len(FIRST)))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _root_as_working_directory():
+    """Shipped scenes name their files from the root of the checkout; tests may be started from any folder."""
+    with contextlib.chdir(ROOT):
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,7 @@ Pairs wait in a queue in the order in which they form; of the next radii the fir
 With discs a, b and the new radius r (Feng, Han & Owen 2003, Int. J. Numer. Meth. Engng 56, 699-713):
 
     u = ra + r,  w = rb + r,  s = (d^2 + u^2 - w^2) / 2d,  h = sqrt(u^2 - s^2)   (1)
-    x = xa + s e +- h k x e                                                      (2)
+    x = xa + s e ± h k x e                                                       (2)
 
 where e points from a to b at the distance d. The filling ends when no pair has room for any of the next radii.
 Source of the procedure: Study on Failure Mechanism of Soil-Rock Slope with FDM-DEM Method (2022), section 4.2.
