@@ -81,7 +81,9 @@ class Stage(Table):
     kind: Literal[stage_kinds.NAMES] = quantity(  # type: ignore[valid-type]
         meaning="; ".join(f"{kind.name}: {kind.meaning}" for kind in stage_kinds.KINDS)
     )
-    gravity: float | None = quantity(None, unit="m/s2", meaning="gravity, downwards; stays for later stages", ge=0)
+    gravity: float | None = quantity(
+        None, unit="m/s2", meaning="gravity, downwards; stays for later stages", remedy="it acts downwards", ge=0
+    )
     gravity_factor: Annotated[Ramp, BeforeValidator(_constant)] | None = quantity(
         None, meaning="gravity is multiplied by this, a number or { to, over }; stays for later stages"
     )
