@@ -4,7 +4,6 @@ The polygon of the window is filled inside a ring of control discs, and the ring
 the discs are read from a file.
 """
 
-import json
 import logging
 import time
 from pathlib import Path
