@@ -31,6 +31,10 @@ class DiscFile(NamedTuple):
     motion: np.ndarray
     stone: np.ndarray | None
 
+    def counted_from(self, origin: np.ndarray) -> "DiscFile":
+        """The same discs with positions counted from the point `origin` (2,) [m]."""
+        return self._replace(xy=self.xy - origin)
+
 
 def read(path: str | Path, key: str = "discs.file") -> DiscFile:
     """Reads the DiscFile at `path`; raises SceneError with the lines and columns that are wrong."""

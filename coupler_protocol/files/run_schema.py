@@ -77,6 +77,14 @@ class Warned(_Part):
     text: str = quantity(meaning="the warning")
 
 
+class Doubted(_Part):
+    """Something about the scene that may not be meant, as of `colluvium check`."""
+
+    key: str = quantity(meaning="table or key of the scene")
+    what: str = quantity(meaning="what is doubted")
+    remedy: str = quantity(meaning="what would be right")
+
+
 class BeginsAfter(_Part):
     """The end of the stage from which a run continues."""
 
@@ -106,6 +114,7 @@ class RunJson(_Part):
         None, meaning="if the run was resumed: start, end, seconds, exit code, reason, plugin and warnings of earlier attempts"
     )
     warnings: list[Warned] | None = quantity(None, meaning="if there were any: warnings of stages")
+    doubts: list[Doubted] | None = quantity(None, meaning="if there were any: what of the scene is worth a second look")
     steps: int | None = quantity(None, unit="steps", meaning="with a grid: steps of the run")
     gridpoints: int | None = quantity(None, meaning="with a grid: number of gridpoints")
     zones: int | None = quantity(None, meaning="with a grid: number of zones")

@@ -109,10 +109,15 @@ def conduct_run(
 
     summary() of the side is its part of run.json; context: the RunContext of its process.
     """
+    from coupler_protocol.scene.rules.between_tables import listed_doubts
+
     start = time.perf_counter()
     run_json.keep_room(context.out)
     sides: list[Any] = []
     about = run_json.describe(scene) | run_json.origin_content(context.out, context.origin, context.plugin)
+    about |= {"doubts": found} if (found := listed_doubts(scene)) else {}
+    for doubt in found:
+        logging.getLogger(__name__).warning("%s: %s; %s", *doubt.values())
     code, reason = exits.OURSELVES, ""
 
     def made() -> Any:

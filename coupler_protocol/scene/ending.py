@@ -26,10 +26,13 @@ class Ending:
         self.at_limit = self.at_limit or used_up
         return reason if used_up else ""
 
-    def reached(self, steps: int, ratios: Sequence[float], displacement: float) -> str:
-        """Reason to end after `steps` steps, or "". ratios: of every code; displacement: largest of a gridpoint [m]."""
+    def reached(self, steps: int, ratios: Sequence[float], displacement: float, waiting: bool = False) -> str:
+        """Reason to end after `steps` steps, or "". ratios: of every code; displacement: largest of a gridpoint [m].
+
+        waiting: whether a load is incomplete because it waits for rest.
+        """
         u = self.until
-        self._below = self._below + 1 if u.ratio is not None and max(ratios) <= u.ratio else 0
+        self._below = self._below + 1 if u.ratio is not None and max(ratios) <= u.ratio and not waiting else 0
         if u.displacement is not None and displacement >= u.displacement:
             return f"displacement {displacement:.3g} m"
         if self._below >= SUSTAINED and steps >= self.not_before:

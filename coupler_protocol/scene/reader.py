@@ -9,16 +9,27 @@ from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
-from coupler_protocol.problems import Problem, SceneError
+from coupler_protocol.problems import KeyPath, Problem, SceneError, dotted
 from coupler_protocol.scene.named_files import located
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.scene import scene_class
-from coupler_protocol.scene.toml_lines import KeyPath, line_of, locate
+from coupler_protocol.scene.toml_lines import line_of, locate
 
 Lines = Mapping[KeyPath, int]  # line of each key
 
 FROM_SET = 0  # in place of a line, for values from the command line
+ALIKE = 0.7  # similarity of a mistyped key and the one that was probably meant
+IN_A_MESSAGE = re.compile(r"[:;] ((?:use|give|leave) .*)$")  # remedy at the end of a validator's message
+SYMBOLS = {
+    "c": "cohesion", "phi": "friction", "psi": "dilation", "e": "young", "nu": "poisson", "k": "bulk", "g": "shear",
+    "rho": "density", "gamma": "density", "unit_weight": "density", "kn": "normal", "ks": "shear", "mu": "coefficient",
+}  # fmt: skip
+DRY = "there is no pore water: the ground is dry, or computed in total stresses"
+NOT_COMPUTED = dict.fromkeys(("water", "groundwater", "pore_pressure", "phreatic", "water_table"), DRY) | dict.fromkeys(
+    ("anchor", "beam", "bolt", "cable", "geogrid", "liner", "pile", "structure"), "there are no structural elements"
+)  # tables of other programs
 
 
 def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Any:
@@ -65,12 +76,12 @@ def build_scene(data: Mapping[str, Any], file: str = "scene", lines: Lines | Non
     lines = lines or {}
     data, wrong = located(data, folder)
     if wrong:
-        raise SceneError([Problem(*_place(file, lines, path), _dotted(path), why, remedy) for path, why, remedy in wrong])
+        raise SceneError([Problem(*_place(file, lines, path), dotted(path), why, remedy) for path, why, remedy in wrong])
     try:
         scene = scene_class().model_validate(data)
     except ValidationError as error:
         raise SceneError([_problem(e, file, lines) for e in error.errors()]) from None
-    broken = [Problem(*_place(file, lines, path), _dotted(path), why, remedy) for path, why, remedy in broken_rules(scene)]
+    broken = [Problem(*_place(file, lines, path), dotted(path), why, remedy) for path, why, remedy in broken_rules(scene)]
     if broken:
         raise SceneError(broken)
     return scene
@@ -80,13 +91,6 @@ def _place(file: str, lines: Lines, path: KeyPath) -> tuple[str, int | None]:
     """File and line of a key, or the other source of its value."""
     line = line_of(lines, path)
     return ("--set", None) if line == FROM_SET else (file, line)
-
-
-def _dotted(path: KeyPath) -> str:
-    text = ""
-    for part in path:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
-    return text
 
 
 def _syntax_problem(path: str | Path, error: tomllib.TOMLDecodeError) -> Problem:
@@ -99,12 +103,16 @@ def _problem(error: Any, file: str, lines: Lines) -> Problem:
     """Problem of one of pydantic's errors, with our reason and remedy."""
     path, kind = tuple(error["loc"]), error["type"]
     reason, remedy = error["msg"], ""
-    if kind == "extra_forbidden":
+    if kind == "refused":
+        remedy = error["ctx"]["remedy"]
+    elif kind == "extra_forbidden":
         key = str(path[-1])
         known = _keys_at(path[:-1])
-        close = difflib.get_close_matches(key, known, n=1, cutoff=0.6)
+        close = difflib.get_close_matches(key, known, n=1, cutoff=ALIKE)
+        close = [SYMBOLS[key.lower()]] if SYMBOLS.get(key.lower()) in known else close
         reason = "unknown key"
         remedy = f'did you mean "{close[0]}"?' if close else f"known here: {', '.join(sorted(known))}"
+        remedy = f"{NOT_COMPUTED[key]}; {remedy}" if key in NOT_COMPUTED and not close else remedy
     elif kind == "missing":
         reason, remedy = "missing", _meaning(path)
     elif kind == "literal_error":
@@ -117,8 +125,39 @@ def _problem(error: Any, file: str, lines: Lines) -> Problem:
         reason = reason.removeprefix("Value error, ").removeprefix("Input ")
         if not isinstance(error["input"], dict | list):
             reason += f", not {error['input']!r}"
-        remedy = _meaning(path)
-    return Problem(*_place(file, lines, path), _dotted(path), reason, remedy)
+        remedy = _within_bounds(error, path) + _meaning(path)
+        said = IN_A_MESSAGE.search(reason) if kind == "value_error" else None
+        if said:
+            reason, remedy = reason[: said.start()], said[1]
+    return Problem(*_place(file, lines, path), dotted(path), reason, remedy)
+
+
+def _within_bounds(error: Mapping[str, Any], path: KeyPath) -> str:
+    """What a number outside its bounds could be instead, in front of the meaning of its key; "" for other errors."""
+    value, limits = error["input"], error.get("ctx") or {}
+    low, high = limits.get("ge", limits.get("gt")), limits.get("le", limits.get("lt"))
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return ""
+    if low is None and high is None:
+        return ""
+    declared = getattr(_field_at(path), "json_schema_extra", None) or {}
+    remedy = f"{declared['remedy']}; " if "remedy" in declared else ""
+    if low == 0 and value < 0:
+        return f"did you mean {-value:g}? {remedy}"
+    if remedy or "usual" in declared:
+        return remedy or "usual are {:g} to {:g}; ".format(*declared["usual"])
+    if low is not None:
+        return f"use {'at least' if 'ge' in limits else 'more than'} {low:g}; "
+    return "" if high is None else f"use {'at most' if 'le' in limits else 'less than'} {high:g}; "
+
+
+def _field_at(path: KeyPath) -> FieldInfo | None:
+    """The declared field of a key; None where there is none."""
+    path = tuple(path)
+    while path and isinstance(path[-1], int):
+        path = path[:-1]
+    model = _model_at(path[:-1]) if path else None
+    return model.model_fields.get(path[-1]) if model else None
 
 
 def _model_at(path: KeyPath) -> Any:
@@ -146,15 +185,13 @@ def _keys_at(path: KeyPath) -> list[str]:
 
 def _meaning(path: KeyPath) -> str:
     """Unit and meaning of a key, as declared."""
-    path = tuple(path)
-    while path and isinstance(path[-1], int):
-        path = path[:-1]
-    model = _model_at(path[:-1]) if path else None
-    field = model.model_fields.get(path[-1]) if model else None
+    field = _field_at(path)
     if field is None:
         return ""
-    unit = (field.json_schema_extra or {}).get("unit", "-")
-    return f"{path[-1]} [{unit}]: {field.description}"
+    name = next(part for part in reversed(tuple(path)) if not isinstance(part, int))
+    extra: Any = field.json_schema_extra or {}
+    unit = extra.get("unit", "-")
+    return f"{name} [{unit}]: {field.description}"
 
 
 def _override(data: dict[str, Any], text: str, lines: dict[KeyPath, int]) -> list[Problem]:

@@ -170,6 +170,11 @@ class SceneBase(Table):
     format: Literal[1] = quantity(meaning="version of the scene format")
     title: Title = quantity("", meaning="shown in pictures and logs")
     seed: int = quantity(meaning="every random choice derives from it, by name", ge=0, lt=2**63)
+    units: Literal["SI", "any"] = quantity(
+        "SI",
+        meaning="SI: values that no soil or rock has in the units of this page are doubted, and several together refused; "
+        "any: no value is doubted, for scenes in another consistent set of units or without units",
+    )
     grid: Grid | None = Field(default=None, description="mesh of the continuum; no table: discs alone")
     boundary: list[Boundary] = Field(default_factory=list, description="sides of the grid that are fixed, moved or loaded")
     initial_stress: InitialStress | None = Field(default=None, description="stress before the first stage; no table: none")

@@ -12,13 +12,15 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol import exits
-from coupler_protocol.files import checkpoint, proof, restart, run_json
+from coupler_protocol.files import checkpoint, disc_csv, proof, restart, run_json
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.process import server
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import Stopwatch
 from coupler_protocol.scene import rest
 from coupler_protocol.scene.ending import Ending
+from coupler_protocol.scene.local_origin import about as counted_from
+from coupler_protocol.scene.local_origin import local_origin
 from coupler_protocol.scene.schedule import plan
 from dem_server.model import Model, State
 from dem_server.observe import energy, record, unbalanced_ratio
@@ -53,6 +55,7 @@ class DiscsAlone:
         self.warnings = []  # of all stages so far
         self._unfinished = None  # function that returns the row of the present stage
         self.model = self.state = self.recorder = self.stones = None
+        self.origin_of_places = np.zeros(2)  # [m] from which model and State count (coupler_protocol.scene.local_origin)
         self.saved = restart.load(scene, origin, NAME) if origin else None
 
     def run(self):
@@ -68,7 +71,7 @@ class DiscsAlone:
             self.watch.begin(self.scene.stage[0].name)
             self._fill()
             self.watch.add_to("computing")
-        constants = record.stones(self.stones.outlines) if self.stones else None
+        constants = record.stones(self.stones.outlines, self.origin_of_places) if self.stones else None
         with Recorder(path, "discrete", self.scene.title, about, constants) as self.recorder:
             self._frame(self.origin.stage if self.saved else self.scene.stage[0].name, 1.0)
             if not self.saved:
@@ -84,8 +87,13 @@ class DiscsAlone:
     def _fill(self):
         """Makes discs, stones and walls of the scene, and bonds at contacts."""
         begin = time.perf_counter()
-        self.model, self.state, self.stones, self.report = alone_window.fill(self.scene, self._note)
-        self.state.walls = walls_of_scene.walls_of(self.scene, self.model, self.state)
+        found = disc_csv.read(self.scene.discs.file) if self.scene.discs.file is not None else None
+        self.origin_of_places = place = local_origin(self.scene, found and found.xy)
+        scene = counted_from(self.scene, place)
+        self.model, self.state, self.stones, self.report = alone_window.fill(
+            scene, self._note, found and found.counted_from(place)
+        )
+        self.state.walls = walls_of_scene.walls_of(scene, self.model, self.state)
         contact_forces(self.model, self.state)
         if self.scene.discs.file is not None and not self.scene.stage[1].in_real_time:
             self.model, left = draw_apart.separate_discs(self.model, self.state)
@@ -95,6 +103,7 @@ class DiscsAlone:
         if self.model.law.parallel_bond is not None:
             bonds_made.add_parallel_bonds(self.model, self.state)
         self.state.origin[:] = self.state.x
+        self.report |= {"computed_about": place.tolist()} if place.any() else {}
         self.report |= {"name": NAME, "discs": self.model.count, "packing_seconds": time.perf_counter() - begin}
         log.info("filled %s", self.report)
 
@@ -188,7 +197,7 @@ class DiscsAlone:
         }
         if state.walls is not None:
             values["wall_force_x"], values["wall_force_y"] = state.walls.force.sum(axis=0).tolist()
-            values |= walls_of_scene.histories(self.scene, state.walls)
+            values |= walls_of_scene.histories(self.scene, state.walls, self.origin_of_places)
         self.recorder.history(self.steps, **values)
         return ratio
 
@@ -196,7 +205,7 @@ class DiscsAlone:
 
     def _frame(self, stage, factor):
         info = FrameInfo(self.steps, self.time, stage, factor)
-        self.recorder.frame(info, **record.frame(self.model, self.state))
+        self.recorder.frame(info, **record.frame(self.model, self.state, self.origin_of_places))
         self.watch.add_to("recording")
 
     def _end_stage(self, name, factor):
@@ -210,6 +219,7 @@ class DiscsAlone:
         """Writes the State to its checkpoint file; returns the path."""
         path = self.out / f"{NAME}.{stage}.h5"
         more = {"report": self.report, "rows": self._rows(), "warnings": self.warnings} | restart.named(self.plugin)
+        more |= {"origin": self.origin_of_places.tolist()}
         about = restart.attributes(self.scene, NAME, stage, phase, self.steps, 0, factor, **more)
         checkpoint.save(path, AloneState(self.model, self.state, self.time), about)
         return path
@@ -224,6 +234,8 @@ class DiscsAlone:
             proof.require(walls == expected, f"it has {walls} walls, the scene {expected}")
             self.report = self.saved.said("report", dict)
             self.earlier, self.warnings = self.saved.said("rows", list), self.saved.said("warnings", list)
+            self.origin_of_places = np.array(self.saved.said("origin", list), dtype=float)
+            proof.require(self.origin_of_places.shape == (2,), "its attribute origin is not a point")
         self.model, self.state, self.time = found
         self.steps = int(self.saved.about["step"])
         self.watch.begin(self.origin.stage)

@@ -17,6 +17,7 @@ class Servo(Table):
 
     The pressure refers to the length of the wall between the walls that cross it, on the side of the discs. The servo acts in
     every step and uses the stiffness of the wall's contacts; a wall without contacts moves towards the discs at `fastest`.
+    Straight pieces end to end with the same servo are one wall.
     """
 
     pressure: float = quantity(
@@ -46,6 +47,8 @@ class Moves(Table):
 
 class Wall(Moves):
     """A segment that confines discs, in scenes without a grid; its contacts have the material ring.
+
+    Walls that meet are one surface.
 
     Histories: `wall_force_x:NAME`, `wall_force_y:NAME` [N], force of the discs on the wall, and `wall_x:NAME`, `wall_y:NAME`
     [m], its middle.
