@@ -115,6 +115,7 @@ def as_lines(found: dict[str, Any]) -> list[str]:
     lines += [f"ignored: {what}" for what in found["ignored"]]
     lines.append(f"gravity: {found['meshes'][-1]['gravity']:.4g} m/s2")
     lines += [f"rule for {name}: {rule}" for name, rule in found["rules"].items()]
+    lines += [f"worth a second look: mesh {d['mesh']}: {d['key']}: {d['what']}; {d['remedy']}" for d in found.get("doubts", [])]
     ratio, budget = found["criterion"]["ratio"], max(m["budget"] for m in found["meshes"])
     lines.append(
         f"a trial rests at ratio {ratio:g} without motion and fails in steady flow, within {budget:,} steps (docs/theory.md)"

@@ -12,14 +12,19 @@ class Ending:
     def __init__(self, until: Any, not_before: int) -> None:
         self.until, self.not_before = until, not_before
         self._below = 0
+        self.at_limit = False  # whether steps or time were used up
 
     def out_of_steps(self, steps: int) -> str:
         """Reason to end if `steps` are all steps of the stage, or ""."""
-        return f"{steps} steps" if self.until.steps is not None and steps >= self.until.steps else ""
+        return self._limit(f"{steps} steps", self.until.steps is not None and steps >= self.until.steps)
 
     def out_of_time(self, time: float, dt: float) -> str:
         """Reason to end if `time` [s] is the time of the stage, to half a step `dt` [s], or ""."""
-        return f"{time:.6g} s" if self.until.time is not None and time >= self.until.time - 0.5 * dt else ""
+        return self._limit(f"{time:.6g} s", self.until.time is not None and time >= self.until.time - 0.5 * dt)
+
+    def _limit(self, reason: str, used_up: bool) -> str:
+        self.at_limit = self.at_limit or used_up
+        return reason if used_up else ""
 
     def reached(self, steps: int, ratios: Sequence[float], displacement: float, waiting: bool = False) -> str:
         """Reason to end after `steps` steps, or "". ratios: of every code; displacement: largest of a gridpoint [m].

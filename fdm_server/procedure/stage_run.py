@@ -2,6 +2,7 @@
 
 import logging
 
+from coupler_protocol.scene import rest
 from coupler_protocol.scene.ending import Ending
 from coupler_protocol.scene.schedule import leg_of, new_boundaries
 from coupler_protocol.scene.stage_kinds import of
@@ -145,6 +146,14 @@ class StageRun:
         displacement = farthest(state.displacement)
         self.ended_by = self.ended_by or self._ending.reached(self.done + 1, ratios, displacement, bool(self.held))
         self.side.progress(self.stage.name, "", self.done, self.stage.until.steps, max(ratios), self.factor)
+
+    def check_rest(self):
+        """Warns if the stage should have come to rest and its steps or time were used up before."""
+        if self._ending is not None and self._ending.at_limit:
+            ratio = max(self.ratio, *(rim.answer.ratio for rim in self.rims), 0.0)
+            text = rest.shortfall(self.side.scene, self.index, self.ended_by, ratio, self.side.plugin)
+            if text:
+                self.warn(rest.NAME, text)
 
     def _ratios(self, model, state):
         """Unbalanced ratios of the grid and of the discs of every window."""

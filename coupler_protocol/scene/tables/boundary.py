@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, model_validator
 
 from coupler_protocol.scene.declare import Table, quantity
+from coupler_protocol.scene.names import Name
 
 
 def _spanning(value: tuple[float, float]) -> tuple[float, float]:
@@ -64,9 +65,7 @@ class Boundary(Table):
     on: Literal["left", "right", "bottom", "top", "face", "inner", "outer"] = quantity(
         meaning="side of the grid; top: level ground, face: inclined or vertical ground; a ring has inner, outer, left, bottom"
     )
-    name: str | None = quantity(
-        None, meaning="name in the histories; none: name of the side", min_length=1, pattern=r"^[\w .+-]+$"
-    )
+    name: Name | None = quantity(None, meaning="name in the histories; none: name of the side")
     x: Range | None = quantity(None, unit="m", meaning="only this range of the side; loads end exactly there")
     y: Range | None = quantity(None, unit="m", meaning="only this range of the side; loads end exactly there")
     fix: Components | None = quantity(None, meaning="components of velocity that stay zero")

@@ -6,9 +6,12 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from coupler_protocol.scene import stage_kinds
 from coupler_protocol.scene.declare import Table, increasing, quantity
+from coupler_protocol.scene.names import Name
 from coupler_protocol.scene.tables.boundary import Boundary, waits_for_rest
 from coupler_protocol.scene.tables.discs import StageWall
 from coupler_protocol.scene.tables.grid import Point, Span
+
+STOPPED = "stopped"  # stands for a stage in the name of the State that is saved where a run fails
 
 
 def _constant(value: Any) -> Any:
@@ -75,12 +78,14 @@ def is_real(time: str) -> bool:
 class Stage(Table):
     """One step of the procedure."""
 
-    name: str = quantity(meaning="name of the stage; also its kind if no kind is given", min_length=1)
+    name: Name = quantity(meaning="name of the stage, and of its files; also its kind if no kind is given")
     # mypy cannot read names that are computed; pydantic does when the class is made
     kind: Literal[stage_kinds.NAMES] = quantity(  # type: ignore[valid-type]
         meaning="; ".join(f"{kind.name}: {kind.meaning}" for kind in stage_kinds.KINDS)
     )
-    gravity: float | None = quantity(None, unit="m/s2", meaning="gravity, downwards; stays for later stages", ge=0)
+    gravity: float | None = quantity(
+        None, unit="m/s2", meaning="gravity, downwards; stays for later stages", remedy="it acts downwards", ge=0
+    )
     gravity_factor: Annotated[Ramp, BeforeValidator(_constant)] | None = quantity(
         None, meaning="gravity is multiplied by this, a number or { to, over }; stays for later stages"
     )
