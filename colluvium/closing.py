@@ -85,6 +85,8 @@ def sentences(info: Info) -> Iterator[str]:
                 f"warning: in stage {opened['stage']} a gap of {opened['radii']:.1f} r opened in the ring of "
                 f"window {window['name']} at ({x:.1f}, {y:.1f}) m (r: smallest disc radius; a gap of 2 r lets a disc escape)"
             )
+    for doubt in info.get("doubts", []):
+        yield f"warning: {doubt['key']}: {doubt['what']}; {doubt['remedy']}"
     yield from stretched_rims(info)
     for warning in info.get("warnings", []):
         yield f"warning: in step {warning['step']} of stage {warning['stage']}: {warning['name']}: {warning['text']}"

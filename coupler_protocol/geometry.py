@@ -64,6 +64,21 @@ def moments(corners: Array) -> Moments:
     return Moments(area, corners.mean(axis=0) + centre, origin - area * np.outer(centre, centre))
 
 
+def outline_fault(corners: Array | list[tuple[float, float]]) -> str | None:
+    """What keeps corners (P, 2) from enclosing an area, as a predicate with the place; None for a simple polygon."""
+    import shapely  # imported only where there is a polygon: it loads slowly
+
+    if len(corners) < 3:
+        return f"has {len(corners)} corners"
+    shape = shapely.Polygon(corners)
+    if not shape.convex_hull.area > 0.0:
+        return "has no area"
+    if shape.is_valid:
+        return None
+    where = shapely.is_valid_reason(shape).partition("[")[2].rstrip("]")
+    return f"crosses or touches itself at ({where.replace(' ', ', ')})"
+
+
 def share_inside(start: Array, branch: Array, radius: float) -> Array:
     """Share (m,) of each line from `start` along `branch` (m, 2) [m] inside the circle of this radius [m] around the origin."""
     a = (branch**2).sum(axis=1)

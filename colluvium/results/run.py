@@ -5,7 +5,6 @@ A run directory contains one VTKHDF file for each rank (and one more each time i
 one side may have no record.
 """
 
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from colluvium.results.rank_file import Fields, NotRecordedError, RankFile
 from colluvium.results.rank_parts import RankParts
 from colluvium.results.ring_motion import RingMotion, ring_motion
 from colluvium.results.stones import outlines
+from coupler_protocol.files import run_json
 from coupler_protocol.files.vtkhdf import FrameInfo
 from coupler_protocol.scene.stage_kinds import named
 
@@ -216,4 +216,4 @@ def _rank_paths(folders: list[Path]) -> dict[int, list[Path]]:
 
 def _first_json(folders: list[Path], name: str) -> dict[str, Any]:
     found = [folder / name for folder in folders if (folder / name).is_file()]
-    return json.loads(found[0].read_text(encoding="utf-8")) if found else {}
+    return run_json.read(found[0]) if found else {}

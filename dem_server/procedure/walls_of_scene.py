@@ -3,6 +3,7 @@
 import numpy as np
 
 from coupler_protocol.problems import unfit
+from coupler_protocol.scene.local_origin import in_the_scene
 from coupler_protocol.scene.tables.discs import names_of_walls
 from dem_server.step import servo
 from dem_server.step.motion import SPEED_CAP
@@ -56,11 +57,11 @@ def begin_stage(scene, stage, model, state):
             raise unfit("discs.wall", why, f"at most {limit:.3g} m a step, a tenth of the smallest radius")
 
 
-def histories(scene, walls):
-    """Force on each wall and its middle, by the names of histories."""
+def histories(scene, walls, origin=(0.0, 0.0)):
+    """Force on each wall and its middle, by the names of histories; origin [m]: the local origin of the walls."""
     found = {}
     for w, name in enumerate(names_of_walls(scene.discs.wall)):
-        middle = 0.5 * (walls.ends[w, :2] + walls.ends[w, 2:])
+        middle = in_the_scene(0.5 * (walls.ends[w, :2] + walls.ends[w, 2:]), origin)
         found |= {f"wall_force_x:{name}": walls.force[w, 0], f"wall_force_y:{name}": walls.force[w, 1]}
         found |= {f"wall_x:{name}": middle[0], f"wall_y:{name}": middle[1]}
     if walls.servo is not None:

@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from coupler_protocol.scene.declare import Table, quantity
+from coupler_protocol.scene.names import Hash, Name, hash_meaning
 from coupler_protocol.scene.tables.grading import Grading
 from coupler_protocol.scene.tables.grid import Point
 
@@ -53,7 +54,7 @@ class Wall(Moves):
     [m], its middle.
     """
 
-    name: str | None = quantity(None, meaning="name; none: its number from 1", min_length=1, pattern=r"^[\w .+-]+$")
+    name: Name | None = quantity(None, meaning="name; none: its number from 1")
     ends: tuple[Point, Point] = quantity(unit="m", meaning="first and last point")
 
 
@@ -94,6 +95,7 @@ class Discs(Table):
     file: str | None = quantity(
         None, meaning="CSV file of the discs, instead of packing: x, y, radius, vx, vy, spin, material, stone (docs/packings.md)"
     )
+    file_hash: Hash | None = quantity(None, meaning=hash_meaning("file"))
     body: Literal["clump", "cluster"] = quantity("clump", meaning="with a file: discs of one stone are rigid or bonded")
     wall: list[Wall] = Field(default_factory=list, description="without a grid: segments that confine the discs")
 
