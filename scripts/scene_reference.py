@@ -67,9 +67,9 @@ EXAMPLES = (
     (
         "A hole",
         "hole.toml",
-        "The ground starts with its stress. The support of the wall is reduced to zero over some steps. Yielding "
-        "rock depends on the path of unloading: choose `over` so long that doubling it gives the same wall displacement. For a "
-        "stress p in all directions, use `xx = -p`, `yy = -p` in the four places, or `pressure = p` on inner and outer.",
+        "The ground starts with its stress. The support of the wall is reduced to zero over some steps. In yielding "
+        "rock the relief goes by parts that wait for rest (docs/theory.md): `over` then does not change the wall displacement. "
+        "For a stress p in all directions, use `xx = -p`, `yy = -p` in the four places, or `pressure = p` on inner and outer.",
     ),
     (
         "A biaxial test on discs alone",

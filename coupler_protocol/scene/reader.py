@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from coupler_protocol.problems import KeyPath, Problem, SceneError, dotted
+from coupler_protocol.scene.named_files import located
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.scene import scene_class
 from coupler_protocol.scene.toml_lines import line_of, locate
@@ -38,31 +39,44 @@ def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Any:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         near = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
         remedy = f"there: {', '.join(near)}" if near else "the shipped scenes are in configs/"
         raise SceneError([Problem(str(path), None, "", "there is no such file", remedy)]) from None
     except UnicodeDecodeError as error:
         raise SceneError([Problem(str(path), None, "", f"not a text in UTF-8: {error.reason}", "is it a TOML file?")]) from None
-    if path.suffix == ".json":
-        return build_scene(json.loads(text), str(path))
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise SceneError([_syntax_problem(path, error)]) from None
-    lines = locate(text)
+    data, lines = _parsed(path, text)
     problems = []
     for override in overrides:
         problems += _override(data, override, lines)
     if problems:
         raise SceneError(problems)
-    return build_scene(data, str(path), lines)
+    return build_scene(data, str(path), lines, path.parent)
 
 
-def build_scene(data: Mapping[str, Any], file: str = "scene", lines: Lines | None = None) -> Any:
-    """Makes a scene from plain data (nested dictionaries and lists); raises SceneError."""
+def _parsed(path: Path, text: str) -> tuple[dict[str, Any], dict[tuple[Any, ...], int]]:
+    """Plain data of a TOML or JSON text, and the lines of its keys; raises SceneError."""
+    try:
+        data = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError([_syntax_problem(path, error)]) from None
+    except json.JSONDecodeError as error:
+        why = f"not valid JSON: {error.msg} (column {error.colno})"
+        raise SceneError([Problem(str(path), error.lineno, "", why, "see https://json.org")]) from None
+    except RecursionError:
+        raise SceneError([Problem(str(path), None, "", "tables or lists are nested too deeply", "is it a scene?")]) from None
+    if not isinstance(data, dict):
+        raise SceneError([Problem(str(path), None, "", f"not a scene, but a {type(data).__name__}", "a scene is an object")])
+    return data, {} if path.suffix == ".json" else locate(text)
+
+
+def build_scene(data: Mapping[str, Any], file: str = "scene", lines: Lines | None = None, folder: str | Path = ".") -> Any:
+    """Makes a scene from plain data (nested dictionaries and lists), with paths from `folder` on; raises SceneError."""
     lines = lines or {}
+    data, wrong = located(data, folder)
+    if wrong:
+        raise SceneError([Problem(*_place(file, lines, path), dotted(path), why, remedy) for path, why, remedy in wrong])
     try:
         scene = scene_class().model_validate(data)
     except ValidationError as error:
@@ -198,7 +212,9 @@ def _override(data: dict[str, Any], text: str, lines: dict[KeyPath, int]) -> lis
             if len(way) == len(path):
                 place[way[-1]] = value
             else:
-                place = place.setdefault(way[-1], {}) if isinstance(place, dict) else place[way[-1]]
+                if isinstance(place, dict) and place.get(way[-1]) is None:  # missing, or null in a resolved scene
+                    place[way[-1]] = {}
+                place = place[way[-1]]
         except (IndexError, TypeError):
             return [Problem("--set", None, key, f"there is no {part!r} here", "items of a list go by name, or number from 0")]
     lines[tuple(way)] = FROM_SET

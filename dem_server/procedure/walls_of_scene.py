@@ -19,9 +19,17 @@ def walls_of(scene, model, state):
     later = [table for stage in scene.stage for table in stage.wall]
     steered = any(table.servo is not None for table in [*tables, *later])
     walls = make_walls(ends, np.zeros((len(ends), 2)), model, servo.make_servo(ends, state.x) if steered else None)
-    for w, table in enumerate(tables):
-        set_wall_motion(walls, w, table)
+    set_motions(walls, dict(enumerate(tables)))
     return walls
+
+
+def set_motions(walls, tables):
+    """Sets velocities or servos of walls from their tables {number: table}."""
+    for w, table in tables.items():
+        set_wall_motion(walls, w, table)
+    if walls.servo is not None:
+        for w in tables:
+            servo.begin(walls, w)
 
 
 def set_wall_motion(walls, w, table):
@@ -29,7 +37,6 @@ def set_wall_motion(walls, w, table):
     walls.velocity[w] = table.velocity
     if walls.servo is not None:
         walls.servo.pressure[w] = 0.0
-        walls.servo.force[w] = -(walls.force[w] @ walls.servo.inward[w])
     if table.servo is not None:
         steer = walls.servo
         steer.pressure[w], steer.fastest[w], steer.average[w] = table.servo.pressure, table.servo.fastest, table.servo.average
@@ -38,8 +45,10 @@ def set_wall_motion(walls, w, table):
 def begin_stage(scene, stage, model, state):
     """Changes walls by the tables of a stage; raises SceneError for a wall so fast that it could pass through discs."""
     names, walls = names_of_walls(scene.discs.wall), state.walls
-    for table in stage.wall:
-        set_wall_motion(walls, names.index(table.name), table)
+    if stage.wall:
+        set_motions(walls, {names.index(table.name): table for table in stage.wall})
+    if walls is not None and walls.servo is not None:
+        walls.servo.drift[:] = 0.0  # its unit depends on the kind of time
     if not stage.in_real_time and walls is not None and walls.servo is not None:
         speed, limit = np.where(walls.servo.pressure > 0.0, walls.servo.fastest, 0.0), SPEED_CAP * model.smallest_radius
         worst = int(speed.argmax())

@@ -21,6 +21,7 @@ from dem_server.step.motion import SPEED_CAP, move
 from dem_server.step.neighbours import rebuild, skin
 from dem_server.step.thread_crew import meet, over_all_threads, work_together
 from dem_server.step.thread_shares import shares
+from dem_server.step.wall_surface import room_for
 from dem_server.step.walls import move_walls, wall_pass_of
 
 
@@ -163,6 +164,7 @@ def cycle(
     alpha, scratch = parameters.alpha, np.empty(scratch_rows.SIZE)
     if walls is not None:
         servo = walls.servo  # opened here: in the loop every opening would count references
+        touching = room_for(walls.ends)
     fast, fresh, step, moved = 0, True, 0, leeway
     first_of_all = True
     if crew is not None:
@@ -192,7 +194,7 @@ def cycle(
             add_list(disc, load, listed, history, parameters, dt, counters, crew, scratch)
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if fresh and first_of_all:
-                wall_pass_of(disc, load, dt, walls, servo, material, materials, clumps, parameters)
+                wall_pass_of(disc, load, dt, walls, servo, material, materials, clumps, parameters, touching)
         if crew is not None:
             meet(crew)
         kick = dt

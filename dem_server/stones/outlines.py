@@ -15,6 +15,7 @@ import numpy as np
 import shapely
 
 from coupler_protocol.geometry import outline_fault, polygon_area
+from coupler_protocol.scene.named_files import remedy_for
 
 OVERLAP = 1e-9  # share of the smaller stone that may lie in another one: round-off of shared edges
 POLYGONS = {"Polygon", "MultiPolygon"}
@@ -86,7 +87,7 @@ def _rings(path):
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         if not path.is_file():
-            return [], [("there is no such file", "paths are relative to the working directory")]
+            return [], [("there is no such file", remedy_for(path))]
         return [], [(f"cannot be read: {error}", REMEDY)]
     if path.suffix.lower() == ".csv":
         return _from_table(text)

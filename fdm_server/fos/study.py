@@ -10,6 +10,7 @@ from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.problems import unfit
 from coupler_protocol.scene.rules.between_tables import listed_doubts
 from fdm_server.fos import bracket as bracketing
+from fdm_server.fos import flow_rule
 from fdm_server.fos.extrapolation import extrapolate
 from fdm_server.fos.ground import damping_of, settle, with_zone_size, zone_size
 from fdm_server.fos.loading import driven
@@ -55,7 +56,7 @@ class Study:
             "title": self.scene.title,
             "scene_hash": self.scene.digest(),
             "quantity": QUANTITY[table.by],
-            "rules": rules(table),
+            "rules": {"flow": flow_rule.in_words(self.scene)} | rules(table),
             "criterion": criterion(table),
             "ignored": ignored(self.scene),
             "doubts": self.doubts,

@@ -6,6 +6,7 @@ Rules of the servers are added through the entry-point group `colluvium.rules`.
 from collections.abc import Iterator
 from importlib.metadata import entry_points
 from typing import Any
+from unicodedata import normalize
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from coupler_protocol.scene.rules.sizes import fewer_than_memory_holds
 from coupler_protocol.scene.rules.stages import STAGE_RULES
 from coupler_protocol.scene.rules.units import doubts_of_units, units_are_si
 from coupler_protocol.scene.rules.windows import WINDOW_RULES
+from coupler_protocol.scene.tables.stages import STOPPED
 
 LEAST = 4.0  # largest discs that must fit side by side into the shorter side of a window
 
@@ -77,13 +79,21 @@ def effects_of_discs_are_ours(scene: Any) -> Iterator[Finding]:
 
 
 def names_are_unique(scene: Any) -> Iterator[Finding]:
-    """No two materials, windows or stages have the same name."""
+    """No two materials, windows or stages have the same name; files of stages are also told apart where case does not count."""
     for table in ("material", "window", "stage"):
-        seen = set()
+        seen: dict[str, str] = {}
         for i, item in enumerate(getattr(scene, table)):
-            if item.name in seen:
-                yield (table, i, "name"), f"two {table}s are named {item.name!r}", "give each its own name"
-            seen.add(item.name)
+            name = normalize("NFC", item.name).casefold() if table == "stage" else item.name
+            if name in seen:
+                same = f"two {table}s are named {item.name!r}"
+                alike = f"{seen[name]!r} and {item.name!r} name the same files on some disks"
+                why = same if seen[name] == item.name else alike
+                yield (table, i, "name"), why, "give each its own name"
+            seen[name] = item.name
+    for i, stage in enumerate(scene.stage):
+        if stage.name.casefold() == STOPPED:
+            why = f"files named {STOPPED!r} hold the State of a run that failed"
+            yield ("stage", i, "name"), why, "give the stage another name"
 
 
 def stones_need_their_material(scene: Any) -> Iterator[Finding]:

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator
 
 from coupler_protocol.scene.declare import Table, quantity
+from coupler_protocol.scene.names import Label
 from coupler_protocol.scene.tables.grid import Point
 
 DENSITIES = (300.0, 10e3)  # [kg/m3] of what slopes and laboratory tests are made of: from pumice to steel
@@ -24,7 +25,7 @@ def _rightwards(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
 class Material(Table):
     """A soil of the continuum; a zone has the last material whose region (or ground below `top`) contains its centre."""
 
-    name: str = quantity(meaning="name of the material", min_length=1)
+    name: Label = quantity(meaning="name of the material")
     density: float = quantity(unit="kg/m3", meaning="density", usual=DENSITIES, gt=0)
     region: list[Point] | None = quantity(None, unit="m", meaning="polygon of the material; none: everywhere", min_length=3)
     top: Annotated[list[Point], AfterValidator(_rightwards)] | None = quantity(
