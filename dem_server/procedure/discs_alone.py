@@ -219,7 +219,7 @@ class DiscsAlone:
         """Writes the State to its checkpoint file; returns the path."""
         path = self.out / f"{NAME}.{stage}.h5"
         more = {"report": self.report, "rows": self._rows(), "warnings": self.warnings} | restart.named(self.plugin)
-        more |= {"origin": self.origin_of_places.tolist()}
+        more["origin"] = self.origin_of_places.tolist()
         about = restart.attributes(self.scene, NAME, stage, phase, self.steps, 0, factor, **more)
         checkpoint.save(path, AloneState(self.model, self.state, self.time), about)
         return path
@@ -234,8 +234,9 @@ class DiscsAlone:
             proof.require(walls == expected, f"it has {walls} walls, the scene {expected}")
             self.report = self.saved.said("report", dict)
             self.earlier, self.warnings = self.saved.said("rows", list), self.saved.said("warnings", list)
-            self.origin_of_places = np.array(self.saved.said("origin", list), dtype=float)
-            proof.require(self.origin_of_places.shape == (2,), "its attribute origin is not a point")
+            place = np.array(self.saved.said("origin", list), dtype=np.float64)
+            proof.require(place.shape == (2,) and np.isfinite(place).all(), f"its origin is {place.tolist()}, not a point")
+            self.origin_of_places = place
         self.model, self.state, self.time = found
         self.steps = int(self.saved.about["step"])
         self.watch.begin(self.origin.stage)
