@@ -55,7 +55,7 @@ def rows(fast):
     yield row("gas: discs between the walls", inside, 64.0, 0.0, "none passes")
     model, state, end = mixed(1.75, friction=Friction(coefficient=0.55), damping=Damping(local=0.7))
     model = in_static_mode(model, state)
-    for _ in range(60):
+    for _ in range(200):  # 108 at present
         advance(model, state, 0.0, 1000)
         if unbalanced_ratio(model, state, 0.0) < 1e-6:
             break
