@@ -219,7 +219,7 @@ class DiscsAlone:
         """Writes the State to its checkpoint file; returns the path."""
         path = self.out / f"{NAME}.{stage}.h5"
         more = {"report": self.report, "rows": self._rows(), "warnings": self.warnings} | restart.named(self.plugin)
-        more |= {"origin": self.origin_of_places.tolist()}
+        more["origin"] = self.origin_of_places.tolist()
         about = restart.attributes(self.scene, NAME, stage, phase, self.steps, 0, factor, **more)
         checkpoint.save(path, AloneState(self.model, self.state, self.time), about)
         return path

@@ -1,8 +1,8 @@
-"""Many steps of the discs at one crossing into compiled code, and the guard of the real-time mode.
+"""Many steps of the discs in one call of compiled code, and the guard of the real-time mode.
 
-Nothing is capped in real time. Where a body would move by more than a tenth of the smallest radius in a step, the step is
-halved before it is taken, or, where forces alone make it so fast, after it; a step below a thousandth of what stability asks for
-ends the run: the discs fly apart. guards.py says when a body is too fast for the springs.
+No speed is capped in real time. If a body would move by more than a tenth of the smallest radius in a step, the step is halved
+before it is taken, or after it if forces alone make the body so fast. A step below a thousandth of the stable step ends the run:
+the discs fly apart. guards.py decides when a body is too fast for the springs.
 """
 
 from dataclasses import replace
@@ -26,7 +26,7 @@ from dem_server.step.walls import move_walls, wall_pass_of
 
 
 class Bodies(NamedTuple):
-    """What moves, as `cycle` takes it: fields of State."""
+    """Moving bodies as an argument of `cycle`: fields of State."""
 
     disc: np.ndarray
     load: np.ndarray
@@ -78,7 +78,7 @@ def in_static_mode(model, state):
 
 
 def stop(state):
-    """Bring all discs and clumps to rest."""
+    """Sets the velocities of all discs and clumps to zero."""
     state.disc[:, VX : SPIN + 1] = 0.0
     if state.clumps is not None:
         state.clumps.motion[:, VX : SPIN + 1] = 0.0

@@ -1,4 +1,4 @@
-"""Walls: segments that hold discs back, at rest, moving with a prescribed velocity, or held to a pressure by a servo (servo.py).
+"""Walls: segments that confine discs, at rest, with a prescribed velocity, or with the pressure of a servo (servo.py).
 
 With c the point of the segment nearest to the disc's centre x, d = |c - x|, n from the disc to the wall, t = (-ny, nx):
 

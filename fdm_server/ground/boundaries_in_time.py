@@ -92,7 +92,7 @@ def begin_stage(scene, index, model, state, gravity=0.0):
     model = replace(model, fixed=fixed_components(model.grid, boundaries) | ~attached[:, None])
     earlier, own = new[: len(new) - len(scene.stage[index].boundary)], scene.stage[index].boundary
     drive = _drive(model, state, boundaries, _motions(earlier), _motions(own))
-    ramps = [ramp_of(scene, index, model.law, b.over, b.ratio) for b in _loads(new)]
+    ramps = [ramp_of(scene, index, model.law, b.over, b.ratio, index > 0 and b in own) for b in _loads(new)]
     push = _push(model, state, _loads(earlier), _loads(own), ramps)
     damped = tuple(dashpots(model, b) for b in boundaries if b.quiet)
     return model, Sides(drive, push, damped, holders(model.grid, boundaries))
@@ -131,7 +131,7 @@ def _drive(model, state, boundaries, earlier, own):
             if k >= len(earlier):
                 state.driven[points, axis] = end[points, axis]  # velocity by the boundaries of the scene
             end[points, axis] = velocity or 0.0
-            over[points, axis] = 1 if velocity is None else boundary.over
+            over[points, axis] = 1 if velocity is None else boundary.over or 1
     state.driven[~model.fixed] = 0.0
     moving = np.flatnonzero(model.fixed & ((end != 0.0) | (state.driven != 0.0)))
     if not len(moving):

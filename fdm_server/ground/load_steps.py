@@ -28,7 +28,7 @@ LAST = 1e-3
 PARTS = ceil(log(LAST) / log(KEPT)) + 1
 RATIO = 3e-4  # unbalanced ratio below which a part has come to rest
 LOOK, SUSTAINED = 10, 3  # steps between looks at the ratio, and looks in a row
-DIG_OVER = 500  # steps of an excavation in such a stage where the scene gives none
+OVER = 500  # steps of a ramp that waits, if its table has none
 
 
 class Ramp:
@@ -98,23 +98,18 @@ def waits_for_rest(stage):
     return not stage.in_real_time and stage.until is not None and stage.until.ratio is not None
 
 
-def ramp_of(scene, index, law, over, ratio=None):
-    """The Ramp of a load that changes in a stage, `over` steps; ratio: of its table; law: of the grid (fdm_server.effects.Law).
+def ramp_of(scene, index, law, over, ratio=None, gradual=True):
+    """The Ramp of a load that changes in a stage; over, ratio: of its table; law: of the grid (fdm_server.effects.Law).
+
+    Without `over` the load takes OVER steps if it waits and is `gradual`, else it acts at once.
 
     Elastic ground without discs comes to the same rest by any way, and ground that is driven to none: step by step.
     """
-    stage = scene.stage[index]
+    stage, gradual = scene.stage[index], gradual or bool(ratio)
     if ratio is None:
         depends = law.path_dependent or any(of(s).couples for s in scene.stage[: index + 1])
         driven = any(b.velocity is not None and any((b.velocity.x, b.velocity.y)) for b in acting_boundaries(scene, index))
         ratio = max(RATIO, stage.until.ratio) if depends and waits_for_rest(stage) and not driven else 0.0
+    if over is None:
+        over = OVER if ratio and gradual else 1
     return Ramp(over, ratio if over > 1 else 0.0)
-
-
-def dig_over(scene, index, law):
-    """Steps of the ramp of an excavation."""
-    stage = scene.stage[index]
-    if stage.excavate.over is not None:
-        return stage.excavate.over
-    waits = ramp_of(scene, index, law, DIG_OVER, stage.excavate.ratio).ratio
-    return min(DIG_OVER, stage.until.steps or DIG_OVER) if waits else 1

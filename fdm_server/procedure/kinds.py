@@ -5,7 +5,7 @@ import logging
 
 from fdm_server.coupling.rim import open_windows
 from fdm_server.ground.load_ramps import remove_zones, surcharge_ramp
-from fdm_server.ground.load_steps import dig_over, ramp_of
+from fdm_server.ground.load_steps import ramp_of
 from fdm_server.observe import fields
 
 log = logging.getLogger(__name__)
@@ -53,7 +53,7 @@ def couple(side, stage):
 def excavate(side, stage):
     """Removes zones; their forces on the ground are reduced gradually."""
     table, law = stage.stage.excavate, side.model.law
-    ramp = ramp_of(side.scene, stage.index, law, dig_over(side.scene, stage.index, law), table.ratio)
+    ramp = ramp_of(side.scene, stage.index, law, table.over, table.ratio)
     side.model, side.state, stage.load = remove_zones(side.model, side.state, side.excavations[stage.index], stage.gravity, ramp)
     side.compute(stage)
     side.finish(stage)

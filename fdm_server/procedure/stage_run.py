@@ -47,7 +47,7 @@ class StageRun:
         self._last_step = self._unjudged = self._unseen = False
         self._handover = (stage.handover or 500) if of(stage).couples else 0
         change, sides = stage.excavate or stage.surcharge, new_boundaries(side.scene, index)
-        ramps = max(self._handover, leg.over, (change.over or 0) if change else 0, *(b.over for b in sides), 0)
+        ramps = max(self._handover, leg.over, (change.over or 0) if change else 0, *(b.over or 1 for b in sides), 0)
         self._ending = Ending(stage.until, ramps) if stage.until else None
         self._band = BandWatch(stage.until.band, side.grid) if stage.until and stage.until.band else None
         self._every = side.scene.record.history

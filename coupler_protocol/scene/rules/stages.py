@@ -135,7 +135,7 @@ def boundaries_change_with_steps_enough(scene: Any) -> Iterator[Finding]:
             yield ("stage", i, "boundary"), f"boundaries cannot change in a stage of kind {stage.kind!r}", remedy
         for boundary in new_boundaries(scene, i):
             path = _boundary_at(scene, i, boundary)
-            if stage.until is not None and stage.until.steps is not None and stage.until.steps < boundary.over:
+            if stage.until is not None and stage.until.steps is not None and stage.until.steps < (boundary.over or 1):
                 why = f"stage {stage.name!r} ends after {stage.until.steps} steps, before this ramp of {boundary.over}"
                 yield (*path, "over"), why, f"use at most {stage.until.steps}, or give the stage more steps"
 

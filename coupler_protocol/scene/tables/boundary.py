@@ -79,7 +79,13 @@ class Boundary(Table):
         None, unit="Pa", meaning="along the side, positive with the ground on the left (on top: to the left)"
     )
     stress: Traction | None = quantity(None, meaning="traction of this stress on the side")
-    over: int = quantity(1, unit="steps", meaning="steps of the ramp from the previous velocity or load to this one", ge=1)
+    over: int | None = quantity(
+        None,
+        unit="steps",
+        meaning="steps of the ramp from the previous velocity or load to this one (none: 500 for a load that waits for rest in a "
+        "[[stage.boundary]] of a later stage than the first, else 1)",
+        ge=1,
+    )
     ratio: float | None = waits_for_rest()
 
     @model_validator(mode="after")

@@ -64,7 +64,9 @@ class Surcharge(Table):
 
     x: Annotated[Point, AfterValidator(increasing)] = quantity(unit="m", meaning="first and last point")
     pressure: float = quantity(unit="Pa", meaning="pressure, normal to the surface", gt=0)
-    over: int = quantity(1, unit="steps", meaning="steps of the ramp", ge=1)
+    over: int | None = quantity(
+        None, unit="steps", meaning="steps of the ramp (none: 500 where the load waits for rest, else 1)", ge=1
+    )
     ratio: float | None = waits_for_rest()
 
 

@@ -101,6 +101,18 @@ def test_which_loads_wait(given, law, over, ratio, found):
     assert ramp_of(of, len(of.stage) - 1, law, over, ratio).ratio == found
 
 
+@pytest.mark.parametrize(("until", "gradual", "ratio", "over"), [
+    (REST, True, None, 504),  # 500, rounded up to whole parts
+    (REST, False, None, 1),  # loads that a scene begins with
+    (REST, False, 1e-4, 504),  # but where it says so
+    (REST, True, 0.0, 1),
+    (None, True, None, 1),
+])  # fmt: skip
+def test_steps_of_loads_that_give_none(until, gradual, ratio, over):
+    of = scene(until=until)
+    assert ramp_of(of, 0, YIELDING, None, ratio, gradual).over == over
+
+
 def test_momentum_is_taken_at_peaks():
     model = SimpleNamespace(mass=np.ones(1))
     state = SimpleNamespace(added_mass=np.zeros(1), velocity=np.zeros((1, 2)), mass=None, dt=None, in_real_time=False)
