@@ -120,7 +120,8 @@ def test_stress_that_was_cut_off_is_an_error_against_the_zones():
     found = virtual_strain.against_zones(state, aim)
     assert found["sine_zones"] == pytest.approx(0.64 / 1.36, abs=1e-3)
     assert 0.25 < found["sine_discs"] < friction_sine(model) < 0.9 * found["sine_zones"]
-    assert found["zones_xx"] > report.error_xx + 0.05
+    assert found["zones_xx"] > 1.3 * report.error_xx
+    assert found["zones_yy"] > 1.3 * report.error_yy
 
 
 def test_the_mobilised_sine_does_not_depend_on_axes():
