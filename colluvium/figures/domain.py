@@ -4,14 +4,31 @@ from typing import Any
 
 import numpy as np
 
+from colluvium.figures import frames
 from colluvium.figures.style import INK, PALE
+from colluvium.results import stones, walls
 from colluvium.results.run import Run
+
+WALL = "#6b4a2b"
 
 
 def gridpoints_now(run: Run, frame: int) -> np.ndarray:
-    """(N, 2) positions of the gridpoints in a frame [m]."""
+    """(N, 2) positions of the gridpoints in a frame [m]; in a run-out with a part of their displacements."""
     gridpoints = run.gridpoints(frame)
-    return gridpoints.xy + gridpoints.displacement
+    return gridpoints.xy + frames.drawn_part(run, frame) * gridpoints.displacement
+
+
+def discs_now(run: Run, frame: int, rank: int) -> np.ndarray:
+    """(n, 2) positions of the discs in a frame [m]; in a run-out with a part of their displacements."""
+    discs = run.discs(frame, rank)
+    return discs.xy - (1.0 - frames.drawn_part(run, frame)) * discs.displacement
+
+
+def stones_now(run: Run, frame: int, rank: int) -> list[np.ndarray]:
+    """Polygons (V, 2) of the stones in a frame [m]; in a run-out with a part of their displacements."""
+    part = frames.drawn_part(run, frame)
+    moved = stones.outlines(run, frame, rank)
+    return [start + part * (now - start) for start, now in zip(run.stones(rank), moved, strict=False)]
 
 
 def fill_polygons(axes: Any, corners: np.ndarray, values: np.ndarray | str, **colours: Any) -> Any:
@@ -54,6 +71,17 @@ def stone_outlines(axes: Any, polygons: list[np.ndarray]) -> None:
     from matplotlib.collections import PolyCollection
 
     axes.add_collection(PolyCollection(polygons, facecolors="none", edgecolors=INK, linewidths=0.4))
+
+
+def draw_walls(axes: Any, run: Run, frame: int) -> int:
+    """Draws the walls of discs alone in a frame; they do not widen the view. Returns their number."""
+    from matplotlib.collections import LineCollection
+
+    found = list(walls.ends(run, frame).values())
+    axes.add_collection(
+        LineCollection(found, colors=WALL, linewidths=1.6, capstyle="butt", zorder=2.5, label="walls"), autolim=False
+    )
+    return len(found)
 
 
 def finish(axes: Any, title: str) -> None:

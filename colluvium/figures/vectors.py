@@ -92,6 +92,7 @@ def _draw_panel(run: Run, frame: int, rank: int, axes: Any, outline: np.ndarray,
         zorder=3,
     )
     room = (MARGIN + 1) * cell  # for arrows that begin in the margin
+    domain.draw_walls(axes, run, frame)
     axes.update_datalim([outline.min(axis=0) - room, outline.max(axis=0) + room, *(xy[chosen] + arrows)])
     return longest
 

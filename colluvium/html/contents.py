@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from colluvium.figures import chains, frames, plastic, style
+from colluvium.figures import chains, domain, frames, plastic, style
 from colluvium.html.packing import Packing
-from colluvium.results import stones, window_fields
+from colluvium.results import stones, walls, window_fields
 from colluvium.results.run import Run
 
 DECADES = 3  # of a logarithmic scale
@@ -47,8 +47,9 @@ class Contents:
         self.run, self.packing = run, packing
         self._starts: dict[int, np.ndarray] = {}  # by rank: initial positions of its discs
         self._values: dict[str, list[list[np.ndarray]]] = {q.key: [] for q in QUANTITIES}  # by frame
-        self._size = max(float(np.ptp(body.xy, axis=0).max()) for body in run.bodies(0))
-        self._box = [np.concatenate([body.xy for body in run.bodies(0)])]
+        seen = frames.before_run_out(run) if frames.has_true_positions(run) else [0]
+        self._box = [domain.gridpoints_now(run, i) for i in seen if run.has(i, 0)]
+        self._box += [run.discs(i, rank).xy for i in seen for rank in run.windows if run.has(i, rank)]
 
     def description(self) -> dict[str, Any]:
         """Frames, colour scales and the position of every array."""
@@ -76,8 +77,9 @@ class Contents:
             "box": [*together.min(axis=0).tolist(), *together.max(axis=0).tolist()],
             "calm": calm - 1,
             "decades": DECADES,
-            "motion": "true" if _large_strain(self.run.scene) else "capped",
+            "motion": "true" if frames.has_true_positions(self.run) else "capped",
             "quantities": quantities,
+            "wall": domain.WALL,
             "plastic": {"states": plastic.STATES, "elastic": plastic.ELASTIC},
             "chains": {"compression": chains.COMPRESSION, "tension": chains.TENSION, "run": _widest(told[:calm])},
             "frames": told,
@@ -94,7 +96,8 @@ class Contents:
             "stage": info.stage,
             "gravity_factor": info.gravity_factor,
             "farthest": farthest if np.isfinite(farthest) else None,
-            "drawn": min(1.0, frames.REACH * self._size / farthest) if farthest > 0.0 else 1.0,
+            "drawn": frames.capped_part(self.run, i),
+            "walls": [ends.ravel().tolist() for ends in walls.ends(self.run, i).values()],
             "grid": self._grid(i) if self.run.has(i, 0) else None,
             "windows": [self._window(i, rank) for rank in self.run.windows if self._is_somewhere(i, rank)],
         }
@@ -219,11 +222,6 @@ def _readable(quantity: Quantity, low: float, high: float) -> dict[str, Any]:
         high = low + 1.0
     factor, unit = style.readable(quantity.unit, np.array([low, high]))
     return {"low": float(low), "high": float(high), "factor": factor, "unit": unit}
-
-
-def _large_strain(scene: dict[str, Any]) -> bool:
-    always = bool((scene.get("grid") or {}).get("large_strain"))
-    return always or any(stage.get("large_strain") for stage in scene.get("stage", ()))
 
 
 def _strong(force: np.ndarray) -> float:

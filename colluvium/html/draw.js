@@ -45,6 +45,7 @@ function drawFrame(context, view, state) {
   if (frame.grid) drawGrid(context, frame.grid, part, view, state);
   for (const window of frame.windows) drawWindow(context, window, part, view, state);
   if (frame.grid) drawBorder(context, frame.grid, part, view);
+  drawWalls(context, frame.walls, view);
   context.setTransform(1, 0, 0, 1, 0, 0);
   drawAxes(context, view);
 }
@@ -78,6 +79,19 @@ function drawBorder(context, grid, part, view) {
   }
   context.lineWidth = (1.1 * view.ratio) / view.pixels;
   context.strokeStyle = INK;
+  context.stroke();
+}
+
+// Walls of discs alone, at their places in this frame.
+function drawWalls(context, walls, view) {
+  context.beginPath();
+  for (const [x0, y0, x1, y1] of walls) {
+    context.moveTo(x0, y0);
+    context.lineTo(x1, y1);
+  }
+  context.lineWidth = (2.2 * view.ratio) / view.pixels;
+  context.lineCap = "butt";
+  context.strokeStyle = run.wall;
   context.stroke();
 }
 

@@ -38,9 +38,9 @@ def test_a_coupled_run_with_stones_gives_every_figure_of_the_table(stony_folder,
 def test_moments_are_the_initial_coupled_state_and_the_states(stony_folder):
     with open_run(stony_folder) as run:
         shown = moments.of_run(run, 1)
-        assert [(words[0], frame) for words, frame in shown] == [("a", 3), ("b", 4)]
-        assert shown[-1].words.splitlines() == ["b enters the window", "c through the window", "d complete, toe to crest"]
-        assert [frame for _, frame in contact_roses.shown(run)] == [3, 4]
+        assert [(words[0], frame) for words, frame in shown] == [("a", 3), ("b", 4), ("l", 5)]
+        assert shown[1].words.splitlines() == ["b enters the window", "c through the window", "d complete, toe to crest"]
+        assert [frame for _, frame in contact_roses.shown(run)] == [3, 4, 5]
 
 
 def test_without_states_force_chains_show_the_ends_of_stages(run_folder):
@@ -55,8 +55,8 @@ def test_vectors_are_thinned_and_point_where_the_points_went(stony_folder, slope
         figure = vectors.draw(run)
         outline = 5.0  # the window's longer side [m]
     arrows = [c for axes in figure.axes for c in axes.collections if hasattr(c, "U")]
-    assert len(arrows) == 2
-    for quiver, amount in zip(arrows, (0.002, 0.3), strict=True):
+    assert len(arrows) == 3
+    for quiver, amount in zip(arrows, (0.002, 0.3, 0.8), strict=True):
         assert 60 < quiver.N < 400
         moved = slope.slip_at(quiver.XY, amount)
         size = np.hypot(*moved.T)
