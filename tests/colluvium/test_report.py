@@ -51,6 +51,13 @@ def test_one_side_alone_is_drawn(run_folder, tmp_path, file, drawn):
     assert {p.parent for p in paths} == {tmp_path / "report"}
 
 
+def test_a_picture_without_data_does_not_stay_from_an_earlier_report(run_folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "FIGURES", (("timeline", "timeline", "draw"),))
+    (tmp_path / "timeline.png").write_text("of another run")
+    report.write(run_folder, tmp_path)
+    assert not (tmp_path / "timeline.png").exists()
+
+
 def test_stress_is_compared_before_and_after_the_discs_come_in(run_folder):
     with open_run(run_folder) as run:
         assert stress.moments(run) == (1, 3)
