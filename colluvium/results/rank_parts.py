@@ -1,7 +1,8 @@
 """The files of one rank of a resumed run, read as one: `fdm.rank0.vtkhdf`, `fdm.rank0.part1.vtkhdf`, ...
 
 Each part names the stages whose results it continued. Frames and histories of later stages in the earlier files were computed
-again and do not count. A part begins with the restored State; this frame replaces the same frame of the earlier file.
+again and do not count. (Before version 0.2 a part began with a frame of the restored State, which replaces the same frame of the
+earlier file.)
 """
 
 from collections.abc import Sequence
