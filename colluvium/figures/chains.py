@@ -22,15 +22,12 @@ def missing(run: Run) -> str:
 @style.styled
 def draw(run: Run) -> Any:
     """Draws the first window in each state of the band, or at the ends of stages; titles give the force of the widest line."""
-    import matplotlib.pyplot as plt
     from matplotlib.lines import Line2D
 
     rank = run.windows[0]
     shown = moments.of_run(run, rank, frames.last_of_stages)
-    figure, axes = plt.subplots(
-        1, len(shown), figsize=(0.8 + 3.2 * len(shown), 7.4), sharex=True, sharey=True, squeeze=False, layout="compressed"
-    )
-    for place, moment in zip(axes[0], shown, strict=True):
+    figure, axes = domain.panels(run, rank, [moment.frame for moment in shown])
+    for place, moment in zip(axes, shown, strict=True):
         strongest = _strong(run, moment.frame, rank)
         _draw_window(run, moment.frame, rank, place, strongest)
         factor, unit = style.readable("N", np.array([strongest]))

@@ -24,7 +24,7 @@ def draw(run: Run) -> Any:
     figure, rows = plt.subplots(
         len(shown),
         columns,
-        figsize=(5.5 + 5.5 * (columns - 1), 4.8 * len(shown)),
+        figsize=(style.PAGE if columns > 1 else 5.5, 3.3 * len(shown)),
         squeeze=False,
         width_ratios=(2.0, 1.0)[:columns],
         layout="compressed",

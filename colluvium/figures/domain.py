@@ -5,11 +5,13 @@ from typing import Any
 import numpy as np
 
 from colluvium.figures import frames
-from colluvium.figures.style import INK, PALE
+from colluvium.figures.style import INK, PAGE, PALE
 from colluvium.results import stones, walls
 from colluvium.results.run import Run
 
 WALL = "#6b4a2b"
+COLUMNS = 3  # panels in a row
+TALLEST, TITLE_ROOM = 4.2, 0.7  # [in] of a panel
 
 
 def gridpoints_now(run: Run, frame: int) -> np.ndarray:
@@ -71,6 +73,23 @@ def stone_outlines(axes: Any, polygons: list[np.ndarray]) -> None:
     from matplotlib.collections import PolyCollection
 
     axes.add_collection(PolyCollection(polygons, facecolors="none", edgecolors=INK, linewidths=0.4))
+
+
+def panels(run: Run, rank: int, shown: list[int]) -> tuple[Any, list[Any]]:
+    """A figure with equal axes for a window in some frames, at most COLUMNS in a row; returns the figure and its axes."""
+    import matplotlib.pyplot as plt
+
+    seen = np.concatenate([discs_now(run, frame, rank) for frame in shown])
+    width, height = np.ptp(seen, axis=0)
+    columns = min(len(shown), COLUMNS)
+    rows = -(-len(shown) // columns)
+    tall = min(TALLEST, 0.9 * PAGE / columns * height / width) + TITLE_ROOM
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(PAGE, rows * tall + 0.6), sharex=True, sharey=True, squeeze=False, layout="compressed"
+    )
+    for place in axes.flat[len(shown) :]:
+        place.set_axis_off()
+    return figure, list(axes.flat[: len(shown)])
 
 
 def draw_walls(axes: Any, run: Run, frame: int) -> int:

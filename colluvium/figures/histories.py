@@ -27,7 +27,7 @@ def draw(run: Run) -> Any:
 
     rows = _rows(run)
     figure, axes = plt.subplots(
-        len(rows), 1, figsize=(9.0, 0.8 + 2.0 * len(rows)), sharex=True, squeeze=False, layout="constrained"
+        len(rows), 1, figsize=(style.PAGE, 0.6 + 1.6 * len(rows)), sharex=True, squeeze=False, layout="constrained"
     )
     for place, (name, words, logarithmic) in zip(axes[:, 0], rows, strict=True):
         for rank, file in run.files.items():
@@ -70,4 +70,4 @@ def _mark_stages(run: Run, axes: Any) -> None:
 
 def _name_stages(run: Run, axes: Any) -> None:
     for step, stage in _stage_starts(run):
-        axes.annotate(stage, (step, 1.02), xycoords=("data", "axes fraction"), va="bottom", rotation=25.0, fontsize=8.0)
+        axes.annotate(stage, (step, 1.02), xycoords=("data", "axes fraction"), va="bottom", rotation=25.0)

@@ -31,7 +31,7 @@ def draw(run: Run) -> Any:
     from matplotlib.patches import Patch
 
     frame = frames.last(run, 0)
-    figure, axes = plt.subplots(figsize=(9.5, 4.8), layout="compressed")
+    figure, axes = plt.subplots(figsize=(style.PAGE, 3.9), layout="compressed")
     zones, xy = run.zones(frame), run.gridpoints(frame).xy
     shown = [Patch(color=colour, label=words) for _, words, colour in STATES]
     shown.append(Patch(color=ELASTIC, label="never yielded"))

@@ -40,7 +40,7 @@ def _panels(run: Run, shown: list[moments.Moment], field: str, motion: str, name
     figure, axes = plt.subplots(
         rows,
         columns,
-        figsize=(5.5 * columns, 3.6 * rows),
+        figsize=(style.PAGE * columns / 2, 2.8 * rows),
         sharex=True,
         sharey=True,
         squeeze=False,

@@ -41,7 +41,7 @@ def draw(run: Run) -> Any:
     import matplotlib.pyplot as plt
 
     frames = moments(run)
-    figure, axes = plt.subplots(2, 3, figsize=(14.0, 5.8), sharex=True, sharey=True, layout="compressed")
+    figure, axes = plt.subplots(2, 3, figsize=(style.PAGE, 4.4), sharex=True, sharey=True, layout="compressed")
     for row, (symbol, name, component) in zip(axes, COMPONENTS, strict=True):
         before, after = (_cells(run, frame, component) for frame in frames)
         change = Cells(after.corners, after.stress - _at_same_places(before, after))

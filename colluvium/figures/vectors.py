@@ -28,17 +28,14 @@ def draw(run: Run) -> Any:
 
     Each panel has a separate scale, which its title gives.
     """
-    import matplotlib.pyplot as plt
     from matplotlib.patches import Patch
 
     rank = run.windows[0]
     shown = _shown(run)
-    figure, axes = plt.subplots(
-        1, len(shown), figsize=(0.8 + 3.2 * len(shown), 7.4), sharex=True, sharey=True, squeeze=False, layout="compressed"
-    )
+    figure, axes = domain.panels(run, rank, [moment.frame for moment in shown])
     outline = outline_of(run, shown[0].frame, rank)
     cell = float(np.ptp(outline, axis=0).max()) / CELLS
-    for place, moment in zip(axes[0], shown, strict=True):
+    for place, moment in zip(axes, shown, strict=True):
         longest = _draw_panel(run, moment.frame, rank, place, outline, cell)
         factor, unit = style.readable("m", np.array([longest]))
         state = moments.title(run, moment)

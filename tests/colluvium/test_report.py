@@ -1,13 +1,16 @@
 """`report.write` draws what was recorded, each figure with its data and nothing else."""
 
+import importlib
 import json
 import re
 import shutil
 import subprocess
 import sys
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from colluvium import report
 from colluvium.figures import assembly, chains, displacement, domain, frames, stress, style, vectors
@@ -49,6 +52,37 @@ def test_one_side_alone_is_drawn(run_folder, tmp_path, file, drawn):
     paths = report.write(tmp_path)
     assert {p.stem for p in paths} == drawn
     assert {p.parent for p in paths} == {tmp_path / "report"}
+
+
+PRINTED = [(module, function) for _, module, function in report.FIGURES]
+
+
+@pytest.mark.parametrize(("module", "function"), PRINTED, ids=[name for name, _, _ in report.FIGURES])
+def test_pictures_can_be_printed_190_mm_wide(request, tmp_path, module, function):
+    """The resolution is the one asked for, no text is below 7 pt, and titles reach neither each other nor the edge."""
+    drawing = importlib.import_module(f"colluvium.figures.{module}")
+    drawn = 0
+    for folder in ("run_folder", "stony_folder", "pile_folder"):
+        with open_run(request.getfixturevalue(folder)) as run:
+            if drawing.missing(run):
+                continue
+            figure = getattr(drawing, function)(run)
+            drawn += 1
+        path = tmp_path / f"{folder}.png"
+        figure.savefig(path)
+        width = figure.get_size_inches()[0]
+        pixels = np.frombuffer(path.read_bytes()[16:24], ">u4")
+        assert pixels[0] == pytest.approx(160 * width, abs=1.0)
+        assert width <= 190 / 25.4 + 1e-2
+        texts = [text for text in figure.findobj(Text) if text.get_text().strip() and text.get_visible()]
+        assert min(text.get_fontsize() for text in texts) >= 7.0
+        titles = [title for axes in figure.axes for title in (axes.title, axes._left_title) if title.get_text()]
+        boxes = [title.get_window_extent() for title in titles]
+        assert all(box.x1 <= figure.bbox.x1 + 1.0 for box in boxes), [title.get_text() for title in titles]
+        for i, box in enumerate(boxes):
+            assert not any(box.overlaps(other) for other in boxes[i + 1 :]), titles[i].get_text()
+        plt.close(figure)
+    assert drawn or module == "timeline"  # no run here has a trace
 
 
 def test_a_picture_without_data_does_not_stay_from_an_earlier_report(run_folder, tmp_path, monkeypatch):
