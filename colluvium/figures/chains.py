@@ -26,7 +26,8 @@ def draw(run: Run) -> Any:
 
     rank = run.windows[0]
     shown = moments.of_run(run, rank, frames.last_of_stages)
-    figure, axes = domain.panels(run, rank, [moment.frame for moment in shown])
+    seen = np.concatenate([domain.discs_now(run, moment.frame, rank) for moment in shown])
+    figure, axes = domain.panels(len(shown), seen)
     for place, moment in zip(axes, shown, strict=True):
         strongest = _strong(run, moment.frame, rank)
         _draw_window(run, moment.frame, rank, place, strongest)

@@ -11,6 +11,7 @@ from colluvium.results.run import Run
 
 WALL = "#6b4a2b"
 COLUMNS = 3  # panels in a row
+EDGE = 0.03  # of the larger side of a view: room for walls beside it
 TALLEST, TITLE_ROOM = 4.2, 0.7  # [in] of a panel
 
 
@@ -75,31 +76,34 @@ def stone_outlines(axes: Any, polygons: list[np.ndarray]) -> None:
     axes.add_collection(PolyCollection(polygons, facecolors="none", edgecolors=INK, linewidths=0.4))
 
 
-def panels(run: Run, rank: int, shown: list[int]) -> tuple[Any, list[Any]]:
-    """A figure with equal axes for a window in some frames, at most COLUMNS in a row; returns the figure and its axes."""
+def panels(count: int, seen: np.ndarray) -> tuple[Any, list[Any]]:
+    """A figure with `count` equal axes for drawings around `seen` (n, 2) [m], at most COLUMNS in a row, and its axes."""
     import matplotlib.pyplot as plt
 
-    seen = np.concatenate([discs_now(run, frame, rank) for frame in shown])
     width, height = np.ptp(seen, axis=0)
-    columns = min(len(shown), COLUMNS)
-    rows = -(-len(shown) // columns)
+    columns = min(count, COLUMNS)
+    rows = -(-count // columns)
     tall = min(TALLEST, 0.9 * PAGE / columns * height / width) + TITLE_ROOM
     figure, axes = plt.subplots(
         rows, columns, figsize=(PAGE, rows * tall + 0.6), sharex=True, sharey=True, squeeze=False, layout="compressed"
     )
-    for place in axes.flat[len(shown) :]:
+    for place in axes.flat[count:]:
         place.set_axis_off()
-    return figure, list(axes.flat[: len(shown)])
+    return figure, list(axes.flat[:count])
 
 
 def draw_walls(axes: Any, run: Run, frame: int) -> int:
-    """Draws the walls of discs alone in a frame; they do not widen the view. Returns their number."""
+    """Draws the walls of discs alone in a frame over other artists, which they widen by EDGE at most. Returns their number."""
     from matplotlib.collections import LineCollection
 
     found = list(walls.ends(run, frame).values())
     axes.add_collection(
         LineCollection(found, colors=WALL, linewidths=1.6, capstyle="butt", zorder=2.5, label="walls"), autolim=False
     )
+    if found:
+        low, high = axes.dataLim.get_points()
+        room = EDGE * np.max(high - low)
+        axes.update_datalim(np.clip(np.concatenate(found), low - room, high + room))
     return len(found)
 
 

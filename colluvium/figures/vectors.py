@@ -32,9 +32,9 @@ def draw(run: Run) -> Any:
 
     rank = run.windows[0]
     shown = _shown(run)
-    figure, axes = domain.panels(run, rank, [moment.frame for moment in shown])
     outline = outline_of(run, shown[0].frame, rank)
     cell = float(np.ptp(outline, axis=0).max()) / CELLS
+    figure, axes = domain.panels(len(shown), outline)
     for place, moment in zip(axes, shown, strict=True):
         longest = _draw_panel(run, moment.frame, rank, place, outline, cell)
         factor, unit = style.readable("m", np.array([longest]))
