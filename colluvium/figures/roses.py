@@ -80,7 +80,7 @@ def draw(run: Run) -> Any:
     figure, grid = plt.subplots(
         2 * blocks,
         columns,
-        figsize=(style.PAGE, 0.2 + (1.0 + 4.0 / columns + 1.2) * blocks),
+        figsize=(style.PAGE, 0.2 + 2.0 * (0.8 * style.PAGE / max(columns, 3) + 0.8) * blocks),
         subplot_kw={"projection": "polar"},
         squeeze=False,
         layout="constrained",
@@ -99,7 +99,7 @@ def draw(run: Run) -> Any:
         low, high = f.a_interval
         above.set_title(
             f"{moments.title(run, moment)}\n{f.contacts:,} contacts\n"
-            f"a = {f.a:.3f} (95 %: {low:.3f} to {high:.3f})\n$\\theta_a$ = {f.theta_a:.0f}°"
+            f"a = {f.a:.3f}, 95 %:\n{low:.3f} to {high:.3f}\n$\\theta_a$ = {f.theta_a:.0f}°"
         )
         below.set_title(f"a$_n$ = {f.a_n:.3f}, f$_0$ = {factor * f.f0:.3g} {unit}\n$\\theta_n$ = {f.theta_n:.0f}°")
     for row, words in zip(axes, ("contact normals: density [1/rad]", "mean normal force over f$_0$ [-]"), strict=True):

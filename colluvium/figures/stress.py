@@ -58,7 +58,7 @@ def draw(run: Run) -> Any:
             if place is not row[0]:
                 bar = row[:2] if place is row[1] else place
                 words = "change of " if place is row[2] else ""
-                domain.colour_bar(figure, filled, bar, f"{words}{symbol}, tension + [{unit}]", extend="both")
+                domain.colour_bar(figure, filled, bar, f"{words}{symbol} [{unit}]\ntension +", extend="both")
         for place, frame in zip(row, (*frames, frames[1]), strict=True):
             domain.outline(place, run.gridpoints(frame).xy, run.zones(frame).corners)
             domain.finish(place, f"{name}: {style.moment(run.frames[frame])}")
