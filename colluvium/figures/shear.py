@@ -60,8 +60,13 @@ def _panels(run: Run, shown: list[moments.Moment], field: str, motion: str, name
         domain.finish(place, f"{name}: {moments.title(run, moment)}")
     for place in list(axes.flat)[len(shown) :]:
         place.set_axis_off()
-    domain.colour_bar(figure, drawn, axes, f"{name} [{run.units(field)}]", extend="both")
+    domain.colour_bar(figure, drawn, axes, f"{name} [{_unit(run, field, shown)}]", extend="both")
     return figure
+
+
+def _unit(run: Run, field: str, shown: list[moments.Moment]) -> str:
+    """Unit of a field in all moments: rates are per step in static stages."""
+    return " or ".join(dict.fromkeys(run.units(field, moment.frame) for moment in shown))
 
 
 def _fields(run: Run, frame: int, field: str, motion: str) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -58,7 +58,7 @@ function draw() {
   element("caption").textContent = caption();
   element("keys").replaceChildren(...keys());
   for (const marker of document.querySelectorAll(".marker")) {
-    const across = (run.frames[state.frame].step / marker.dataset.end) * marker.dataset.inner;
+    const across = run.frames[state.frame].across * marker.dataset.inner;
     marker.setAttribute("transform", `translate(${across} 0)`);
   }
 }

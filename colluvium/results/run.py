@@ -17,6 +17,7 @@ from colluvium.results.fabric import Fabric, contact_fabric
 from colluvium.results.rank_file import Fields, NotRecordedError, RankFile
 from colluvium.results.rank_parts import RankParts
 from colluvium.results.ring_motion import RingMotion, ring_motion
+from coupler_protocol.files.quantities import PER_STEP
 from coupler_protocol.files.vtkhdf import FrameInfo
 from coupler_protocol.scene.stage_kinds import named
 
@@ -110,12 +111,13 @@ class Run:
         rank = self._first() if rank is None else rank
         return rank in self.files and name in self.files[rank].history_names()
 
-    def units(self, name: str) -> str:
-        """Unit of a field or history."""
+    def units(self, name: str, frame: int | None = None) -> str:
+        """Unit of a field or history; in the stage of a frame: rates of a static stage are per step, not per second."""
         known = {key: unit for file in self.files.values() for key, unit in file.units().items()}
         if name not in known:
             raise NotRecordedError(f"nothing named {name!r} was recorded; there are {', '.join(sorted(known))}")
-        return known[name]
+        static = frame is not None and self.in_real_time(self.frames[frame].stage) is False
+        return PER_STEP.get(known[name], known[name]) if static else known[name]
 
     def last_frame(self, stage: str) -> int:
         """Number of the last frame of a stage."""
@@ -131,6 +133,13 @@ class Run:
         """
         kinds = {stage["name"]: stage.get("kind", stage["name"]) for stage in self.scene.get("stage", ())}
         return [name for name in self.stages if kinds.get(name, name) in named(**wanted)]
+
+    def in_real_time(self, stage: str) -> bool | None:
+        """Whether a stage computed in real time, with steps in seconds; None if scene.json does not have the stage."""
+        from coupler_protocol.scene.tables.stages import is_real
+
+        tables = {table["name"]: table for table in self.scene.get("stage", ())}
+        return is_real(tables[stage].get("time", "")) if stage in tables else None
 
     def has(self, frame: int, rank: int) -> bool:
         """Whether a rank recorded anything at a frame."""

@@ -129,6 +129,7 @@ class ContinuumSide:
         if self.steps % self.scene.record.history == 0:
             values = record.history(self.model, self.state, stage.ratio, order.gravity_factor)
             values |= record.reactions(self.model, self.state, stage.leg.gravity * order.gravity_factor, stage.sides.holders)
+            values |= record.movements(self.model, self.state, stage.sides.holders)
             values |= {"time": self.time} if self.state.in_real_time else {}
             self.recorder.history(self.steps, **values)
         if int(order.flags) & messages.RECORD and (stage.rims or not stage.ended):
