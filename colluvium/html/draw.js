@@ -146,7 +146,8 @@ function widestForce(state) {
   return Math.max(...run.frames[state.frame].windows.map((window) => window.contacts.widest));
 }
 
-// Contacts as lines, in classes of width; the strongest on top. The widest line is as wide as a disc's radius.
+// Contacts as lines, in classes of width; the strongest on top. The widest line is as wide as a disc's radius; the width grows with
+// the root of the force, so that frames with low forces are not empty on the scale of the run.
 function drawChains(context, window, x, y, radius, view, state) {
   const [a, b] = window.contacts.ends.map((number) => data.array(number));
   const force = data.array(window.contacts.force);
@@ -154,7 +155,7 @@ function drawChains(context, window, x, y, radius, view, state) {
   const widest = radius[Math.floor(radius.length / 2)] || 0;
   const classes = 12, members = Array.from({ length: 2 * classes }, () => []);
   for (let i = 0; i < force.length; i++) {
-    const rank = Math.min(classes - 1, Math.floor((classes * Math.abs(force[i])) / strongest));
+    const rank = Math.min(classes - 1, Math.floor(classes * Math.sqrt(Math.abs(force[i]) / strongest)));
     members[2 * rank + (force[i] < 0 ? 1 : 0)].push(i);
   }
   context.lineCap = "round";
@@ -166,7 +167,7 @@ function drawChains(context, window, x, y, radius, view, state) {
       context.moveTo(x[a[i]], y[a[i]]);
       context.lineTo(x[b[i]], y[b[i]]);
     }
-    context.lineWidth = Math.max((widest * (Math.floor(number / 2) + 0.5)) / classes, 0.15 / view.pixels);
+    context.lineWidth = Math.max((widest * (Math.floor(number / 2) + 0.5)) / classes, (0.3 * view.ratio) / view.pixels);
     context.strokeStyle = number % 2 ? run.chains.tension : run.chains.compression;
     context.stroke();
   });
