@@ -41,6 +41,14 @@ class RankParts:
         part, row = self._order[frame]
         return self.parts[part].contacts(row)
 
+    def about(self, place: str, name: str) -> tuple[str, str]:
+        """Unit and meaning of a field."""
+        return next(part for part in self.parts if name in part.field_names(place)).about(place, name)
+
+    def field_names(self, place: str) -> list[str]:
+        """Names of the recorded fields of points ("PointData") or cells ("CellData")."""
+        return list(dict.fromkeys(name for part in self.parts for name in part.field_names(place)))
+
     def constant(self, name: str) -> np.ndarray | None:
         """Array for all frames, or None."""
         return self.parts[-1].constant(name)
