@@ -30,10 +30,10 @@ def test_a_coupled_run_with_stones_gives_every_figure_of_the_table(stony_folder,
     assert sorted(named) == list(range(7, 18))
     assert all(named.values())
     written = report.write(stony_folder, tmp_path, skipped=lambda *what: skipped.append(what))
-    assert [name for name, _ in skipped] == ["timeline.png"]  # the run has no trace
+    assert [name for name, _ in skipped] == ["load_curves.png", "timeline.png"]  # nothing is moved, and the run has no trace
     names = {path.name for path in written}
     assert {file for files in named.values() for file in files} <= names
-    assert {f"{name}.png" for name, _, _ in report.FIGURES} == names - {"report.html"} | {"timeline.png"}
+    assert {f"{name}.png" for name, _, _ in report.FIGURES} == names - {"report.html"} | {"load_curves.png", "timeline.png"}
     assert all(path.stat().st_size > 15_000 for path in written)
 
 

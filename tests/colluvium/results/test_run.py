@@ -53,7 +53,7 @@ def test_a_closed_run_says_so(run_folder):
     opened.close()  # a second time does nothing
     assert read.shape[1] == 4  # arrays that were read remain
     for ask in (lambda: zones.stress, lambda: opened.discs(5), lambda: opened.history("gravity_factor"), opened.fields):
-        with pytest.raises(ClosedRunError, match="this run is closed; .*open it again"):
+        with pytest.raises(ClosedRunError, match=r"this run is closed; .*open it again"):
             ask()
     assert repr(opened).startswith("<closed Run ")
 
