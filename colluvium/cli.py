@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from coupler_protocol import exits
-from coupler_protocol.process import command_line
+from coupler_protocol.files import run_json
+from coupler_protocol.process import command_line, interrupt
 
 
 def parser() -> argparse.ArgumentParser:
@@ -74,6 +75,7 @@ def _options_of_computing(command: argparse.ArgumentParser) -> None:
     """Options of the commands that start both sides."""
     command.add_argument("--in-process", action="store_true", help="both sides in one process, for debugging; same bits")
     command_line.plugin_option(command)
+    command.add_argument("--strict", action="store_true", help="exit code 8 if a stage that should rest did not come to rest")
     command.add_argument("--exact", action="store_true", help="also compute the exact step limits at the ends of coupled stages")
     command.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output, no table")
 
@@ -113,9 +115,22 @@ def run_command(options: argparse.Namespace) -> int:
         if options.origin.continues(wanted):
             raise exits.EnvironmentFailed(f"{wanted} is the run to branch from: choose another --out, or colluvium resume")
         restart.check(scene, options.origin)
-    out = command_line.prepare_folder(wanted, processes.own_files(wanted), options.force)
-    (out / "scene.toml").write_text(Path(options.scene).read_text(encoding="utf-8"), encoding="utf-8")
+    own = processes.own_files(wanted)
+    if any(Path(options.scene).resolve() == (Path(wanted) / name).resolve() for name in own):
+        raise exits.EnvironmentFailed(f"{options.scene} belongs to the run in {wanted}: choose another --out")
+    out = command_line.prepare_folder(wanted, own, options.force)
+    _open(options, scene)
+    if Path(options.scene).suffix != ".json":
+        (out / "scene.toml").write_bytes(Path(options.scene).read_bytes())
     return _compute(options, scene, options.scene, out, [f"--set={pair}" for pair in options.set])
+
+
+def _open(options: argparse.Namespace, scene: Any) -> None:
+    """Prints, before a run, zones and areas of materials, and doubts about the scene, on standard error."""
+    from colluvium.forecast import check
+
+    for line in [] if options.quiet else check.opening(scene):
+        print(line, file=sys.stderr)
 
 
 def resume_command(options: argparse.Namespace) -> int:
@@ -139,7 +154,8 @@ def _compute(options: argparse.Namespace, scene: Any, path: str | Path, out: Pat
         if options.in_process:
             code = _in_process(scene, out, show, options)
         else:
-            signal.signal(signal.SIGTERM, signal.default_int_handler)  # SIGTERM stops the run like Ctrl-C
+            for number in interrupt.signals():  # a kill stops the run as Ctrl-C does, also in the background of a script
+                signal.signal(number, signal.default_int_handler)
             more = {"threads": options.threads, "from": options.origin, "plugin": options.plugin}
             passed = [*passed, *(f"--{name}={value}" for name, value in more.items() if value)]
             code = processes.run_files(path, out, processes.windows_of(scene), passed, show)
@@ -147,8 +163,23 @@ def _compute(options: argparse.Namespace, scene: Any, path: str | Path, out: Pat
         _add_band(scene, out)
         if options.exact:
             _add_exact_limits(scene, out)
+    if code == exits.DONE and options.strict:
+        code = _strict_code(out)
     _conclude(out, options.json)
     return code
+
+
+def _strict_code(out: Path) -> int:
+    """Exit code of a completed run whose stages should all have come to rest; writes it into run.json."""
+    from coupler_protocol.scene.rest import unrested
+
+    info = run_json.read(out / run_json.NAME)
+    stages = unrested(info)
+    if not stages:
+        return exits.DONE
+    reason = f"{info['reason']}, but not at rest at the end: {', '.join(stages)}"
+    run_json.write(out, info | {"exit_code": exits.NOT_AT_REST, "reason": reason})
+    return exits.NOT_AT_REST
 
 
 def _add_band(scene: Any, out: Path) -> None:
@@ -156,26 +187,24 @@ def _add_band(scene: Any, out: Path) -> None:
     from colluvium.forecast import locate
     from colluvium.results import failure
     from colluvium.results.run import open_run
-    from coupler_protocol.files.run_json import write
 
     with open_run(out) as run:
         found = {"locate": locate.band_and_windows(run, scene), "band": failure.summary(run)}
     found = {key: value for key, value in found.items() if value}
     if found:
-        write(out, json.loads((out / "run.json").read_text(encoding="utf-8")) | found)
+        run_json.write(out, run_json.read(out / run_json.NAME) | found)
 
 
 def _add_exact_limits(scene: Any, out: Path) -> None:
     """Adds the exact limits of the step at the ends of coupled stages to run.json."""
     from colluvium.forecast import step_limits
-    from coupler_protocol.files.run_json import write
 
     exact = step_limits.exact_of_run(scene, out)
-    info = json.loads((out / "run.json").read_text(encoding="utf-8"))
+    info = run_json.read(out / run_json.NAME)
     for row in info["stages"]:
         if row["name"] in exact:
             row["limits"] = (row.get("limits") or {}) | {"exact": exact[row["name"]]}
-    write(out, info)
+    run_json.write(out, info)
 
 
 def _in_process(scene: Any, out: Path, show: Any, options: argparse.Namespace) -> int:
@@ -204,7 +233,7 @@ def _conclude(out: Path, target: str | Path | None) -> None:
     path = out / "run.json"
     if not path.exists():
         return
-    info = json.loads(path.read_text(encoding="utf-8"))
+    info = run_json.read(path)
     if target:
         _write_json(info, target)
     else:

@@ -55,7 +55,9 @@ def sentences(info: Info) -> Iterator[str]:
         if "control_discs" in window:
             parts.append(f"{window['control_discs']} on the ring")
         if "packing_porosity" in window and "porosity" not in window:
-            parts.append(f"packed at {window['packing_pressure'] / 1e3:.3g} kPa with porosity {window['packing_porosity']:.3f}")
+            parts.append(
+                f"packed at {window['packing_pressure'] / 1e3:.3g} kPa with porosity {_porosity(window, 'packing_porosity')}"
+            )
             parts += ["loose: they do not support each other"] if window.get("loose") else []
         if window.get("largest_overlap", 0.0) > 0.01:
             deepest, energy = window["largest_overlap"], window["overlap_energy"]
@@ -65,7 +67,7 @@ def sentences(info: Info) -> Iterator[str]:
                 f"pushed apart in {window['drawn_apart_steps']} steps to overlaps of {window['overlap_left']:.2g} of the radius"
             )
         if "porosity" in window:
-            parts.append(f"porosity {window['porosity']:.3f}")
+            parts.append(f"porosity {_porosity(window, 'porosity')}")
         if "stone_content" in window:
             both = 100 * window["stone_content"], 100 * window["stone_content_discs"]
             parts.append(f"{window['stones']} stones: {both[0]:.1f} % of the area, {both[1]:.1f} % of the discs")
@@ -83,6 +85,8 @@ def sentences(info: Info) -> Iterator[str]:
                 f"warning: in stage {opened['stage']} a gap of {opened['radii']:.1f} r opened in the ring of "
                 f"window {window['name']} at ({x:.1f}, {y:.1f}) m (r: smallest disc radius; a gap of 2 r lets a disc escape)"
             )
+    for doubt in info.get("doubts", []):
+        yield f"warning: {doubt['key']}: {doubt['what']}; {doubt['remedy']}"
     yield from stretched_rims(info)
     for warning in info.get("warnings", []):
         yield f"warning: in step {warning['step']} of stage {warning['stage']}: {warning['name']}: {warning['text']}"
@@ -181,3 +185,9 @@ def _table(columns: Sequence[str], texts: Sequence[Sequence[str]]) -> Any:
     for row in texts:
         table.add_row(*row)
     return table
+
+
+def _porosity(window: dict[str, Any], key: str) -> str:
+    """A porosity of discs, and with stones also without the gaps inside them."""
+    discs = f"{window[key]:.3f}"
+    return f"{discs} ({window[key] - window['stone_gaps']:.3f} with solid stones)" if "stone_gaps" in window else discs

@@ -7,7 +7,7 @@ from coupler_protocol.problems import SceneError
 
 Result = TypeVar("Result")
 
-DONE, COMMAND_LINE, SCENE, ENVIRONMENT, PEER, PHYSICS, OURSELVES, INTERRUPTED = 0, 2, 3, 4, 5, 6, 7, 130
+DONE, COMMAND_LINE, SCENE, ENVIRONMENT, PEER, PHYSICS, OURSELVES, NOT_AT_REST, INTERRUPTED = 0, 2, 3, 4, 5, 6, 7, 8, 130
 
 MEANING = {
     DONE: "done",
@@ -17,13 +17,16 @@ MEANING = {
     PEER: "the other side",
     PHYSICS: "physics (the computation blew up)",
     OURSELVES: "a fault of this program",
+    NOT_AT_REST: "done, but a stage did not come to rest (only with --strict)",
     INTERRUPTED: "interrupted",
 }
 
 
 def code_of(error: BaseException) -> int:
     """Exit code of an exception, by whose fault it is; OURSELVES for all exceptions without a code."""
-    return error.code if isinstance(error, RunEnded) else SCENE if isinstance(error, SceneError) else OURSELVES
+    if isinstance(error, RunEnded):
+        return error.code
+    return SCENE if isinstance(error, SceneError) else ENVIRONMENT if isinstance(error, OSError) else OURSELVES
 
 
 class RunEnded(Exception):  # noqa: N818 (an end of a run, not always an error)

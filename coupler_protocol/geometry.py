@@ -1,4 +1,4 @@
-"""Plane geometry that servers and reports share: loops of points, moments of polygons, lines in circles.
+"""Plane geometry that servers and reports share: loops of points, moments of polygons, lines in circles, discs in polygons.
 
 Green's theorem turns integrals over a simple counter-clockwise polygon into sums over its edges, with
 c = x_i y_(i+1) - x_(i+1) y_i:
@@ -7,6 +7,7 @@ c = x_i y_(i+1) - x_(i+1) y_i:
     int p p^T = sum c (p_i p_i^T + p_(i+1) p_(i+1)^T + sym(p_i p_(i+1)^T)) / 12  (2)
 """
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -63,6 +64,21 @@ def moments(corners: Array) -> Moments:
     return Moments(area, corners.mean(axis=0) + centre, origin - area * np.outer(centre, centre))
 
 
+def outline_fault(corners: Array | list[tuple[float, float]]) -> str | None:
+    """What keeps corners (P, 2) from enclosing an area, as a predicate with the place; None for a simple polygon."""
+    import shapely  # imported only where there is a polygon: it loads slowly
+
+    if len(corners) < 3:
+        return f"has {len(corners)} corners"
+    shape = shapely.Polygon(corners)
+    if not shape.convex_hull.area > 0.0:
+        return "has no area"
+    if shape.is_valid:
+        return None
+    where = shapely.is_valid_reason(shape).partition("[")[2].rstrip("]")
+    return f"crosses or touches itself at ({where.replace(' ', ', ')})"
+
+
 def share_inside(start: Array, branch: Array, radius: float) -> Array:
     """Share (m,) of each line from `start` along `branch` (m, 2) [m] inside the circle of this radius [m] around the origin."""
     a = (branch**2).sum(axis=1)
@@ -71,3 +87,27 @@ def share_inside(start: Array, branch: Array, radius: float) -> Array:
     half = np.sqrt(np.maximum(b * b - a * c, 0.0))
     enter, leave = np.clip((-b - half) / a, 0.0, 1.0), np.clip((-b + half) / a, 0.0, 1.0)
     return leave - enter
+
+
+def disc_in_polygon(xy: Array, radius: Array, ring: Array) -> Array:
+    """Area (n,) [m2] that discs share with a polygon, ring (P + 1, 2) closed and counter-clockwise.
+
+    Sum over the edges of the area between edge and centre: a triangle for the part inside the disc, sectors elsewhere.
+    """
+    area = np.zeros(len(xy))
+    for a, b in pairwise(ring):
+        p, q = a - xy, b - xy
+        step = b - a
+        half, middle = step @ step, p @ step
+        root = np.sqrt(np.maximum(middle**2 - half * ((p * p).sum(axis=1) - radius**2), 0.0))
+        enter, leave = (p + np.clip((-middle + sign * root) / half, 0.0, 1.0)[:, None] * step for sign in (-1.0, 1.0))
+        area += 0.5 * radius**2 * (_angle(p, enter) + _angle(leave, q)) + 0.5 * _cross(enter, leave)
+    return area
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+
+
+def _angle(a: Array, b: Array) -> Array:
+    return np.arctan2(_cross(a, b), (a * b).sum(axis=1))

@@ -2,6 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
+
+KeyPath = tuple[Any, ...]  # names of tables and keys, numbers of list items
 
 
 @dataclass(frozen=True)
@@ -18,6 +21,14 @@ class Problem:
         place = f"{self.file}:{self.line}" if self.line else self.file
         text = f"{place}: {self.key}: {self.reason}" if self.key else f"{place}: {self.reason}"
         return f"{text}\n    {self.remedy}" if self.remedy else text
+
+
+def dotted(path: KeyPath) -> str:
+    """A path of keys and numbers as in a scene: material[0].density."""
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
+    return text
 
 
 def unfit(key: str, reason: str, remedy: str) -> "SceneError":

@@ -79,9 +79,9 @@ class Clumps(NamedTuple):
 class Servo(NamedTuple):
     """Servos of all W walls of a State.
 
-    pressure (W,) [Pa], 0: no servo acts now; fastest (W,) [m/s]; average (W,): N; inward (W, 2): unit normals to the discs.
-    From the contacts: force (W,), averaged [N]; stiffness [N/m], dashpot [N s/m] (W,), of the last pass; length (W,): L of the
-    last step [m].
+    pressure (W,) [Pa], 0: no servo acts now; fastest (W,) [m/s]; average (W,): N; inward (W, 2): unit normals to the discs;
+    drift (W,): V0 [m/s]. From the contacts: force (W,), averaged [N]; stiffness [N/m], dashpot [N s/m] (W,), of the last pass;
+    length (W,): L of the last step [m].
     """
 
     pressure: np.ndarray
@@ -89,6 +89,7 @@ class Servo(NamedTuple):
     average: np.ndarray
     inward: np.ndarray
     force: np.ndarray
+    drift: np.ndarray
     stiffness: np.ndarray
     dashpot: np.ndarray
     length: np.ndarray

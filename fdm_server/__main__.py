@@ -1,6 +1,5 @@
 """Command line of the continuum server: `fdm-server SCENE --bind tcp://127.0.0.1:5555 --out DIR`."""
 
-import logging
 import sys
 from contextlib import closing, contextmanager
 
@@ -58,13 +57,10 @@ def compute(scene, transport, context):
     context: a coupler_protocol.process.server.RunContext. Writes run.json in any case. On failure the peers receive FAILURE,
     State is saved, and the exception is raised again.
     """
-    from coupler_protocol.scene.rules.between_tables import doubts
     from coupler_protocol.wire.lockstep import Clocks, Hub
     from fdm_server.procedure.grid_side import ContinuumSide
 
     hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), context.stop)
-    for _, what, remedy in doubts(scene):
-        logging.getLogger("fdm-server").warning("%s; %s", what, remedy)
 
     def side():
         return ContinuumSide(scene, hub, context.out, context.progress, context.origin, context.plugin)

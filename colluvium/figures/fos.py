@@ -113,12 +113,16 @@ def draw_meshes(found: dict[str, Any]) -> Any:
     half = np.array([0.5 * (m["high"] - m["low"]) for m in found["meshes"]])
     extra = found["extrapolation"]
     figure, axes = plt.subplots(figsize=(5.5, 3.6), layout="compressed")
-    h = np.linspace(0.0, size.max(), 200)
-    slope = (value[-1] - extra["value"]) / size[-1] ** extra["order"]
-    axes.plot(h, extra["value"] + slope * h ** extra["order"], color=style.PALE, linewidth=1.2)
     axes.errorbar(size, value, half, fmt="o", color=style.INK, markersize=3, capsize=3, label="bracket")
-    axes.errorbar([0.0], [extra["value"]], [extra["from_brackets"]], fmt="s", color="#b03a2e", markersize=4, capsize=3,
-                  label=f"extrapolated {extra['value']:.3f}, order {extra['order']:.2f}")  # fmt: skip
+    if extra["value"] is not None:
+        h = np.linspace(0.0, size.max(), 200)
+        slope = (value[-1] - extra["value"]) / size[-1] ** extra["order"]
+        axes.plot(h, extra["value"] + slope * h ** extra["order"], color=style.PALE, linewidth=1.2)
+        axes.errorbar([0.0], [extra["value"]], [extra["from_brackets"]], fmt="s", color="#b03a2e", markersize=4, capsize=3,
+                      label=f"extrapolated {extra['value']:.3f}, order {extra['order']:.2f}")  # fmt: skip
+    elif extra["low"] is not None:
+        axes.plot([0.0, 0.0], [extra["low"], extra["high"]], color="#b03a2e", linewidth=2.0,
+                  label=f"between {extra['low']:.3f} and {extra['high']:.3f}, order {extra['order']:.2f}")  # fmt: skip
     axes.set_xlabel("zone size [m]")
     axes.set_ylabel(found["quantity"])
     axes.set_title(found["title"])

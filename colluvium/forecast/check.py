@@ -1,12 +1,15 @@
 """`colluvium check`: description of the computation of a scene, its effects that act and those that do not."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from coupler_protocol.files import disc_csv
 from coupler_protocol.geometry import polygon_area
-from coupler_protocol.scene.rules.between_tables import doubts
+from coupler_protocol.scene.rules.between_tables import listed_doubts
+from coupler_protocol.scene.rules.sizes import memory_of
+from coupler_protocol.scene.rules.units import as_written
 from coupler_protocol.scene.scene import declared_effects
 from coupler_protocol.scene.schedule import large_strain, new_boundaries, plan
 from coupler_protocol.scene.tables.grading import grading_of
@@ -14,13 +17,21 @@ from coupler_protocol.scene.tables.stages import is_real
 
 
 def effects(scene: Any) -> list[dict[str, Any]]:
-    """Rows of all installed effects: {"effect", "summary", "acts", "where"}; `where`: names of the tables that switch it on."""
+    """Rows of effects that could act: {"effect", "summary", "acts", "where"}; `where`: names of the tables that switch it on."""
     rows = []
     for place, cls in declared_effects().items():
+        if not _concerns(scene, place):
+            continue
         where = list(_tables(scene, place))
         summary = (cls.__doc__ or "").strip().splitlines()[0]
         rows.append({"effect": place, "summary": summary, "acts": bool(where), "where": where})
     return rows
+
+
+def _concerns(scene: Any, place: str) -> bool:
+    """Whether an effect of this place could act: those of the ground need a grid, those of discs need discs."""
+    of_discs = place.partition(".")[0] in ("grain", "discs")
+    return (scene.discs if of_discs else scene.grid) is not None
 
 
 def _tables(scene: Any, place: str) -> list[str]:
@@ -55,9 +66,30 @@ def sizes(scene: Any) -> dict[str, Any]:
         sizes = {"width": width, "height": height, "area": area, "segments": len(rim), "discs": round(discs)}
         windows.append({"name": window.name, **sizes})
     stones = scene.stones.model_dump(mode="json") if scene.stones else None
-    counts = {"columns": int(grid.column.max()) + 1, "rows": int(grid.row.max()) + 1}
-    counts |= {"zones": len(grid.zones), "gridpoints": len(grid.xy)}
+    counts: dict[str, Any] = {"columns": int(grid.column.max()) + 1, "rows": int(grid.row.max()) + 1}
+    counts |= {"zones": len(grid.zones), "gridpoints": len(grid.xy), "materials": materials(scene, grid)}
     return {**counts, "windows": windows, "stones": stones}
+
+
+def materials(scene: Any, grid: Any) -> list[dict[str, Any]]:
+    """Rows of all materials: zones and area of the mesh, area drawn [m2], both pairs of moduli."""
+    from fdm_server.checks.materials import laid_out
+    from fdm_server.effects.elastic import poisson_ratio, young_modulus
+
+    rows = []
+    for material, laid in zip(scene.material, laid_out(scene, grid), strict=True):
+        moduli = {"bulk": material.elastic.bulk, "shear": material.elastic.shear}
+        moduli |= {"young": young_modulus(material.elastic), "poisson": poisson_ratio(material.elastic)}
+        rows.append({"name": material.name, "zones": laid.zones, "area": laid.area, "drawn": laid.drawn, **moduli})
+    return rows
+
+
+def materials_as_text(rows: list[dict[str, Any]]) -> Iterator[str]:
+    """Yields a line for every material."""
+    for m in rows:
+        drawn = f"{m['area']:.4g} m2 (drawn {m['drawn']:.4g})"
+        pairs = f"K {as_written(m['bulk'])}, G {as_written(m['shear'])} Pa (E {as_written(m['young'])} Pa, nu {m['poisson']:.3g})"
+        yield f"material {m['name']}: {m['zones']} zones, {drawn}, {pairs}"
 
 
 def _stones_as_text(stones: dict[str, Any]) -> str:
@@ -90,8 +122,18 @@ def file_of_discs(scene: Any) -> dict[str, Any]:
 def describe(scene: Any) -> dict[str, Any]:
     """All of the above in one dictionary."""
     found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
-    found |= {"effects": effects(scene), "stages": stages(scene)}
-    return found | {"doubts": [{"what": what, "remedy": remedy} for _, what, remedy in doubts(scene)]}
+    found |= {"memory_MB": memory_of(scene), "effects": effects(scene), "stages": stages(scene)}
+    return found | {"doubts": listed_doubts(scene)}
+
+
+def opening(scene: Any) -> Iterator[str]:
+    """What a run says before it starts: zones and areas of materials, and doubts."""
+    if scene.grid is not None:
+        from fdm_server.mesh.grid import build_grid
+
+        yield from materials_as_text(materials(scene, build_grid(scene)))
+    for doubt in listed_doubts(scene):
+        yield f"worth a second look: {doubt['key']}: {doubt['what']}; {doubt['remedy']}"
 
 
 def print_description(found: dict[str, Any], console: Any) -> None:
@@ -99,12 +141,15 @@ def print_description(found: dict[str, Any], console: Any) -> None:
     from colluvium.forecast import step_limits
     from colluvium.forecast.locate import as_text
 
-    console.print(f"{found['title'] or 'scene'}: no problems found")
+    second = f", {len(found['doubts'])} worth a second look (at the end)" if found["doubts"] else ""
+    console.print(f"{found['title'] or 'scene'}: no problems found{second}", markup=False)
     if "zones" in found:
         console.print(
             f"grid of {found['zones']} zones in {found['columns']} columns and {found['rows']} rows, "
             f"{found['gridpoints']} gridpoints"
         )
+        for line in materials_as_text(found["materials"]):
+            console.print(line, markup=False)
     else:
         console.print("no grid: discs alone")
     for w in found["windows"]:
@@ -116,6 +161,9 @@ def print_description(found: dict[str, Any], console: Any) -> None:
         file = found["file"]
         of_stones = f" in {file['path']}, {file['stones']} stones" if file["stones"] else f" in {file['path']}"
         console.print(f"{file['discs']} discs{of_stones}", markup=False)
+    if any(found["memory_MB"].values()):
+        parts = [f"{name} {size:.2g} MB" for name, size in found["memory_MB"].items() if size]
+        console.print(f"memory, approximately: {', '.join(parts)}, beside that of the programs")
     if found["stones"]:
         console.print(_stones_as_text(found["stones"]), markup=False)
     console.print("effects that act:")
@@ -141,4 +189,4 @@ def print_description(found: dict[str, Any], console: Any) -> None:
     for sentence in step_limits.sentences(found["limits"]) if "limits" in found else ():
         console.print(sentence, markup=False)
     for doubt in found["doubts"]:
-        console.print(f"worth a second look: {doubt['what']}\n    {doubt['remedy']}", markup=False)
+        console.print(f"worth a second look: {doubt['key']}: {doubt['what']}\n    {doubt['remedy']}", markup=False)

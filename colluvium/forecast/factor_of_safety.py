@@ -13,6 +13,7 @@ from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.process import command_line
 
 OWN = ("fos.json", "fos.log", "scene.toml", "mechanism.png", "plastic_zones.png", "trials.png", "meshes.png")
+FLOWS = {"zero": "psi_0", "associated": "psi_phi"}  # of --flow both, with their folders
 
 
 def add_command(commands: Any) -> None:
@@ -22,6 +23,11 @@ def add_command(commands: Any) -> None:
     p.add_argument("--by", choices=("strength", "gravity"), help="what the factor acts on (fos.by of the scene)")
     p.add_argument(
         "--meshes", metavar="N", type=command_line.positive, help="number of meshes: the grid's zone size divided by 1, 2, .. N"
+    )
+    p.add_argument(
+        "--flow",
+        choices=("scene", *FLOWS, "both"),
+        help="dilation: the scene's psi, psi = 0, psi = phi (associated), or a search with each of the last two (fos.flow)",
     )
     p.add_argument("--out", metavar="DIR", help="run directory (default runs/NAME.fos)")
     p.add_argument("--json", nargs="?", const="-", metavar="FILE", help="fos.json to FILE or standard output, no table")
@@ -35,8 +41,6 @@ def add_command(commands: Any) -> None:
 
 def command(options: argparse.Namespace) -> int:
     """Searches, prints the result and draws it; returns the exit code."""
-    from colluvium.running import processes
-    from colluvium.running.progress_picture import picture
     from coupler_protocol.scene.reader import read_scene
 
     scene = read_scene(options.scene, options.set)
@@ -47,29 +51,45 @@ def command(options: argparse.Namespace) -> int:
         changes.append(f'fos.by="{options.by}"')
     if options.meshes:
         changes.append(f"fos.zone_sizes={[_zone_size(scene.grid) / n for n in range(1, options.meshes + 1)]}")
-    read_scene(options.scene, changes)  # reports all problems before a process starts
-
+    flows = FLOWS if options.flow == "both" else {options.flow or scene.fos.flow: ""}
+    for flow in flows:
+        read_scene(options.scene, [*changes, f'fos.flow="{flow}"'])  # reports all problems before a process starts
     out = command_line.prepare_folder(options.out or Path("runs") / f"{Path(options.scene).stem}.fos", OWN, options.force)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # SIGTERM stops the search like Ctrl-C
-    arguments = ["fdm_server.fos", options.scene, "--out", out, "--force", f"--threads={options.threads}"]
-    show = picture(options.quiet)
-    if show is None:
-        code = processes.run_alone("fdm_server.fos", [*arguments, *(f"--set={c}" for c in changes)])
-    else:
-        with show:
-            code = processes.run_alone("fdm_server.fos", [*arguments, *(f"--set={c}" for c in changes)], show)
-    if code != exits.DONE:
-        return code
-    found = json.loads((out / "fos.json").read_text(encoding="utf-8"))
-    if not options.no_pictures:
-        _draw(out)
+    found = {}
+    for flow, folder in flows.items():
+        own = command_line.prepare_folder(out / folder, OWN, options.force)
+        code = _search(options, own, [*changes, f'fos.flow="{flow}"'])
+        if code != exits.DONE:
+            return code
+        found[flow] = json.loads((own / "fos.json").read_text(encoding="utf-8"))
+        if not options.no_pictures:
+            _draw(own)
+    whole = {"flows": found} if len(flows) > 1 else next(iter(found.values()))
+    if len(flows) > 1:
+        (out / "fos.json").write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
     if options.json:
-        text = json.dumps(found, indent=1)
+        text = json.dumps(whole, indent=1)
         print(text) if options.json == "-" else Path(options.json).write_text(text + "\n", encoding="utf-8")
     else:
-        print("\n".join(as_lines(found)))
+        lines = [line for one in found.values() for line in as_lines(one)]
+        print("\n".join([*lines, *beside_each_other(found)]))
         print(f"results in {out}")
-    return code
+    return exits.DONE
+
+
+def _search(options: argparse.Namespace, out: Path, changes: list[str]) -> int:
+    """Runs one search in a process that writes its files to `out`; returns the exit code."""
+    from colluvium.running import processes
+    from colluvium.running.progress_picture import picture
+
+    arguments = ["fdm_server.fos", options.scene, "--out", out, "--force", f"--threads={options.threads}"]
+    arguments += [f"--set={c}" for c in changes]
+    show = picture(options.quiet)
+    if show is None:
+        return processes.run_alone("fdm_server.fos", arguments)
+    with show:
+        return processes.run_alone("fdm_server.fos", arguments, show)
 
 
 def _zone_size(grid: Any) -> float:
@@ -93,7 +113,9 @@ def as_lines(found: dict[str, Any]) -> list[str]:
     """Lines of text with the result of a search."""
     lines = [f"{found['title'] or 'scene'}: {found['quantity']}"]
     lines += [f"ignored: {what}" for what in found["ignored"]]
+    lines.append(f"gravity: {found['meshes'][-1]['gravity']:.4g} m/s2")
     lines += [f"rule for {name}: {rule}" for name, rule in found["rules"].items()]
+    lines += [f"worth a second look: mesh {d['mesh']}: {d['key']}: {d['what']}; {d['remedy']}" for d in found.get("doubts", [])]
     ratio, budget = found["criterion"]["ratio"], max(m["budget"] for m in found["meshes"])
     lines.append(
         f"a trial rests at ratio {ratio:g} without motion and fails in steady flow, within {budget:,} steps (docs/theory.md)"
@@ -107,13 +129,36 @@ def as_lines(found: dict[str, Any]) -> list[str]:
         for name, what in (("undecided", "no verdict at"), ("contradictions", "rests above the lowest failure:")):
             if m[name]:
                 lines.append(f"          {what} {', '.join(f'{f:.4f}' for f in m[name])}")
-    extra = found.get("extrapolation")
-    if extra:
-        order = "assumed" if extra["observed_order"] is None or extra["order"] != extra["observed_order"] else "observed"
-        lines.append(
+    if found.get("extrapolation"):
+        lines.append(_extrapolated(found["extrapolation"]))
+    finest = found["meshes"][-1]
+    lines.append(f"{found['quantity']} {finest['value']:.3f} (rests at {finest['low']:.4f}, fails at {finest['high']:.4f})")
+    return lines
+
+
+def _extrapolated(extra: dict[str, Any]) -> str:
+    """Value at zone size 0, its interval, or the reason why there is neither; extra: `extrapolation` of fos.json."""
+    order = "assumed" if extra["observed_order"] is None or extra["order"] != extra["observed_order"] else "observed"
+    if extra["value"] is not None:
+        return (
             f"extrapolated to zone size 0: {extra['value']:.4f} (order {extra['order']:.2f} {order}; brackets add "
             f"± {extra['from_brackets']:.4f}; GCI of the finest mesh {100 * extra['gci']:.2f} %)"
         )
-    finest = found["meshes"][-1]
-    lines.append(f"{found['quantity']} {finest['value']:.3f} (rests at {finest['low']:.4f}, fails at {finest['high']:.4f})")
+    why = f"the observed order, {extra['order']:.2f}, is too low for a value: add finer meshes"
+    if extra["low"] is None:
+        return f"no extrapolation to zone size 0: {why}"
+    return f"at zone size 0: between {extra['low']:.4f} and {extra['high']:.4f} ({why})"
+
+
+def beside_each_other(found: dict[str, Any]) -> list[str]:
+    """One line for each flow rule if there are several; found: {flow: content of fos.json}."""
+    if len(found) < 2:
+        return []
+    lines = []
+    for one in found.values():
+        finest, extra = one["meshes"][-1], one.get("extrapolation")
+        line = f"{one['rules']['flow']}: {one['quantity']} {finest['value']:.4f} on zones of {finest['zone_size']:.4g} m"
+        if extra:
+            line += f"; {_extrapolated(extra).partition(' (')[0]}"
+        lines.append(line)
     return lines

@@ -6,26 +6,31 @@
 F: force on the second body of a contact, l: branch between the centroids of both bodies, w: share of l inside; walls count for
 discs whose centre is inside. At rest the mean over everything between smooth walls is exactly their force over their length, also
 with friction and rigid stones, because the forces at every centroid balance. Overlaps in (2), also within a stone, count if the
-middle between both centres is inside; an area where three discs overlap is counted once too little. Sources: Weber (1966), Bull.
-Liaison Ponts et Chaussees 20; Christoffersen, Mehrabadi & Nemat-Nasser (1981), J. Appl. Mech. 48, 339-344.
+middle between both centres is inside; an area where three discs overlap is counted once too little. In (2), a stone is either its
+discs, with gaps between them, or its polygon, which is its mass. A region without discs has no mean stress: NaN. Sources: Weber
+(1966), Bull. Liaison Ponts et Chaussees 20; Christoffersen, Mehrabadi & Nemat-Nasser (1981), J. Appl. Mech. 48, 339-344.
 """
 
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from coupler_protocol.geometry import share_inside
+from coupler_protocol.geometry import disc_in_polygon, share_inside
 
 if TYPE_CHECKING:
     from colluvium.results.rank_file import Fields
 
+ROUNDING = 1e-12  # of the squared radius: a smaller area of a disc is none
+CIRCLE_SIDES = 1024  # of a quarter of a circle that cuts stones
+
 
 def average_stress(discs: "Fields", contacts: "Fields", region: Any) -> np.ndarray:
-    """Mean stress xx, yy, xy (3,) [Pa] in a region, Eq (1), tension positive."""
+    """Mean stress xx, yy, xy (3,) [Pa] in a region, Eq (1), tension positive; NaN where no disc reaches into it."""
     circle, shape = _region(region)
+    if discs_inside(discs, region) == 0:
+        return np.full(3, np.nan)
     body = discs.centroid if "centroid" in discs else discs.xy
     start, span = body[contacts.ends[:, 0]], np.diff(body[contacts.ends], axis=1)[:, 0]
     force = contact_forces(discs, contacts)
@@ -41,20 +46,49 @@ def average_stress(discs: "Fields", contacts: "Fields", region: Any) -> np.ndarr
     return total / _area(circle, shape)
 
 
-def porosity(discs: "Fields", region: Any) -> float:
-    """Porosity of a region [-], Eq (2), exact for circles and polygons of any shape except for overlaps on its edge."""
+def discs_inside(discs: "Fields", region: Any) -> int:
+    """Number of discs that share area with a region."""
+    return int(np.count_nonzero(_areas_inside(discs, *_region(region)) > ROUNDING * discs.radius**2))
+
+
+def porosity(discs: "Fields", region: Any, stones: list[np.ndarray] | None = None) -> float:
+    """Porosity of a region [-], Eq (2), exact for circles and polygons of any shape except for overlaps on its edge.
+
+    stones: polygons (V, 2) of the stones [m]; if given, each stone with discs is its polygon in place of its discs.
+    """
     circle, shape = _region(region)
-    if circle is not None:
-        solid = disc_in_circle(discs.xy - circle[:2], discs.radius, circle[2])
-    else:
-        solid = disc_in_polygon(discs.xy, discs.radius, shapely.get_coordinates(shape))
-    near = cKDTree(discs.xy).query_pairs(2.0 * float(discs.radius.max()), output_type="ndarray")
-    a, b = discs.xy[near].swapaxes(0, 1)
-    distance, radius = np.hypot(*(b - a).T), discs.radius[near]
-    over = distance < radius.sum(axis=1)
-    a, b, overlap = a[over], b[over], lens(distance[over], *radius[over].T)
+    solid, xy, radius, polygons = _areas_inside(discs, circle, shape), discs.xy, discs.radius, 0.0
+    if stones:
+        held = np.unique(discs.stone[discs.stone >= 0])
+        soil = discs.stone < 0
+        solid, xy, radius = solid[soil], xy[soil], radius[soil]
+        whole = shape if circle is None else shapely.Point(circle[:2]).buffer(circle[2], quad_segs=CIRCLE_SIDES)
+        polygons = sum(_stone_inside(shapely.Polygon(stones[k]).intersection(whole), xy, radius) for k in held)
+    near = cKDTree(xy).query_pairs(2.0 * float(radius.max(initial=0.0)), output_type="ndarray")
+    a, b = xy[near].swapaxes(0, 1)
+    distance, radii = np.hypot(*(b - a).T), radius[near]
+    over = distance < radii.sum(axis=1)
+    a, b, overlap = a[over], b[over], lens(distance[over], *radii[over].T)
     twice = overlap[_points_inside(0.5 * (a + b), circle, shape)]
-    return 1.0 - float(solid.sum() - twice.sum()) / _area(circle, shape)
+    return 1.0 - float(solid.sum() - twice.sum() + polygons) / _area(circle, shape)
+
+
+def _areas_inside(discs: "Fields", circle: np.ndarray | None, shape: Any) -> np.ndarray:
+    """Area (n,) [m2] that each disc shares with a region."""
+    if circle is not None:
+        return disc_in_circle(discs.xy - circle[:2], discs.radius, circle[2])
+    return disc_in_polygon(discs.xy, discs.radius, shapely.get_coordinates(shape))
+
+
+def _stone_inside(shape: Any, xy: np.ndarray, radius: np.ndarray) -> float:
+    """Area [m2] of a stone's part inside a region, minus the area that it shares with discs of the soil."""
+    total = 0.0
+    for part in getattr(shape, "geoms", [shape]):
+        if part.area > 0.0:
+            near = shapely.distance(part, shapely.points(xy)) < radius
+            ring = shapely.get_coordinates(shapely.geometry.polygon.orient(part))
+            total += part.area - float(disc_in_polygon(xy[near], radius[near], ring).sum())
+    return total
 
 
 def contact_forces(discs: "Fields", contacts: "Fields") -> np.ndarray:
@@ -81,30 +115,6 @@ def lens(d: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
     half = np.sqrt(np.maximum(r * r - a * a, 0.0))
     area[cut] = r * r * np.arctan2(half, a) + s * s * np.arctan2(half, d - a) - d * half
     return area
-
-
-def disc_in_polygon(xy: np.ndarray, radius: np.ndarray, ring: np.ndarray) -> np.ndarray:
-    """Area (n,) [m2] that discs share with a polygon, ring (P + 1, 2) closed and counter-clockwise.
-
-    Sum over the edges of the area between edge and centre: a triangle for the part inside the disc, sectors elsewhere.
-    """
-    area = np.zeros(len(xy))
-    for a, b in pairwise(ring):
-        p, q = a - xy, b - xy
-        step = b - a
-        half, middle = step @ step, p @ step
-        root = np.sqrt(np.maximum(middle**2 - half * ((p * p).sum(axis=1) - radius**2), 0.0))
-        enter, leave = (p + np.clip((-middle + sign * root) / half, 0.0, 1.0)[:, None] * step for sign in (-1.0, 1.0))
-        area += 0.5 * radius**2 * (_angle(p, enter) + _angle(leave, q)) + 0.5 * _cross(enter, leave)
-    return area
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-
-
-def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.arctan2(_cross(a, b), (a * b).sum(axis=1))
 
 
 def _region(region: Any) -> tuple[np.ndarray | None, shapely.Polygon | None]:

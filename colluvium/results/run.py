@@ -5,7 +5,6 @@ A run directory contains one VTKHDF file for each rank (and one more each time i
 one side may have no record.
 """
 
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from colluvium.results.fabric import Fabric, contact_fabric
 from colluvium.results.rank_file import Fields, NotRecordedError, RankFile
 from colluvium.results.rank_parts import RankParts
 from colluvium.results.ring_motion import RingMotion, ring_motion
+from coupler_protocol.files import run_json
 from coupler_protocol.files.quantities import PER_STEP
 from coupler_protocol.files.vtkhdf import FrameInfo
 from coupler_protocol.scene.stage_kinds import named
@@ -58,7 +58,7 @@ class Run:
         parts = [f"{len(self.frames)} frames of {', '.join(self.stages) or 'no stage'}", ranks, end]
         if self.frames:
             parts[0] += f" up to step {self.frames[-1].step:,}"
-        closed = "closed, " if self._closed else ""
+        closed = "closed " if self._closed else ""
         return f"<{closed}Run {' and '.join(map(str, self.folders))}: {'; '.join([name, *parts] if name else parts)}>"
 
     def gridpoints(self, frame: int, rank: int = 0) -> Fields:
@@ -91,17 +91,27 @@ class Run:
     def average_stress(self, frame: int, region: Any, rank: int = 1) -> np.ndarray:
         """Mean stress xx, yy, xy (3,) [Pa] of the discs in a circle (x, y, radius) or polygon (P, 2) [m], tension positive.
 
-        Walls count for the discs inside that they touch; colluvium.results.averages has the equation.
+        Walls count for the discs inside that they touch; colluvium.results.averages has the equation. NaN if no disc is inside.
         """
         from colluvium.results import averages
 
         return averages.average_stress(self.discs(frame, rank), self.contacts(frame, rank), region)
 
-    def porosity(self, frame: int, region: Any, rank: int = 1) -> float:
-        """Porosity [-] of a circle (x, y, radius) or polygon (P, 2) [m]."""
+    def discs_inside(self, frame: int, region: Any, rank: int = 1) -> int:
+        """Number of discs that share area with a circle (x, y, radius) or polygon (P, 2) [m]."""
         from colluvium.results import averages
 
-        return averages.porosity(self.discs(frame, rank), region)
+        return averages.discs_inside(self.discs(frame, rank), region)
+
+    def porosity(self, frame: int, region: Any, rank: int = 1, solid_stones: bool = False) -> float:
+        """Porosity [-] of a circle (x, y, radius) or polygon (P, 2) [m]; 1 without discs.
+
+        Gaps between the discs of a stone count as voids. With solid stones, each stone is the polygon that gives its mass.
+        """
+        from colluvium.results import averages
+        from colluvium.results.stones import outlines
+
+        return averages.porosity(self.discs(frame, rank), region, outlines(self, frame, rank) if solid_stones else None)
 
     def ring_motion(self, frame: int, rank: int = 1) -> RingMotion:
         """Opening and slip between a window's ring and the first free discs since its first frame."""
@@ -248,4 +258,4 @@ def _rank_paths(folders: list[Path]) -> dict[int, list[Path]]:
 
 def _first_json(folders: list[Path], name: str) -> dict[str, Any]:
     found = [folder / name for folder in folders if (folder / name).is_file()]
-    return json.loads(found[0].read_text(encoding="utf-8")) if found else {}
+    return run_json.read(found[0]) if found else {}

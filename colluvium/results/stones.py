@@ -7,13 +7,17 @@ The rigid motion with the best fit to the discs of a stone is their mean displac
 with p, q their positions relative to their mean at the start and now (exact for clumps, least squares for clusters).
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from colluvium.results.rank_file import Fields
-from colluvium.results.run import Run
+
+if TYPE_CHECKING:
+    from colluvium.results.run import Run
 
 
-def outlines(run: Run, frame: int, rank: int = 1) -> list[np.ndarray]:
+def outlines(run: "Run", frame: int, rank: int = 1) -> list[np.ndarray]:
     """Polygons (V, 2) of all stones in a frame [m]; empty without stones."""
     placed = run.stones(rank)
     if not placed:

@@ -19,12 +19,14 @@ Picture = Callable[[dict[str, Any]], None]  # called with each report of progres
 
 GRACE = 15.0  # seconds for a process to end before it is killed
 ECHO = 10.0  # seconds within which an error of the other side follows the error that caused it
+ECHOES = (exits.PEER, exits.INTERRUPTED)  # codes with which a side ends because the other one has failed
 
 
 def own_files(out: str | Path) -> list[str]:
     """Names of files of an earlier run in `out`."""
     out = Path(out)
-    patterns = ("*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run*.json", "scene.json", "scene.toml", "endpoint")
+    patterns = ["*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run*.json", "scene.json", "scene.toml", "endpoint"]
+    patterns += ["*.partial", "*.json.new"]
     return [path.name for pattern in patterns for path in sorted(out.glob(pattern))] if out.is_dir() else []
 
 
@@ -90,7 +92,7 @@ def run_files(
     picture(row) is called with each report of progress. Messages of failed processes are printed to standard error.
     """
     rows: queue.Queue[dict[str, Any]] = queue.Queue()
-    shared = [str(scene_path), "--out", str(out), "--force", *options]
+    shared = [str(scene_path), f"--out={out}", "--force", *options]
     if n_windows is None:
         processes = [Process("dem-server", ["dem_server", *shared], rows)]
     else:
@@ -108,7 +110,7 @@ def _both_sides(
     processes = [Process("fdm-server", ["fdm_server", *shared, "--bind", "tcp://127.0.0.1:0"], rows)]
     endpoint = str(Path(out) / "endpoint")
     for rank in range(1, n_windows + 1):
-        arguments = ["dem_server", *shared, "--connect", endpoint, "--rank", str(rank)]
+        arguments = ["dem_server", *shared, f"--connect={endpoint}", "--rank", str(rank)]
         processes.append(Process(f"dem-server {rank}", arguments, rows))
     return processes
 
@@ -156,7 +158,10 @@ def _conclude(processes: Sequence[Process], interrupted: bool) -> int:
             process.interrupt()
     codes = {process.name: process.end(GRACE) for process in processes}
     failed = [code for code in codes.values() if code]
+    causes = [code for code in failed if code not in ECHOES]
     for process in processes:
+        if causes and process.code() in ECHOES:
+            continue  # it repeats the error of the other side
         for line in process.errors:
             print(line, file=sys.stderr)
         code = process.code()
@@ -167,7 +172,6 @@ def _conclude(processes: Sequence[Process], interrupted: bool) -> int:
         return exits.INTERRUPTED
     if not failed:
         return exits.DONE
-    causes = [code for code in failed if code not in (exits.PEER, exits.INTERRUPTED)]
     cause = (causes or failed)[0]
     return exits.PEER if cause < 0 else cause
 

@@ -2,6 +2,7 @@
 
 import sys
 import time
+from contextlib import suppress
 from typing import Any
 
 from coupler_protocol.process.progress import as_line
@@ -28,7 +29,8 @@ class PlainPicture:
         fresh = row["stage"] != self._stage.get(rank) or row["text"].startswith("done")
         if fresh or now >= self._next.get(rank, 0.0):
             self._next[rank], self._stage[rank] = now + self.interval, row["stage"]
-            print(f"{now - self._begin:7.1f} s  {as_line(row)}", file=sys.stderr, flush=True)
+            with suppress(OSError):  # the terminal has gone: no reason to end a run
+                print(f"{now - self._begin:7.1f} s  {as_line(row)}", file=sys.stderr, flush=True)
 
 
 class LivePicture:

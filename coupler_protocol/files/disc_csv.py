@@ -14,6 +14,7 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 
 from coupler_protocol.problems import Problem, SceneError, unfit
+from coupler_protocol.scene.named_files import remedy_for
 
 PLACE = ("x", "y", "radius")  # required columns
 MOTION = ("vx", "vy", "spin")
@@ -30,12 +31,16 @@ class DiscFile(NamedTuple):
     motion: np.ndarray
     stone: np.ndarray | None
 
+    def counted_from(self, origin: np.ndarray) -> "DiscFile":
+        """The same discs with positions counted from the point `origin` (2,) [m]."""
+        return self._replace(xy=self.xy - origin)
+
 
 def read(path: str | Path, key: str = "discs.file") -> DiscFile:
     """Reads the DiscFile at `path`; raises SceneError with the lines and columns that are wrong."""
     path = Path(path)
     if not path.is_file():
-        raise unfit(key, f"there is no file {path}", "paths are relative to the working directory")
+        raise unfit(key, f"there is no file {path}", remedy_for(path))
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:  # also with the mark that spreadsheets write
             rows = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if row]

@@ -83,7 +83,7 @@ HISTORIES = {
     "interface_power": Quantity("W", "power of the discs' forces in the velocities of the step that follows"),
     "interface_work": Quantity("J", "the interface's power times the step, summed since the stage began"),
     "elastic_energy": Quantity("J", "energy stored in the contacts of discs per unit thickness"),
-    "weight_energy": Quantity("J", "energy of the discs' weight above y = 0 per unit thickness"),
+    "weight_energy": Quantity("J", "energy of the discs' weight above y = 0 (or `computed_about`) per unit thickness"),
     "wall_force_x": Quantity("N", "sum of the discs' forces on the walls, x; of one wall, its name stands after a colon"),
     "wall_force_y": Quantity("N", "sum of the discs' forces on the walls, y; of one wall, its name stands after a colon"),
     "wall_x": Quantity("m", "middle of a wall, x; its name stands after a colon"),

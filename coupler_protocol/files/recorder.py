@@ -5,6 +5,7 @@ next steps. At most `QUEUE_FRAMES` frames wait; a loop that records faster than 
 so memory does not grow.
 """
 
+import logging
 import queue
 import threading
 import time
@@ -14,12 +15,14 @@ from typing import Any
 
 import numpy as np
 
+from coupler_protocol.exits import RunEnded
 from coupler_protocol.files.quantities import FIELDS, HISTORIES, quantity
 from coupler_protocol.files.vtk_cells import TOPOLOGIES, as_stored
 from coupler_protocol.files.vtkhdf import Frame, FrameInfo, VtkHdfFile
 
 __all__ = ["FrameInfo", "Recorder"]
 
+log = logging.getLogger(__name__)
 QUEUE_FRAMES = 2
 _CLOSE = object()
 
@@ -100,7 +103,10 @@ class Recorder:
         self.seconds += time.perf_counter() - start
 
     def close(self) -> None:
-        """Writes everything that waits and closes the file. A second call does nothing."""
+        """Writes everything that waits and closes the file. A second call does nothing.
+
+        After a failure the file has everything up to the last frame or `sync` before it.
+        """
         if not self._thread.is_alive():
             return
         self._queue.put((None, self._take_histories()))
@@ -111,8 +117,15 @@ class Recorder:
     def __enter__(self) -> "Recorder":
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        """Closes the file; what goes wrong now must not hide the error that ends the run."""
+        try:
+            self.close()
+        except Exception as second:
+            if error is None:
+                raise
+            if str(second) != str(error):
+                log.info("after the failure also: %s", second)
 
     def _put(self, frame: Frame | None) -> None:
         self._raise_failure()
@@ -126,6 +139,8 @@ class Recorder:
         return taken
 
     def _raise_failure(self) -> None:
+        if isinstance(self._failure, RunEnded):
+            raise type(self._failure)(str(self._failure)) from self._failure
         if self._failure is not None:
             raise RuntimeError(f"recording failed: {self._failure}") from self._failure
 
@@ -137,6 +152,8 @@ class Recorder:
             self.writer_seconds += time.perf_counter() - start
             self._queue.task_done()
         self._try(self._file.close)
+        if self._failure is not None:
+            self._file.abandon()
 
     def _try(self, action: Callable[..., None], *args: Any) -> None:
         """Runs `action`; stores its exception, which the caller's next call raises."""

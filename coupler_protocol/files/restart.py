@@ -1,8 +1,10 @@
 """Going on from the end of a stage: where the checkpoints are, and whether they belong to the scene and to each other.
 
 A checkpoint `NAME.STAGE.h5` of a run directory holds the State of one side at the end of a stage. As attributes it carries what
-it belongs to: version, step, stage, phase, the resolved scene, and the session in which both sides computed that stage:
+it belongs to: version, process, step, stage, phase, the resolved scene, and the session in which both sides computed that stage:
 checkpoints of equal session and stage are of the same moment.
+
+A damaged checkpoint is refused by its name (seal.py), and so is a State that no step can be taken with (`prove` of each side).
 """
 
 import json
@@ -12,8 +14,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from coupler_protocol import exits
+from coupler_protocol.files.proof import require
 from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.scene.differences import first_difference
+from coupler_protocol.scene.named_files import without_paths
 from coupler_protocol.scene.stage_kinds import number_of
 
 log = logging.getLogger(__name__)
@@ -48,16 +52,23 @@ class Origin(NamedTuple):
 
 
 class Saved(NamedTuple):
-    """A checkpoint as it was read: number of its stage in the scene, fields of its State, attributes."""
+    """A checkpoint as it was read: number of its stage in the scene, fields of its State, attributes, path."""
 
     index: int  # type: ignore[assignment]  # a tuple has a method of that name, which nobody calls here
     fields: dict[str, Any]
     about: dict[str, Any]
+    path: Path
+
+    def said(self, name, kind):
+        """The attribute `name`, which went in as JSON; raises proof.UnprovenError where it is missing or of another kind."""
+        value = json.loads(self.about.get(name, "null"))
+        require(isinstance(value, kind), f"its attribute {name} is missing or of another kind")
+        return value
 
 
-def attributes(scene, stage, phase, step, session, factor, **more):
-    """Attributes of a checkpoint; `factor`: the gravity factor; `more` goes in as JSON."""
-    named = {"stage": stage, "phase": phase, "step": step, "session": session, "gravity_factor": factor}
+def attributes(scene, process, stage, phase, step, session, factor, **more):
+    """Attributes of a checkpoint of the process of this name; `factor`: the gravity factor; `more` goes in as JSON."""
+    named = {"process": process, "stage": stage, "phase": phase, "step": step, "session": session, "gravity_factor": factor}
     named["version"] = version("colluvium")
     return named | {key: json.dumps(value) for key, value in {"scene": scene.resolved(), **more}.items()}
 
@@ -118,20 +129,50 @@ def processes(scene, index):
 def load(scene, origin, name):
     """The checkpoint of the process `name` at `origin`, made sure to belong to `scene`: only later stages may differ.
 
-    Raises EnvironmentFailed where there is none, SceneError naming the first key that differs.
+    Raises EnvironmentFailed where there is none or where it is damaged, SceneError naming the first key that differs.
     """
     from coupler_protocol.files import checkpoint
 
     index, path = index_of(scene, origin), origin.path(name)
     if not path.is_file():
         raise exits.EnvironmentFailed(f"{path} does not exist: the end of this stage was not saved")
-    about = checkpoint.attributes(path)
+    try:
+        fields, about = checkpoint.load(path)
+    except checkpoint.DamagedError as error:
+        raise exits.EnvironmentFailed(f"{error}. {instead_of(scene, origin.folder, index)}") from error
     if about.get("phase") != END:
         raise exits.EnvironmentFailed(f"{path} is not a checkpoint of the end of a stage")
+    missing = [key for key in ("version", "process", "stage", "step", "session", "scene", "gravity_factor") if key not in about]
+    if missing:
+        raise exits.EnvironmentFailed(f"{path} is not a checkpoint of the end of a stage: it has no {', '.join(missing)}")
     if about["version"] != version("colluvium"):
         raise exits.EnvironmentFailed(f"{path} was written by version {about['version']}, this is {version('colluvium')}")
+    if (about["process"], about["stage"]) != (name, origin.stage):
+        of = f"of {about['process']} at the end of stage {about['stage']!r}"
+        raise exits.EnvironmentFailed(f"{path} is a checkpoint {of}: files were exchanged or renamed")
     check_scene(scene, json.loads(about["scene"]), index, path)
-    return Saved(index, checkpoint.load(path)[0], about)
+    return Saved(index, fields, about, path)
+
+
+def instead_of(scene, folder, index):
+    """What can be done where a checkpoint of the stage with this number is damaged, in words: the last stage end before it."""
+    folder = Path(folder)
+    for earlier in reversed(range(index)):
+        names = [name for name in processes(scene, earlier) if any(folder.glob(f"{name}.*.h5"))]
+        stage = scene.name_of_stage(earlier)
+        if names and all(_whole(Origin(folder, stage).path(name)) for name in names):
+            return (
+                f"The end of stage {stage!r} is whole: continue from there with --from {folder}@{stage}, or remove the damaged "
+                "file and resume the run"
+            )
+    return "No earlier end of a stage is whole: compute the run from its start"
+
+
+def _whole(path):
+    """Whether a checkpoint is there as it was written."""
+    from coupler_protocol.files import seal
+
+    return path.is_file() and not seal.fault(path)
 
 
 def check(scene, origin):
@@ -144,8 +185,8 @@ def check(scene, origin):
 
 def check_scene(scene, earlier, index, path):
     """Raise SceneError where `scene` differs from the resolved `earlier` in more than title and stages after `index`."""
-    now = scene.resolved()
-    mine, theirs = (resolved | {"title": "", "stage": resolved["stage"][: index + 1]} for resolved in (now, earlier))
+    both = (without_paths(resolved) for resolved in (scene.resolved(), earlier))
+    mine, theirs = (resolved | {"title": "", "stage": resolved["stage"][: index + 1]} for resolved in both)
     found = first_difference(mine, theirs, ("this scene", str(path)))
     if found:
         why = f"only stages after {scene.name_of_stage(index)!r} may differ from the scene that was computed: {found}"
@@ -156,18 +197,23 @@ def last_saved(scene, folder):
     """Origin of the last stage end that all processes of a run directory have saved; raises EnvironmentFailed without one."""
     for index in reversed(range(len(scene.stage))):
         origin = Origin(Path(folder), scene.stage[index].name)
-        sessions = {_session(origin.path(name)) for name in processes(scene, index)}
-        if len(sessions) == 1 and None not in sessions:
-            return origin
+        paths = [origin.path(name) for name in processes(scene, index)]
+        if all(path.is_file() for path in paths):
+            sessions = {_session(scene, path, index) for path in paths}
+            if len(sessions) == 1 and None not in sessions:
+                return origin
     raise exits.EnvironmentFailed(f"no stage in {folder} ended with checkpoints of all processes: run the scene again")
 
 
-def _session(path):
-    """Session of a checkpoint of a stage's end, or None."""
+def _session(scene, path, index):
+    """Session of a checkpoint of the end of the stage with this number, or None; raises EnvironmentFailed where it is damaged."""
     from coupler_protocol.files import checkpoint
 
-    about = checkpoint.attributes(path) if path.is_file() else {}
-    return about["session"] if about.get("phase") == END else None
+    try:
+        about = checkpoint.attributes(path)
+    except checkpoint.DamagedError as error:
+        raise exits.EnvironmentFailed(f"{error}. {instead_of(scene, path.parent, index)}") from error
+    return about.get("session") if about.get("phase") == END else None
 
 
 def part_file(scene, out, name, origin):

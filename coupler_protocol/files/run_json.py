@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from coupler_protocol import exits
+from coupler_protocol.files.room import not_written
 
 if TYPE_CHECKING:
     from coupler_protocol.files.restart import Origin
@@ -20,6 +21,7 @@ Rows = Sequence[dict[str, Any]]
 
 log = logging.getLogger(__name__)
 NAME, EARLIER = "run.json", "run.earlier.json"
+ROOM = 1 << 16  # bytes that are kept for run.json while a run computes
 LIBRARIES = ("colluvium", "numpy", "numba", "scipy", "pyzmq", "msgpack", "h5py", "pydantic")
 
 
@@ -50,8 +52,23 @@ def origin_content(out: Path, origin: "Origin | None", plugin: Any) -> dict[str,
     if origin is not None:
         about["begins_after"] = {"run": str(origin.folder), "stage": origin.stage}
         if origin.continues(out) and (out / EARLIER).exists():
-            about["attempts"] = _attempts(json.loads((out / EARLIER).read_text(encoding="utf-8")))
+            about["attempts"] = _attempts(read(out / EARLIER))
     return about
+
+
+def read(path: str | Path) -> dict[str, Any]:
+    """The content of a run.json; raises EnvironmentFailed where it is not one."""
+    path = Path(path)
+    try:
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
+    except ValueError as error:  # of the text's encoding, or of JSON
+        raise exits.EnvironmentFailed(f"{path} is damaged: {error}. {_WITHOUT}") from None
+    if not isinstance(content, dict) or not all(isinstance(row, dict) for row in content.get("stages", ())):
+        raise exits.EnvironmentFailed(f"{path} is not what a run writes there. {_WITHOUT}")
+    return content
+
+
+_WITHOUT = "Remove it: resume and open_run need only the other files of the run"
 
 
 def _attempts(earlier: dict[str, Any]) -> list[dict[str, Any]]:
@@ -64,7 +81,23 @@ def set_aside(out: str | Path) -> None:
     """Renames run.json before a run continues in the folder `out`; its content is kept for `attempts`."""
     path = Path(out) / NAME
     if path.exists():
+        read(path)  # a damaged one is refused while it still has its name
         path.replace(Path(out) / EARLIER)
+
+
+def keep_room(out: str | Path) -> None:
+    """Occupies room for run.json, so that a disk that becomes full still takes it."""
+    path = Path(out) / NAME
+    try:
+        _new(path).write_bytes(b" " * ROOM)
+    except OSError as error:
+        _new(path).unlink(missing_ok=True)
+        raise not_written(path, "the account of the run", ROOM, error) from error
+
+
+def _new(path: Path) -> Path:
+    """Under which name a file is written before it gets its own."""
+    return path.with_suffix(path.suffix + ".new")
 
 
 def _version(name: str) -> str:
@@ -94,11 +127,17 @@ def peak_memory() -> float:
 
 
 def write_json(path: str | Path, content: Any) -> None:
-    """Writes JSON to a new file and renames it, so that a reader never gets half of the file."""
+    """Writes JSON to a new file, into the room kept for it, and renames it, so that a reader never gets half of the file."""
     path = Path(path)
-    new = path.with_suffix(path.suffix + ".new")
-    new.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    os.replace(new, path)
+    new, text = _new(path), (json.dumps(content, indent=1) + "\n").encode()
+    try:
+        with open(new, "r+b" if new.exists() else "wb") as file:
+            file.write(text)
+            file.truncate()
+        os.replace(new, path)
+    except OSError as error:
+        new.unlink(missing_ok=True)
+        raise not_written(path, "the file", len(text), error) from error
 
 
 def write(out: str | Path, content: dict[str, Any]) -> None:
@@ -124,7 +163,7 @@ def misfits(content: dict[str, Any]) -> list[str]:
 def name_the_cause(path: str | Path, code: int) -> None:
     """Replaces exit code PEER in run.json by `code`, that of the other side's failure."""
     path = Path(path)
-    content = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    content = read(path) if path.exists() else {}
     if content.get("exit_code") == exits.PEER:
         write(path.parent, content | {"exit_code": code})
 

@@ -69,12 +69,20 @@ class StageRow(_Part):
 
 
 class Warned(_Part):
-    """A warning of the watches of coupled stages; once a stage and name."""
+    """A warning of the watches of coupled stages, or of a stage that did not come to rest; once a stage and name."""
 
     stage: str = quantity(meaning="name of the stage")
     step: int = quantity(unit="steps", meaning="steps since the start of the run")
-    name: str = quantity(meaning="growth, drift or mismatch ([theory](theory.md))")
+    name: str = quantity(meaning="growth, drift or mismatch ([theory](theory.md)), or `not at rest`")
     text: str = quantity(meaning="the warning")
+
+
+class Doubted(_Part):
+    """Something about the scene that may not be meant, as of `colluvium check`."""
+
+    key: str = quantity(meaning="table or key of the scene")
+    what: str = quantity(meaning="what is doubted")
+    remedy: str = quantity(meaning="what would be right")
 
 
 class BeginsAfter(_Part):
@@ -87,7 +95,7 @@ class BeginsAfter(_Part):
 class RunJson(_Part):
     """All of run.json. If a server was killed, it has only exit code, reason and stages."""
 
-    exit_code: int = quantity(meaning="0: all stages done; otherwise whose fault the end was (`coupler_protocol/exits.py`)")
+    exit_code: int = quantity(meaning="0: all stages done; otherwise why the run ended (`coupler_protocol/exits.py`)")
     reason: str = quantity(meaning="why the run ended")
     stages: list[StageRow] = quantity(meaning="one row a stage, in order; with those before a continuation")
     title: str = quantity("", meaning="title of the scene")
@@ -105,7 +113,8 @@ class RunJson(_Part):
     attempts: list[dict[str, Any]] | None = quantity(
         None, meaning="if the run was resumed: start, end, seconds, exit code, reason, plugin and warnings of earlier attempts"
     )
-    warnings: list[Warned] | None = quantity(None, meaning="if there were any: warnings of coupled stages")
+    warnings: list[Warned] | None = quantity(None, meaning="if there were any: warnings of stages")
+    doubts: list[Doubted] | None = quantity(None, meaning="if there were any: what of the scene is worth a second look")
     steps: int | None = quantity(None, unit="steps", meaning="with a grid: steps of the run")
     gridpoints: int | None = quantity(None, meaning="with a grid: number of gridpoints")
     zones: int | None = quantity(None, meaning="with a grid: number of zones")

@@ -4,7 +4,8 @@ Layout: VTKHDF file format 2.0 of Kitware (docs.vtk.org, "VTKHDF file format"). 
 the same datasets; the group `Steps` holds the row where each frame starts. A file remains readable if its writer
 is killed, for three reasons: rows of earlier frames are never moved (growing_datasets.py), every frame ends with
 a flush, and `NSteps` counts a frame only after all its arrays are in the file. `libver` is fixed at a version
-whose files have no "open for writing" mark, which a crash would leave behind.
+whose files have no "open for writing" mark, which a crash would leave behind. On a full disk the file keeps its
+frames (whole_writes.py).
 """
 
 from collections.abc import Mapping
@@ -14,9 +15,11 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
+from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.files.growing_datasets import Blocks, Rows, same_bits
 from coupler_protocol.files.quantities import CONSTANTS, FIELDS, FRAME, HISTORIES, Quantity, quantity
 from coupler_protocol.files.vtk_cells import TOPOLOGIES, cell_groups, cell_rows, zone_types
+from coupler_protocol.files.whole_writes import WholeWrites
 
 VERSION = (2, 0)
 HISTORY_ROW = np.dtype([("step", "<i8"), ("value", "<f8")])
@@ -48,7 +51,8 @@ class VtkHdfFile:
 
     def __init__(self, path: Path, kind: str, attributes: Mapping[str, Any], constants: Mapping[str, np.ndarray]) -> None:
         self._kind = kind
-        self._file = h5py.File(path, "w", libver=("v108", "v114"), locking=False)
+        self._disk = WholeWrites(path)
+        self._file = h5py.File(self._disk, "w", libver=("v108", "v114"))
         self._file.attrs.update({**attributes, "kind": kind})
         self._vtk = self._file.create_group("VTKHDF")
         self._vtk.attrs["Version"] = VERSION
@@ -64,10 +68,18 @@ class VtkHdfFile:
         self._parts = 0
         self._shape: tuple[np.ndarray, np.ndarray] | None = None  # points and cells of the last frame
         self._shape_starts: dict[str, Any] = {}
-        self._file.flush()
+        try:
+            self.flush("the head of the file")
+        except EnvironmentFailed:
+            self.abandon()
+            raise
 
     def append(self, frame: Frame) -> None:
-        """Stores a frame; when this returns, the operating system has the data even if this process ends."""
+        """Stores a frame; when this returns, the operating system has the data even if this process ends.
+
+        Raises EnvironmentFailed if the disk is full; the file then has the frames before.
+        """
+        what = f"the frame of step {frame.info.step}"
         starts = self._store_shape(frame.points, frame.cells)
         cell_fields = cell_rows(self._kind, frame.points, frame.cell_fields)
         for place, fields in (("PointData", frame.point_fields), ("CellData", cell_fields)):
@@ -83,12 +95,12 @@ class VtkHdfFile:
             starts[f"FieldDataOffsets/{name}"] = self._frames
         for name, start in starts.items():
             self._append_one(f"Steps/{name}", start)
-        self._file.flush()
+        self.flush(what)
         self._frames += 1
         self._steps.attrs.modify("NSteps", self._frames)  # in place, unlike an assignment
-        self._file.flush()
+        self.flush(what)
         self._append_one("Steps/Values", frame.info.time)  # more times than NSteps would overrun VTK's memory
-        self._file.flush()
+        self.flush(what)
 
     def append_history(self, name: str, steps: list[int], values: list[float]) -> None:
         """Adds rows to a history; they are in the file after the next `append` or `flush`."""
@@ -96,13 +108,23 @@ class VtkHdfFile:
         rows["step"], rows["value"] = steps, values
         self._column(Rows, f"Histories/{name}", quantity(HISTORIES, name)).append(rows)
 
-    def flush(self) -> None:
-        """Passes all data to the operating system."""
+    def flush(self, what: str = "histories") -> None:
+        """Passes all data to the operating system; `what`: the data in words, for the EnvironmentFailed of a full disk."""
         self._file.flush()
+        self._disk.commit(what)
 
     def close(self) -> None:
-        """Flushes and closes the file."""
+        """Passes all data to the operating system and closes the file."""
         self._file.close()
+        try:
+            self._disk.commit("histories")
+        finally:
+            self._disk.close()
+
+    def abandon(self) -> None:
+        """Closes the file as the last successful flush left it."""
+        self._file.close()
+        self._disk.close()
 
     def _store_shape(self, points: np.ndarray, cells: np.ndarray) -> dict[str, Any]:
         """Stores points and cells of a frame unless they equal those of the last one; returns the rows where they start."""

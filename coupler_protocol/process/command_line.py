@@ -110,9 +110,17 @@ def remove_report(run_dir: Path) -> None:
         folder.rmdir()
 
 
+class _LogFile(logging.FileHandler):
+    """A log that says nothing where its disk is full: whatever matters also goes to standard error."""
+
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 (a name of logging)
+        if not isinstance(sys.exc_info()[1], OSError):
+            super().handleError(record)
+
+
 def log_to(path: str | Path) -> None:
     """Writes the log of this process to a file."""
-    handler = logging.FileHandler(path, mode="a", encoding="utf-8")
+    handler = _LogFile(path, mode="a", encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     root = logging.getLogger()
     root.addHandler(handler)
@@ -124,6 +132,12 @@ def set_threads(count: int) -> None:
     threads.set_size(count)
 
 
+def _into_log(name: str, text: str) -> None:
+    """Writes an error to the log of this process; without a log, logging would print it to standard error a second time."""
+    if logging.getLogger().hasHandlers():
+        logging.getLogger(name).error("%s", text)
+
+
 def exit_code_of(name: str, work: Callable[[], Any]) -> int:
     """Runs `work()`; returns the exit code of its end, and prints the error and whose fault it is to standard error."""
     try:
@@ -132,7 +146,7 @@ def exit_code_of(name: str, work: Callable[[], Any]) -> int:
         print(f"{name}: {error}", file=sys.stderr)
         return exits.SCENE
     except exits.RunEnded as error:
-        logging.getLogger(name).error("%s", error)
+        _into_log(name, str(error))
         print(f"{name}: {error}", file=sys.stderr)
         return error.code
     except KeyboardInterrupt:
@@ -143,7 +157,7 @@ def exit_code_of(name: str, work: Callable[[], Any]) -> int:
         return exits.ENVIRONMENT
     except Exception:
         text = traceback.format_exc()
-        logging.getLogger(name).error("%s", text)
+        _into_log(name, text)
         print(f"{name}: a fault of this program, please report it\n{text}", file=sys.stderr)
         return exits.OURSELVES
     return exits.DONE

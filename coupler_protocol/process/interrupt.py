@@ -28,15 +28,25 @@ class StopRequest:
 
 
 def stop_on_signals(stop: StopRequest) -> None:
-    """Makes SIGINT and SIGTERM request a stop; the second signal takes effect immediately."""
+    """Makes the `signals` request a stop; the second signal takes effect immediately."""
 
     def ask(number: int, frame: Any) -> None:
         if stop.reason is not None:
             raise KeyboardInterrupt
         stop.ask("interrupted by " + signal.Signals(number).name)
 
-    signal.signal(signal.SIGINT, ask)
-    signal.signal(signal.SIGTERM, ask)
+    for number in signals():
+        signal.signal(number, ask)
+
+
+def signals() -> list[signal.Signals]:
+    """Signals that stop a run with its State saved: Ctrl-C, a polite kill and, unless nohup is in force, the end of the terminal.
+
+    Ctrl-C also if the shell that started the program ignores it for commands in the background.
+    """
+    hangup = getattr(signal, "SIGHUP", None)  # not on Windows
+    ignored = hangup is None or signal.getsignal(hangup) == signal.SIG_IGN
+    return [signal.SIGINT, signal.SIGTERM, *([] if ignored or hangup is None else [hangup])]
 
 
 def stop_with_parent(stop: StopRequest) -> None:

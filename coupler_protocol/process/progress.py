@@ -39,7 +39,7 @@ class Progress:
                 print(json.dumps(row), flush=True)
             elif self.form == "plain":
                 print(f"{time_now - self._begin:7.1f} s  {as_line(row)}", file=sys.stderr, flush=True)
-        except BrokenPipeError:  # no reader is left, which is not a reason to end a run
+        except OSError:  # the reader or the terminal has gone: no reason to end a run
             self.form = "none"
 
 

@@ -14,9 +14,9 @@ from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
 from coupler_protocol.process.plugin import Plugin
 from coupler_protocol.process.progress import Progress
+from coupler_protocol.scene.tables.stages import STOPPED
 from coupler_protocol.wire import messages
 
-STOPPED = "stopped"  # stage and phase of the State that is saved if a run fails
 OWN_FILES = ("vtkhdf", "log", "trace.csv")  # endings of the files that every process writes under its name
 OF_CONDUCTOR = ("run.json", "scene.json")  # further files of the process that conducts the stages
 
@@ -89,7 +89,8 @@ def run_side(
     except BaseException as error:
         notify(messages.FAILURE, {"reason": reason_of(error)})
         if side is not None and side.state is not None:
-            log.info("state saved to %s", side.save(STOPPED, phase))
+            stopped = side
+            after_failure(lambda: log.info("state saved to %s", stopped.save(STOPPED, phase)))
         raise
 
 
@@ -108,9 +109,15 @@ def conduct_run(
 
     summary() of the side is its part of run.json; context: the RunContext of its process.
     """
+    from coupler_protocol.scene.rules.between_tables import listed_doubts
+
     start = time.perf_counter()
+    run_json.keep_room(context.out)
     sides: list[Any] = []
     about = run_json.describe(scene) | run_json.origin_content(context.out, context.origin, context.plugin)
+    about |= {"doubts": found} if (found := listed_doubts(scene)) else {}
+    for doubt in found:
+        logging.getLogger(__name__).warning("%s: %s; %s", *doubt.values())
     code, reason = exits.OURSELVES, ""
 
     def made() -> Any:
@@ -126,4 +133,19 @@ def conduct_run(
     finally:
         about |= {"end": run_json.now(), "seconds": time.perf_counter() - start}
         about |= {"exit_code": code, "reason": reason, "peak_memory_MB": run_json.peak_memory()}
-        run_json.write(context.out, about | (sides[0].summary() if sides else {"stages": []}))
+
+        def conclude() -> None:
+            run_json.write(context.out, about | (sides[0].summary() if sides else {"stages": []}))
+
+        if code == exits.DONE:
+            conclude()
+        else:
+            after_failure(conclude)
+
+
+def after_failure(work: Callable[[], object]) -> None:
+    """Runs `work()` after a failure; a second failure goes into the log only, so that the first one is reported."""
+    try:
+        work()
+    except Exception as error:
+        log.info("after the failure also: %s", error)

@@ -5,15 +5,58 @@ switches on. The scene reader finds it through the entry-point group `colluvium.
 of the tables (`material.mohr_coulomb`, `grain.bond`, `damping`, ...).
 """
 
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, get_args
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
+
+
+def refused(reason: str, remedy: str) -> PydanticCustomError:
+    """The error that a validator raises: what is wrong, and what would be right (coupler_protocol.scene.reader prints both)."""
+    return PydanticCustomError("refused", "{reason}", {"reason": reason, "remedy": remedy})
 
 
 class Table(BaseModel):
-    """A table of a scene: unknown keys are errors, numbers are finite, values do not change after reading."""
+    """A table of a scene: unknown keys are errors, numbers are finite numbers, values do not change after reading."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _numbers_are_numbers(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse texts and truth values where numbers are declared: a conversion would hide a mistake."""
+        kinds = _leaves(cls.model_fields[info.field_name or ""].annotation)
+        if not kinds & {int, float}:
+            return value
+        for item in _items(value):
+            if isinstance(item, bool) and bool not in kinds:
+                raise refused(f"{str(item).lower()} is not a number", f"{info.field_name} = 1.0, or another number")
+            if isinstance(item, str) and str not in kinds and _is_number(item):
+                raise refused(
+                    f"the text {item!r} is not a number", f"{info.field_name} = {item.strip()}, without quotation marks"
+                )
+        return value
+
+
+def _leaves(annotation: Any) -> set[type]:
+    """The types inside an annotation; a Literal has those of its values, a table its own."""
+    parts = get_args(annotation)
+    if not parts:
+        return {annotation if isinstance(annotation, type) else type(annotation)}
+    return set().union(*map(_leaves, parts))
+
+
+def _items(value: Any) -> list[Any]:
+    """The values in lists of lists, or the value."""
+    return [item for part in value for item in _items(part)] if isinstance(value, list | tuple) else [value]
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 class Effect(Table):
@@ -22,9 +65,22 @@ class Effect(Table):
     source: ClassVar[str] = ""
 
 
-def quantity(default: Any = ..., *, unit: str = "-", meaning: str, **bounds: Any) -> Any:
-    """Declares one key: its unit, its meaning and its bounds (pydantic's ge, gt, le, lt, min_length, ...)."""
-    return Field(default, description=meaning, json_schema_extra={"unit": unit}, **bounds)
+def quantity(
+    default: Any = ...,
+    *,
+    unit: str = "-",
+    meaning: str,
+    usual: tuple[float, float] | None = None,
+    remedy: str = "",
+    **bounds: Any,
+) -> Any:
+    """Declares one key: its unit, its meaning and its bounds (pydantic's ge, gt, le, lt, min_length, ...).
+
+    usual: smallest and largest value of soil and rock, beside 0; others are doubted (coupler_protocol.scene.rules.units).
+    remedy: what to use instead of a value outside the bounds.
+    """
+    extra: dict[str, Any] = {"unit": unit} | ({"usual": list(usual)} if usual else {}) | ({"remedy": remedy} if remedy else {})
+    return Field(default, description=meaning, json_schema_extra=extra, **bounds)
 
 
 class History(NamedTuple):

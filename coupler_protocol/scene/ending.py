@@ -12,19 +12,27 @@ class Ending:
     def __init__(self, until: Any, not_before: int) -> None:
         self.until, self.not_before = until, not_before
         self._below = 0
+        self.at_limit = False  # whether steps or time were used up
 
     def out_of_steps(self, steps: int) -> str:
         """Reason to end if `steps` are all steps of the stage, or ""."""
-        return f"{steps} steps" if self.until.steps is not None and steps >= self.until.steps else ""
+        return self._limit(f"{steps} steps", self.until.steps is not None and steps >= self.until.steps)
 
     def out_of_time(self, time: float, dt: float) -> str:
         """Reason to end if `time` [s] is the time of the stage, to half a step `dt` [s], or ""."""
-        return f"{time:.6g} s" if self.until.time is not None and time >= self.until.time - 0.5 * dt else ""
+        return self._limit(f"{time:.6g} s", self.until.time is not None and time >= self.until.time - 0.5 * dt)
 
-    def reached(self, steps: int, ratios: Sequence[float], displacement: float) -> str:
-        """Reason to end after `steps` steps, or "". ratios: of every code; displacement: largest of a gridpoint [m]."""
+    def _limit(self, reason: str, used_up: bool) -> str:
+        self.at_limit = self.at_limit or used_up
+        return reason if used_up else ""
+
+    def reached(self, steps: int, ratios: Sequence[float], displacement: float, waiting: bool = False) -> str:
+        """Reason to end after `steps` steps, or "". ratios: of every code; displacement: largest of a gridpoint [m].
+
+        waiting: whether a load is incomplete because it waits for rest.
+        """
         u = self.until
-        self._below = self._below + 1 if u.ratio is not None and max(ratios) <= u.ratio else 0
+        self._below = self._below + 1 if u.ratio is not None and max(ratios) <= u.ratio and not waiting else 0
         if u.displacement is not None and displacement >= u.displacement:
             return f"displacement {displacement:.3g} m"
         if self._below >= SUSTAINED and steps >= self.not_before:

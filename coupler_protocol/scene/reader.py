@@ -9,15 +9,27 @@ from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
-from coupler_protocol.problems import Problem, SceneError
+from coupler_protocol.problems import KeyPath, Problem, SceneError, dotted
+from coupler_protocol.scene.named_files import located
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.scene import scene_class
-from coupler_protocol.scene.toml_lines import KeyPath, line_of, locate
+from coupler_protocol.scene.toml_lines import line_of, locate
 
 Lines = Mapping[KeyPath, int]  # line of each key
 
 FROM_SET = 0  # in place of a line, for values from the command line
+ALIKE = 0.7  # similarity of a mistyped key and the one that was probably meant
+IN_A_MESSAGE = re.compile(r"[:;] ((?:use|give|leave) .*)$")  # remedy at the end of a validator's message
+SYMBOLS = {
+    "c": "cohesion", "phi": "friction", "psi": "dilation", "e": "young", "nu": "poisson", "k": "bulk", "g": "shear",
+    "rho": "density", "gamma": "density", "unit_weight": "density", "kn": "normal", "ks": "shear", "mu": "coefficient",
+}  # fmt: skip
+DRY = "there is no pore water: the ground is dry, or computed in total stresses"
+NOT_COMPUTED = dict.fromkeys(("water", "groundwater", "pore_pressure", "phreatic", "water_table"), DRY) | dict.fromkeys(
+    ("anchor", "beam", "bolt", "cable", "geogrid", "liner", "pile", "structure"), "there are no structural elements"
+)  # tables of other programs
 
 
 def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Any:
@@ -27,36 +39,49 @@ def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Any:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         near = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
         remedy = f"there: {', '.join(near)}" if near else "the shipped scenes are in configs/"
         raise SceneError([Problem(str(path), None, "", "there is no such file", remedy)]) from None
     except UnicodeDecodeError as error:
         raise SceneError([Problem(str(path), None, "", f"not a text in UTF-8: {error.reason}", "is it a TOML file?")]) from None
-    if path.suffix == ".json":
-        return build_scene(json.loads(text), str(path))
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise SceneError([_syntax_problem(path, error)]) from None
-    lines = locate(text)
+    data, lines = _parsed(path, text)
     problems = []
     for override in overrides:
         problems += _override(data, override, lines)
     if problems:
         raise SceneError(problems)
-    return build_scene(data, str(path), lines)
+    return build_scene(data, str(path), lines, path.parent)
 
 
-def build_scene(data: Mapping[str, Any], file: str = "scene", lines: Lines | None = None) -> Any:
-    """Makes a scene from plain data (nested dictionaries and lists); raises SceneError."""
+def _parsed(path: Path, text: str) -> tuple[dict[str, Any], dict[tuple[Any, ...], int]]:
+    """Plain data of a TOML or JSON text, and the lines of its keys; raises SceneError."""
+    try:
+        data = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError([_syntax_problem(path, error)]) from None
+    except json.JSONDecodeError as error:
+        why = f"not valid JSON: {error.msg} (column {error.colno})"
+        raise SceneError([Problem(str(path), error.lineno, "", why, "see https://json.org")]) from None
+    except RecursionError:
+        raise SceneError([Problem(str(path), None, "", "tables or lists are nested too deeply", "is it a scene?")]) from None
+    if not isinstance(data, dict):
+        raise SceneError([Problem(str(path), None, "", f"not a scene, but a {type(data).__name__}", "a scene is an object")])
+    return data, {} if path.suffix == ".json" else locate(text)
+
+
+def build_scene(data: Mapping[str, Any], file: str = "scene", lines: Lines | None = None, folder: str | Path = ".") -> Any:
+    """Makes a scene from plain data (nested dictionaries and lists), with paths from `folder` on; raises SceneError."""
     lines = lines or {}
+    data, wrong = located(data, folder)
+    if wrong:
+        raise SceneError([Problem(*_place(file, lines, path), dotted(path), why, remedy) for path, why, remedy in wrong])
     try:
         scene = scene_class().model_validate(data)
     except ValidationError as error:
         raise SceneError([_problem(e, file, lines) for e in error.errors()]) from None
-    broken = [Problem(*_place(file, lines, path), _dotted(path), why, remedy) for path, why, remedy in broken_rules(scene)]
+    broken = [Problem(*_place(file, lines, path), dotted(path), why, remedy) for path, why, remedy in broken_rules(scene)]
     if broken:
         raise SceneError(broken)
     return scene
@@ -66,13 +91,6 @@ def _place(file: str, lines: Lines, path: KeyPath) -> tuple[str, int | None]:
     """File and line of a key, or the other source of its value."""
     line = line_of(lines, path)
     return ("--set", None) if line == FROM_SET else (file, line)
-
-
-def _dotted(path: KeyPath) -> str:
-    text = ""
-    for part in path:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
-    return text
 
 
 def _syntax_problem(path: str | Path, error: tomllib.TOMLDecodeError) -> Problem:
@@ -85,12 +103,16 @@ def _problem(error: Any, file: str, lines: Lines) -> Problem:
     """Problem of one of pydantic's errors, with our reason and remedy."""
     path, kind = tuple(error["loc"]), error["type"]
     reason, remedy = error["msg"], ""
-    if kind == "extra_forbidden":
+    if kind == "refused":
+        remedy = error["ctx"]["remedy"]
+    elif kind == "extra_forbidden":
         key = str(path[-1])
         known = _keys_at(path[:-1])
-        close = difflib.get_close_matches(key, known, n=1, cutoff=0.6)
+        close = difflib.get_close_matches(key, known, n=1, cutoff=ALIKE)
+        close = [SYMBOLS[key.lower()]] if SYMBOLS.get(key.lower()) in known else close
         reason = "unknown key"
         remedy = f'did you mean "{close[0]}"?' if close else f"known here: {', '.join(sorted(known))}"
+        remedy = f"{NOT_COMPUTED[key]}; {remedy}" if key in NOT_COMPUTED and not close else remedy
     elif kind == "missing":
         reason, remedy = "missing", _meaning(path)
     elif kind == "literal_error":
@@ -103,8 +125,39 @@ def _problem(error: Any, file: str, lines: Lines) -> Problem:
         reason = reason.removeprefix("Value error, ").removeprefix("Input ")
         if not isinstance(error["input"], dict | list):
             reason += f", not {error['input']!r}"
-        remedy = _meaning(path)
-    return Problem(*_place(file, lines, path), _dotted(path), reason, remedy)
+        remedy = _within_bounds(error, path) + _meaning(path)
+        said = IN_A_MESSAGE.search(reason) if kind == "value_error" else None
+        if said:
+            reason, remedy = reason[: said.start()], said[1]
+    return Problem(*_place(file, lines, path), dotted(path), reason, remedy)
+
+
+def _within_bounds(error: Mapping[str, Any], path: KeyPath) -> str:
+    """What a number outside its bounds could be instead, in front of the meaning of its key; "" for other errors."""
+    value, limits = error["input"], error.get("ctx") or {}
+    low, high = limits.get("ge", limits.get("gt")), limits.get("le", limits.get("lt"))
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return ""
+    if low is None and high is None:
+        return ""
+    declared = getattr(_field_at(path), "json_schema_extra", None) or {}
+    remedy = f"{declared['remedy']}; " if "remedy" in declared else ""
+    if low == 0 and value < 0:
+        return f"did you mean {-value:g}? {remedy}"
+    if remedy or "usual" in declared:
+        return remedy or "usual are {:g} to {:g}; ".format(*declared["usual"])
+    if low is not None:
+        return f"use {'at least' if 'ge' in limits else 'more than'} {low:g}; "
+    return "" if high is None else f"use {'at most' if 'le' in limits else 'less than'} {high:g}; "
+
+
+def _field_at(path: KeyPath) -> FieldInfo | None:
+    """The declared field of a key; None where there is none."""
+    path = tuple(path)
+    while path and isinstance(path[-1], int):
+        path = path[:-1]
+    model = _model_at(path[:-1]) if path else None
+    return model.model_fields.get(path[-1]) if model else None
 
 
 def _model_at(path: KeyPath) -> Any:
@@ -132,15 +185,13 @@ def _keys_at(path: KeyPath) -> list[str]:
 
 def _meaning(path: KeyPath) -> str:
     """Unit and meaning of a key, as declared."""
-    path = tuple(path)
-    while path and isinstance(path[-1], int):
-        path = path[:-1]
-    model = _model_at(path[:-1]) if path else None
-    field = model.model_fields.get(path[-1]) if model else None
+    field = _field_at(path)
     if field is None:
         return ""
-    unit = (field.json_schema_extra or {}).get("unit", "-")
-    return f"{path[-1]} [{unit}]: {field.description}"
+    name = next(part for part in reversed(tuple(path)) if not isinstance(part, int))
+    extra: Any = field.json_schema_extra or {}
+    unit = extra.get("unit", "-")
+    return f"{name} [{unit}]: {field.description}"
 
 
 def _override(data: dict[str, Any], text: str, lines: dict[KeyPath, int]) -> list[Problem]:
@@ -161,7 +212,9 @@ def _override(data: dict[str, Any], text: str, lines: dict[KeyPath, int]) -> lis
             if len(way) == len(path):
                 place[way[-1]] = value
             else:
-                place = place.setdefault(way[-1], {}) if isinstance(place, dict) else place[way[-1]]
+                if isinstance(place, dict) and place.get(way[-1]) is None:  # missing, or null in a resolved scene
+                    place[way[-1]] = {}
+                place = place[way[-1]]
         except (IndexError, TypeError):
             return [Problem("--set", None, key, f"there is no {part!r} here", "items of a list go by name, or number from 0")]
     lines[tuple(way)] = FROM_SET

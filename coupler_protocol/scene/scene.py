@@ -15,6 +15,8 @@ from pydantic import Field, create_model, model_validator
 
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.scene.declare import Table, quantity
+from coupler_protocol.scene.named_files import without_paths
+from coupler_protocol.scene.names import Name, Title
 from coupler_protocol.scene.tables.boundary import Boundary, InitialStress
 from coupler_protocol.scene.tables.discs import Discs
 from coupler_protocol.scene.tables.fos import FactorOfSafety
@@ -69,7 +71,7 @@ class Window(Table):
     window and the sides, the ground surface and other windows. Without a grid: the polygon that discs fill.
     """
 
-    name: str = quantity(meaning="name of the window", min_length=1)
+    name: Name = quantity(meaning="name of the window")
     columns: Span | None = quantity(None, meaning="first and last zone in x, from 0")
     rows: Span | None = quantity(None, meaning="first and last zone in y, from 0")
     polygon: list[Point] | None = quantity(
@@ -166,8 +168,13 @@ class SceneBase(Table):
     """What is computed: grid, materials, windows, discs, stages."""
 
     format: Literal[1] = quantity(meaning="version of the scene format")
-    title: str = quantity("", meaning="shown in pictures and logs")
+    title: Title = quantity("", meaning="shown in pictures and logs")
     seed: int = quantity(meaning="every random choice derives from it, by name", ge=0, lt=2**63)
+    units: Literal["SI", "any"] = quantity(
+        "SI",
+        meaning="SI: values that no soil or rock has in the units of this page are doubted, and several together refused; "
+        "any: no value is doubted, for scenes in another consistent set of units or without units",
+    )
     grid: Grid | None = Field(default=None, description="mesh of the continuum; no table: discs alone")
     boundary: list[Boundary] = Field(default_factory=list, description="sides of the grid that are fixed, moved or loaded")
     initial_stress: InitialStress | None = Field(default=None, description="stress before the first stage; no table: none")
@@ -185,7 +192,7 @@ class SceneBase(Table):
 
     def digest(self) -> str:
         """Hash of the resolved scene: equal for scenes with the same results."""
-        return hashlib.sha256(json.dumps(self.resolved(), sort_keys=True).encode()).hexdigest()
+        return hashlib.sha256(json.dumps(without_paths(self.resolved()), sort_keys=True).encode()).hexdigest()
 
     def name_of_stage(self, index: int) -> str:
         """Name of the stage with this number."""

@@ -28,6 +28,7 @@ class Kind(NamedTuple):
     boundaries: bool = False  # boundaries may change
     discard: bool = False  # its result may be discarded
     table: str = ""  # its table; then nothing else changes
+    rests: bool = False  # brings ground or discs to rest, unless it says otherwise (rest.py)
     keys: tuple[str, ...] = ()  # keys that only this kind has
 
 
@@ -35,7 +36,7 @@ KINDS = (
     Kind(
         "equilibrium",
         "the grid alone comes to rest, then displacements are set to zero",
-        before_couple=True, drawn=True, begins_drawn=True, boundaries=True, discard=True,
+        before_couple=True, drawn=True, begins_drawn=True, boundaries=True, discard=True, rests=True,
     ),
     Kind(
         "locate",
@@ -50,13 +51,13 @@ KINDS = (
     Kind(
         "couple",
         "discs take over from the windows' zones",
-        couples=True, window=True, needs="fill", begins_drawn=True, keys=("handover",),
+        couples=True, window=True, needs="fill", begins_drawn=True, rests=True, keys=("handover",),
     ),
     Kind("overload", "gravity changes", overloads=True, band=True, boundaries=True),
-    Kind("excavate", "zones are excavated", band=True, table="excavate"),
-    Kind("surcharge", "pressure on the ground surface", band=True, table="surcharge"),
+    Kind("excavate", "zones are excavated", band=True, rests=True, table="excavate"),
+    Kind("surcharge", "pressure on the ground surface", band=True, rests=True, table="surcharge"),
     Kind("load", "sides are fixed, moved or loaded differently", boundaries=True),
-    Kind("discs", "without a grid, the discs alone", grid=False, alone=True),
+    Kind("discs", "without a grid, the discs alone", grid=False, alone=True, rests=True),
 )  # fmt: skip
 BY_NAME = {kind.name: kind for kind in KINDS}
 NAMES = tuple(BY_NAME)

@@ -31,7 +31,7 @@ def take_over(model, state, target, gravity, mesostructure=None, body="clump", m
     if mesostructure is not None:
         model = bodies.form_stones(model, state, mesostructure.outlines, body)
         if stressed:
-            virtual_strain.come_to_rest(model, state, gravity)
+            virtual_strain.come_to_rest(model, state, gravity, note)
             report["ratio"] = unbalanced_ratio.unbalanced_ratio(model, state, gravity)
             errors = virtual_strain.stress_error(state, aim, mesostructure.outlines).tolist()
             report |= dict(zip(("error_xx", "error_yy", "error_xy"), errors, strict=True))

@@ -121,7 +121,7 @@ def bring_to_stress(model, state, target, gravity, report=None):
         relax(model, state, gravity, STEPS)
         if report:
             report(f"in-situ stress, round {round_ + 1} of {ROUNDS}", (round_ + 1) / ROUNDS)
-    come_to_rest(model, state, gravity)
+    come_to_rest(model, state, gravity, report)
     reset_broken_bonds(state)
     return Report(
         *stress_error(state, aim).tolist(),
@@ -145,11 +145,14 @@ def aim_of(model, state, target):
     return Aim(centres, radius, inside_cone(wanted, friction_sine(model), tensile_strength(model, state))[0])
 
 
-def come_to_rest(model, state, gravity):
-    """Relaxes until the discs are at rest, or until their unbalanced ratio hardly decreases."""
+def come_to_rest(model, state, gravity, report=None):
+    """Relaxes until the discs are at rest, or for 20 rounds; report(text): called with the unbalanced ratio."""
     for _ in range(20):
-        if unbalanced_ratio(model, state, gravity) <= REST:
+        ratio = unbalanced_ratio(model, state, gravity)
+        if ratio <= REST:
             break
+        if report:
+            report(f"discs come to rest, ratio {ratio:.1e} of {REST:.1e}")
         relax(model, state, gravity, STEPS)
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import shapely
 
+from coupler_protocol.geometry import outline_fault
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.problems import unfit
 from dem_server.model import build_model
@@ -14,10 +15,13 @@ from dem_server.stones.mapped import stones_of
 STRAIGHT = 0.025  # of the distance of nodes: largest distance of the rim from a polygon of short sides
 
 
-def fill(scene, note):
-    """Model, State, mesostructure (or None) and report of the discs of `scene`; note(text, fraction): progress."""
+def fill(scene, note, of_file=None):
+    """Model, State, mesostructure (or None) and report of the discs of `scene`; note(text, fraction): progress.
+
+    of_file: the discs of scene.discs.file (a coupler_protocol.files.disc_csv.DiscFile); None where they are not read yet.
+    """
     if scene.discs.file is not None:
-        model, state, report = packing_from_file.free_discs(scene)
+        model, state, report = packing_from_file.free_discs(scene, of_file)
         return model, state, None, report
     return packed(scene, note)
 
@@ -49,10 +53,10 @@ def bare(scene, discs, reference_gap=False):
 
 def rim_of(polygon, length):
     """Nodes about `length` [m] apart along a polygon (P, 2), counter-clockwise; raises SceneError if it crosses itself."""
-    shape = shapely.Polygon(polygon)
-    if not shape.is_valid or shape.area <= 0.0:
-        raise unfit("window.polygon", "the polygon crosses itself or has no area", "list its corners in order")
-    shape = shapely.geometry.polygon.orient(shape)
+    fault = outline_fault(polygon)
+    if fault:
+        raise unfit("window.polygon", f"the polygon {fault}", "list its corners in order")
+    shape = shapely.geometry.polygon.orient(shapely.Polygon(polygon))
     sides = np.hypot(*np.diff(np.array(shape.exterior.coords), axis=0).T)
     if sides.min() < 0.5 * length:  # a curve of many short sides, which control discs cannot follow one by one
         shape = shape.simplify(STRAIGHT * length)

@@ -44,6 +44,14 @@ def discs_of_a_file_can_begin(scene):
             yield from ((at, problem.reason, problem.remedy) for problem in error.problems)
 
 
+def material_of_stones_not_there(scene):
+    """A doubt: a material of stones beside a file without stones."""
+    if scene.discs is None or scene.discs.file is None or scene.discs.stone is None or scene.grid is not None:
+        return
+    if disc_csv.read(scene.discs.file).stone is None:
+        yield ("discs", "stone"), f"{scene.discs.file} has no stones that would use this material", "remove the table"
+
+
 def pairs_of(xy, radius, stone):
     """Pairs (m, 2) of discs that overlap, except within one stone, and their overlaps (m,) [m]."""
     pairs = cKDTree(xy).query_pairs(2.0 * radius.max(), output_type="ndarray")

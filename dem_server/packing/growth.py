@@ -30,15 +30,18 @@ STEPS = 200  # between two growths
 ROUNDS = 100  # growths at most
 LARGEST = 0.01  # largest growth of a radius in one round
 ACCURACY = 0.01  # of the confining stress
+TOLD = 50  # steps between calls of a report: a few seconds in the largest windows
 CALM = 5e-4  # mean resultant over mean force at the end; friction, which is added later, stops the remaining creep
 FILLING = 12  # rounds at the target porosity in which loose discs grow
 LOOSE = 1e-6  # mean stress over contact stiffness below which discs are loose
 DEEPEST = 0.1  # largest mean overlap over mean radius
 
 
-def run(model, state, steps):
-    """Takes `steps` steps without gravity."""
-    for _ in range(steps):
+def run(model, state, steps, report=None):
+    """Takes `steps` steps without gravity; report(share): called every TOLD steps with the share of the steps that is done."""
+    for step in range(steps):
+        if report and step % TOLD == 0:
+            report(step / steps)
         move_free(model, state, 0.0)
         contact_forces(model, state)
 

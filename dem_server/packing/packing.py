@@ -151,11 +151,9 @@ def return_discs(model, state, window, inset):
 def settle(model, state, report):
     """Relaxes discs from random overlaps to rest."""
     contact_forces(model, state)
-    for _ in range(8):
+    for round_ in range(8):
+        if report:
+            report("discs spread", 0.025 * round_)
         run(model, state, 50)
         state.v[:] = 0.0
-    if report:
-        report("discs spread", 0.2)
-    run(model, state, 1100)
-    if report:
-        report("discs at rest", 0.4)
+    run(model, state, 1100, report and (lambda share: report("discs come to rest", 0.2 + 0.2 * share)))

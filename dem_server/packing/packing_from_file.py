@@ -27,9 +27,9 @@ from dem_server.stones import bodies
 QUARTER = 32  # corners of a quarter of a circle in a union
 
 
-def free_discs(scene):
-    """Model, State and report of the discs of `scene.discs.file` without a ring."""
-    discs, found = scene.discs, disc_csv.read(scene.discs.file)
+def free_discs(scene, found=None):
+    """Model, State and report of the discs of `scene.discs.file` without a ring; found: its DiscFile, if it has been read."""
+    discs, found = scene.discs, found or disc_csv.read(scene.discs.file)
     pairs, depth = discs_of_a_file.pairs_of(found.xy, found.radius, found.stone)
     smaller = found.radius[pairs].min(axis=1)
     discs_of_a_file.refuse_same_place(discs.file, found, pairs, depth, smaller)

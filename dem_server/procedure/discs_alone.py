@@ -12,17 +12,21 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol import exits
-from coupler_protocol.files import checkpoint, restart, run_json
+from coupler_protocol.files import checkpoint, disc_csv, proof, restart, run_json
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.process import server
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import Stopwatch
+from coupler_protocol.scene import rest
 from coupler_protocol.scene.ending import Ending
+from coupler_protocol.scene.local_origin import about as counted_from
+from coupler_protocol.scene.local_origin import local_origin
 from coupler_protocol.scene.schedule import plan
 from dem_server.model import Model, State
 from dem_server.observe import energy, record, unbalanced_ratio
 from dem_server.packing import alone_window, draw_apart
 from dem_server.procedure import walls_of_scene
+from dem_server.procedure.proof import prove
 from dem_server.step import bonds_made, clock, cycle
 from dem_server.step.contact_pass import contact_forces
 
@@ -47,9 +51,11 @@ class DiscsAlone:
         self.plugin = plugin
         self.watch = Stopwatch()
         self.steps, self.time = 0, 0.0
-        self.results, self.report = [], {}
+        self.earlier, self.results, self.report = [], [], {}  # earlier: rows of run.json of the stages before `origin`
+        self.warnings = []  # of all stages so far
         self._unfinished = None  # function that returns the row of the present stage
         self.model = self.state = self.recorder = self.stones = None
+        self.origin_of_places = np.zeros(2)  # [m] from which model and State count (coupler_protocol.scene.local_origin)
         self.saved = restart.load(scene, origin, NAME) if origin else None
 
     def run(self):
@@ -65,13 +71,13 @@ class DiscsAlone:
             self.watch.begin(self.scene.stage[0].name)
             self._fill()
             self.watch.add_to("computing")
-        constants = record.stones(self.stones.outlines) if self.stones else None
+        constants = record.stones(self.stones.outlines, self.origin_of_places) if self.stones else None
         with Recorder(path, "discrete", self.scene.title, about, constants) as self.recorder:
             if not (self.saved and self.origin.continues(self.out)):  # else an earlier part has the frame
                 self._frame(self.origin.stage if self.saved else self.scene.stage[0].name, 1.0)
             if not self.saved:
-                self._end_stage(self.scene.stage[0].name, 1.0)
                 self.results.append(self._row(self.scene.stage[0], legs[0], 0, "", [], 0.0))
+                self._end_stage(self.scene.stage[0].name, 1.0)
                 first = 1
             for stage, leg in list(zip(self.scene.stage, legs, strict=True))[first:]:
                 self._stage(stage, leg)
@@ -82,8 +88,13 @@ class DiscsAlone:
     def _fill(self):
         """Makes discs, stones and walls of the scene, and bonds at contacts."""
         begin = time.perf_counter()
-        self.model, self.state, self.stones, self.report = alone_window.fill(self.scene, self._note)
-        self.state.walls = walls_of_scene.walls_of(self.scene, self.model, self.state)
+        found = disc_csv.read(self.scene.discs.file) if self.scene.discs.file is not None else None
+        self.origin_of_places = place = local_origin(self.scene, found and found.xy)
+        scene = counted_from(self.scene, place)
+        self.model, self.state, self.stones, self.report = alone_window.fill(
+            scene, self._note, found and found.counted_from(place)
+        )
+        self.state.walls = walls_of_scene.walls_of(scene, self.model, self.state)
         contact_forces(self.model, self.state)
         if self.scene.discs.file is not None and not self.scene.stage[1].in_real_time:
             self.model, left = draw_apart.separate_discs(self.model, self.state)
@@ -93,6 +104,7 @@ class DiscsAlone:
         if self.model.law.parallel_bond is not None:
             bonds_made.add_parallel_bonds(self.model, self.state)
         self.state.origin[:] = self.state.x
+        self.report |= {"computed_about": place.tolist()} if place.any() else {}
         self.report |= {"name": NAME, "discs": self.model.count, "packing_seconds": time.perf_counter() - begin}
         log.info("filled %s", self.report)
 
@@ -115,7 +127,8 @@ class DiscsAlone:
             if self.steps % every == 0 or ended_by:
                 ratio = self._observe(leg, done - 1)
                 farthest = float(np.hypot(*self.state.displacement.T).max())
-                ended_by = ended_by or ending.reached(done, [ratio, walls_of_scene.servo_error(self.state.walls)], farthest)
+                ratios = [ratio, walls_of_scene.servo_error(self.state.walls)]
+                ended_by = ended_by or ending.reached(done, ratios, farthest)
                 self.progress(stage.name, "", done, stage.until.steps, ratio, factor)
             self.watch.stages[-1].steps = done
             self.watch.add_to("computing")
@@ -123,9 +136,19 @@ class DiscsAlone:
                 self._frame(stage.name, factor)
             if self.plugin is not None:
                 self.plugin.step(self._moment(stage.name))
-        self._end_stage(stage.name, factor)
+        if ending.at_limit:
+            self._check_rest(stage.name, ended_by, max(ratios))
         self.results.append(self._row(stage, leg, done, ended_by, [ratio], self.time - began))
         self._unfinished = None
+        self._end_stage(stage.name, factor)
+
+    def _check_rest(self, name, ended_by, ratio):
+        """Warns if the stage should have come to rest and its steps or time were used up before."""
+        index = [stage.name for stage in self.scene.stage].index(name)
+        text = rest.shortfall(self.scene, index, ended_by, ratio, self.plugin)
+        if text:
+            log.warning("step %d of stage %s: %s: %s", self.steps, name, rest.NAME, text)
+            self.warnings.append({"stage": name, "step": self.steps, "name": rest.NAME, "text": text})
 
     def _in_time_of(self, stage):
         """The model in the stage's mode, with the stage's damping."""
@@ -175,7 +198,7 @@ class DiscsAlone:
         }
         if state.walls is not None:
             values["wall_force_x"], values["wall_force_y"] = state.walls.force.sum(axis=0).tolist()
-            values |= walls_of_scene.histories(self.scene, state.walls)
+            values |= walls_of_scene.histories(self.scene, state.walls, self.origin_of_places)
         self.recorder.history(self.steps, **values)
         return ratio
 
@@ -183,7 +206,7 @@ class DiscsAlone:
 
     def _frame(self, stage, factor):
         info = FrameInfo(self.steps, self.time, stage, factor)
-        self.recorder.frame(info, **record.frame(self.model, self.state))
+        self.recorder.frame(info, **record.frame(self.model, self.state, self.origin_of_places))
         self.watch.add_to("recording")
 
     def _end_stage(self, name, factor):
@@ -196,14 +219,25 @@ class DiscsAlone:
     def save(self, stage, phase, factor=0.0):
         """Writes the State to its checkpoint file; returns the path."""
         path = self.out / f"{NAME}.{stage}.h5"
-        more = {"report": self.report} | restart.named(self.plugin)
-        about = restart.attributes(self.scene, stage, phase, self.steps, 0, factor, **more)
+        more = {"report": self.report, "rows": self._rows(), "warnings": self.warnings} | restart.named(self.plugin)
+        more["origin"] = self.origin_of_places.tolist()
+        about = restart.attributes(self.scene, NAME, stage, phase, self.steps, 0, factor, **more)
         checkpoint.save(path, AloneState(self.model, self.state, self.time), about)
         return path
 
     def _restore(self):
         """Restores the discs from the checkpoint of the end of a stage."""
-        found = checkpoint.rebuild(AloneState, self.saved.fields)
+        with proof.of_file(self.saved.path):
+            found = checkpoint.rebuild(AloneState, self.saved.fields)
+            prove(found.model, found.discs)
+            walls = 0 if found.discs.walls is None else len(found.discs.walls.ends)
+            expected = len(self.scene.discs.wall)
+            proof.require(walls == expected, f"it has {walls} walls, the scene {expected}")
+            self.report = self.saved.said("report", dict)
+            self.earlier, self.warnings = self.saved.said("rows", list), self.saved.said("warnings", list)
+            place = np.array(self.saved.said("origin", list), dtype=np.float64)
+            proof.require(place.shape == (2,) and np.isfinite(place).all(), f"its origin is {place.tolist()}, not a point")
+            self.origin_of_places = place
         self.model, self.state, self.time = found
         self.steps = int(self.saved.about["step"])
         self.watch.begin(self.origin.stage)
@@ -222,13 +256,18 @@ class DiscsAlone:
             "bonds_broken": [self.state.broken_tension + self.state.broken_shear],
         }
 
-    def summary(self):
-        """Content of run.json."""
+    def _rows(self):
+        """Rows of run.json of all stages so far, and of the one that is not completed."""
         times = [stage.as_dict() for stage in self.watch.stages]
         if self.origin is not None:
             times = times[1:]
         results = self.results + ([self._unfinished()] if self._unfinished else [])
-        return {"stages": run_json.stage_rows_alone(results, times), "windows": [self.report] if self.report else []}
+        return self.earlier + run_json.stage_rows_alone(results, times)
+
+    def summary(self):
+        """Content of run.json."""
+        warned = {"warnings": self.warnings} if self.warnings else {}
+        return {"stages": self._rows(), "windows": [self.report] if self.report else []} | warned
 
     def _note(self, text, fraction=None):
         """Reports the progress of a long phase; raises Interrupted if a stop was requested."""

@@ -4,14 +4,14 @@ A checkpoint includes the model, which depends on the packing and, with stones, 
 includes the state of the rim and two Answers: that of the FORCE of this step, and that of the next FORCE.
 """
 
-import json
 from typing import NamedTuple
 
-from coupler_protocol.files import checkpoint, restart
+from coupler_protocol.files import checkpoint, proof, restart
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.wire.messages import Answer
 from dem_server.coupling.rim import Rim, RimState
 from dem_server.model import Model, State
+from dem_server.procedure.proof import prove
 
 
 class WindowState(NamedTuple):
@@ -34,15 +34,26 @@ def save(side, stage, phase, factor):
     path = side.out / f"{name(side.rank)}.{stage}.h5"
     state = WindowState(side.model, side.state, side.rim.saved(), side.answer, side.looked)
     session = side.conversation.session
-    about = restart.attributes(side.scene, stage, phase, side.steps, session, factor, report=side.report)
+    about = restart.attributes(side.scene, name(side.rank), stage, phase, side.steps, session, factor, report=side.report)
     checkpoint.save(path, state, about)
     return path
 
 
 def restore(side, saved, nodes):
-    """Restores a side from a saved stage end (coupler_protocol.files.restart.Saved); nodes (K,2): the rim as drawn [m]."""
-    found = checkpoint.rebuild(WindowState, saved.fields)
+    """Restores a side from a saved stage end (coupler_protocol.files.restart.Saved); nodes (K,2): the rim as drawn [m].
+
+    Raises EnvironmentFailed if no step can be taken with what was saved.
+    """
+    ring = build_ring(nodes, side.scene.discs.radius)
+    with proof.of_file(saved.path):
+        found = checkpoint.rebuild(WindowState, saved.fields)
+        prove(found.model, found.discs)
+        proof.require(
+            found.model.ring == len(ring.radius), f"the ring has {found.model.ring} discs instead of {len(ring.radius)}"
+        )
+        proof.shaped("rim.nodes", found.rim.nodes, nodes.shape)
+        proof.shaped("rim.sums", found.rim.sums, nodes.shape[:1])
+        side.report = saved.said("report", dict)
     side.model, side.state = found.model, found.discs
-    side.rim = Rim(build_ring(nodes, side.scene.discs.radius), side.scene.coupling.mapping, found.rim)
+    side.rim = Rim(ring, side.scene.coupling.mapping, found.rim)
     side.answer, side.looked = found.answer, found.looked
-    side.report = json.loads(saved.about["report"])

@@ -3,6 +3,7 @@
 import numpy as np
 
 from coupler_protocol.problems import unfit
+from coupler_protocol.scene.local_origin import in_the_scene
 from coupler_protocol.scene.tables.discs import names_of_walls
 from dem_server.step import servo
 from dem_server.step.motion import SPEED_CAP
@@ -18,9 +19,17 @@ def walls_of(scene, model, state):
     later = [table for stage in scene.stage for table in stage.wall]
     steered = any(table.servo is not None for table in [*tables, *later])
     walls = make_walls(ends, np.zeros((len(ends), 2)), model, servo.make_servo(ends, state.x) if steered else None)
-    for w, table in enumerate(tables):
-        set_wall_motion(walls, w, table)
+    set_motions(walls, dict(enumerate(tables)))
     return walls
+
+
+def set_motions(walls, tables):
+    """Sets velocities or servos of walls from their tables {number: table}."""
+    for w, table in tables.items():
+        set_wall_motion(walls, w, table)
+    if walls.servo is not None:
+        for w in tables:
+            servo.begin(walls, w)
 
 
 def set_wall_motion(walls, w, table):
@@ -28,7 +37,6 @@ def set_wall_motion(walls, w, table):
     walls.velocity[w] = table.velocity
     if walls.servo is not None:
         walls.servo.pressure[w] = 0.0
-        walls.servo.force[w] = -(walls.force[w] @ walls.servo.inward[w])
     if table.servo is not None:
         steer = walls.servo
         steer.pressure[w], steer.fastest[w], steer.average[w] = table.servo.pressure, table.servo.fastest, table.servo.average
@@ -37,8 +45,10 @@ def set_wall_motion(walls, w, table):
 def begin_stage(scene, stage, model, state):
     """Changes walls by the tables of a stage; raises SceneError for a wall so fast that it could pass through discs."""
     names, walls = names_of_walls(scene.discs.wall), state.walls
-    for table in stage.wall:
-        set_wall_motion(walls, names.index(table.name), table)
+    if stage.wall:
+        set_motions(walls, {names.index(table.name): table for table in stage.wall})
+    if walls is not None and walls.servo is not None:
+        walls.servo.drift[:] = 0.0  # its unit depends on the kind of time
     if not stage.in_real_time and walls is not None and walls.servo is not None:
         speed, limit = np.where(walls.servo.pressure > 0.0, walls.servo.fastest, 0.0), SPEED_CAP * model.smallest_radius
         worst = int(speed.argmax())
@@ -47,11 +57,11 @@ def begin_stage(scene, stage, model, state):
             raise unfit("discs.wall", why, f"at most {limit:.3g} m a step, a tenth of the smallest radius")
 
 
-def histories(scene, walls):
-    """Force on each wall and its middle, by the names of histories."""
+def histories(scene, walls, origin=(0.0, 0.0)):
+    """Force on each wall and its middle, by the names of histories; origin [m]: the local origin of the walls."""
     found = {}
     for w, name in enumerate(names_of_walls(scene.discs.wall)):
-        middle = 0.5 * (walls.ends[w, :2] + walls.ends[w, 2:])
+        middle = in_the_scene(0.5 * (walls.ends[w, :2] + walls.ends[w, 2:]), origin)
         found |= {f"wall_force_x:{name}": walls.force[w, 0], f"wall_force_y:{name}": walls.force[w, 1]}
         found |= {f"wall_x:{name}": middle[0], f"wall_y:{name}": middle[1]}
     if walls.servo is not None:

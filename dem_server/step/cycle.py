@@ -1,8 +1,8 @@
-"""Many steps of the discs at one crossing into compiled code, and the guard of the real-time mode.
+"""Many steps of the discs in one call of compiled code, and the guard of the real-time mode.
 
-Nothing is capped in real time. Where a body would move by more than a tenth of the smallest radius in a step, the step is
-halved before it is taken, or, where forces alone make it so fast, after it; a step below a thousandth of what stability asks for
-ends the run: the discs fly apart. guards.py says when a body is too fast for the springs.
+No speed is capped in real time. If a body would move by more than a tenth of the smallest radius in a step, the step is halved
+before it is taken, or after it if forces alone make the body so fast. A step below a thousandth of the stable step ends the run:
+the discs fly apart. guards.py decides when a body is too fast for the springs.
 """
 
 from dataclasses import replace
@@ -21,11 +21,12 @@ from dem_server.step.motion import SPEED_CAP, move
 from dem_server.step.neighbours import rebuild, skin
 from dem_server.step.thread_crew import meet, over_all_threads, work_together
 from dem_server.step.thread_shares import shares
+from dem_server.step.wall_surface import room_for
 from dem_server.step.walls import move_walls, wall_pass_of
 
 
 class Bodies(NamedTuple):
-    """What moves, as `cycle` takes it: fields of State."""
+    """Moving bodies as an argument of `cycle`: fields of State."""
 
     disc: np.ndarray
     load: np.ndarray
@@ -77,7 +78,7 @@ def in_static_mode(model, state):
 
 
 def stop(state):
-    """Bring all discs and clumps to rest."""
+    """Sets the velocities of all discs and clumps to zero."""
     state.disc[:, VX : SPIN + 1] = 0.0
     if state.clumps is not None:
         state.clumps.motion[:, VX : SPIN + 1] = 0.0
@@ -163,6 +164,7 @@ def cycle(
     alpha, scratch = parameters.alpha, np.empty(scratch_rows.SIZE)
     if walls is not None:
         servo = walls.servo  # opened here: in the loop every opening would count references
+        touching = room_for(walls.ends)
     fast, fresh, step, moved = 0, True, 0, leeway
     first_of_all = True
     if crew is not None:
@@ -192,7 +194,7 @@ def cycle(
             add_list(disc, load, listed, history, parameters, dt, counters, crew, scratch)
         if walls is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if fresh and first_of_all:
-                wall_pass_of(disc, load, dt, walls, servo, material, materials, clumps, parameters)
+                wall_pass_of(disc, load, dt, walls, servo, material, materials, clumps, parameters, touching)
         if crew is not None:
             meet(crew)
         kick = dt

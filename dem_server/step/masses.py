@@ -103,6 +103,10 @@ def stable_step(model, state):
             (np.maximum(found.clumps[:, 0], floor), _column(found.clump_dashpots, 0), body[:, MASS], there),
             (found.clumps[:, 1], _column(found.clump_dashpots, 1), body[:, INERTIA], there),
         ]
+    for _, _, mass, free in parts:
+        massless = np.flatnonzero(free & ~(mass > 0.0))
+        if len(massless):
+            raise ArithmeticError(f"disc or clump {massless[0]} has a mass or inertia of {mass[massless[0]]:g} in real time")
     return float(min(_tau(k, c, m)[free].min(initial=np.inf) for k, c, m, free in parts))
 
 

@@ -1,4 +1,4 @@
-"""Walls: segments that hold discs back, at rest, moving with a prescribed velocity, or held to a pressure by a servo (servo.py).
+"""Walls: segments that confine discs, at rest, with a prescribed velocity, or with the pressure of a servo (servo.py).
 
 With c the point of the segment nearest to the disc's centre x, d = |c - x|, n from the disc to the wall, t = (-ny, nx):
 
@@ -6,8 +6,8 @@ With c the point of the segment nearest to the disc's centre x, d = |c - x|, n f
     force on the wall Fn n + Fs t, on the disc the opposite and the moment -Fs l (2)
 
 V: velocity of the wall. Springs, friction, rolling resistance (Rb = r) and dashpots (m = mass of the disc) act as between
-discs; a wall has the material "ring", takes after the disc where the scene has no `ring` table, and is never bonded. Where
-two walls meet at an angle of less than 180 degrees on the discs' side a disc may touch both.
+discs; a wall has the material "ring", takes after the disc where the scene has no `ring` table, and is never bonded. Walls that
+meet are one surface (wall_surface.py): a disc has one contact with it except in corners, and histories move from wall to wall.
 """
 
 import numpy as np
@@ -28,6 +28,7 @@ from dem_server.step.compiled_laws import (
     viscous_force,
 )
 from dem_server.step.servo import steer
+from dem_server.step.wall_surface import elastic_rest, hand_on, mark_once, nearest, room_for, share_out
 
 KN, KS = rows_of("spring")
 (FRICTION,) = rows_of("friction")
@@ -51,8 +52,7 @@ def wall_kinds(model):
 def arguments(model, state):
     """What `wall_pass` takes beside discs and loads."""
     walls = state.walls
-    servo = None if walls is None else walls.servo
-    return walls, servo, model.material, model.materials, state.clumps, model.parameters
+    return walls, walls.servo, model.material, model.materials, state.clumps, model.parameters, room_for(walls.ends)
 
 
 @jit(borrows=True)
@@ -71,56 +71,61 @@ def move_walls(walls, servo, listed_at, leeway, dt):
 
 
 @jit
-def nearest(ends, w, x, y):
-    """Vector from (x, y) to the nearest point of wall `w`."""
-    x0, y0 = ends[w, 0], ends[w, 1]
-    ex, ey = ends[w, 2] - x0, ends[w, 3] - y0
-    share = min(max(((x - x0) * ex + (y - y0) * ey) / (ex * ex + ey * ey), 0.0), 1.0)
-    return x0 + share * ex - x, y0 + share * ey - y
-
-
-@jit
-def wall_pass_of(disc, load, dt, walls, servo, material, materials, clumps, parameters):
+def wall_pass_of(disc, load, dt, walls, servo, material, materials, clumps, parameters, touching):
     """Open the parameters for `wall_pass`."""
     wall_pass(
         disc, load, dt, walls, servo, material, materials, clumps, parameters.values, parameters.friction, parameters.rolling,
-        parameters.dashpot,
+        parameters.dashpot, touching,
     )  # fmt: skip
 
 
 @jit
-def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, values, friction, rolling, dashpot):
-    """Eqs (1) and (2) for every disc at every wall, added to the loads; values: of Parameters."""
+def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, values, friction, rolling, dashpot, touching):
+    """Eqs (1) and (2) for every disc at every wall, added to the loads; values: of Parameters; touching: scratch memory."""
     ends, velocity, force, before_n, before_s = walls.ends, walls.velocity, walls.force, walls.normal, walls.shear
-    rolled = walls.rolled
+    rolled, (wall, heir, share, overlap) = walls.rolled, touching
     for w in range(len(ends)):
         force[w, 0] = force[w, 1] = 0.0
         if servo is not None:
             servo.stiffness[w] = servo.dashpot[w] = 0.0
-        for i in range(disc.shape[0]):
-            dx, dy = nearest(ends, w, disc[i, X], disc[i, Y])
-            r, d2 = disc[i, RADIUS], dx * dx + dy * dy
-            if d2 >= r * r:
+    for i in range(disc.shape[0]):
+        x, y, r = disc[i, X], disc[i, Y], disc[i, RADIUS]
+        count = 0
+        for w in range(len(ends)):
+            dx, dy = nearest(ends, w, x, y)
+            if dx * dx + dy * dy < r * r or before_n[i, w] > 0.0:  # what a contact leaves may go to one that begins
+                wall[count], share[count] = w, 1.0
+                count += 1
+        if count > 1:
+            share_out(ends, x, y, r, count, wall, heir, share, overlap)
+            hand_on(before_s, i, count, wall, heir, share, overlap)
+            if rolling is not None:
+                hand_on(rolled, i, count, wall, heir, share, overlap)
+        k = material[i] * materials + RING
+        for t in range(count):
+            w, q = wall[t], share[t]
+            dx, dy = nearest(ends, w, x, y)
+            d2 = dx * dx + dy * dy
+            if d2 >= r * r or q == 0.0:
                 before_n[i, w] = before_s[i, w] = 0.0
                 if rolling is not None:
                     rolled[i, w] = 0.0
                 continue
-            k = material[i] * materials + RING
             d = d2**0.5
             nx, ny = dx / d, dy / d
             arm = r + 0.5 * (d - r)
             du, dv = velocity[w, 0] - disc[i, VX], velocity[w, 1] - disc[i, VY]
             rate = dv * nx - du * ny - disc[i, SPIN] * arm
-            Fn = normal_force(values[KN, k], d - r)
+            Fn = q * normal_force(values[KN, k], d - r)
             if servo is not None:
-                servo.stiffness[w] += values[KN, k]
-            Fs, limit = shear_force(values[KS, k], rate * dt, before_s[i, w]), 0.0
+                servo.stiffness[w] += q * values[KN, k]
+            Fs, limit = shear_force(q * values[KS, k], rate * dt, before_s[i, w]), 0.0
             if friction is not None:
                 limit = slip_limit(values[FRICTION, k], Fn)
             Fs = clipped(Fs, limit)
             before_n[i, w], before_s[i, w] = Fn, Fs
             if rolling is not None:
-                mr = rolling_moment(rolling_stiffness(values[KS, k], r), -disc[i, SPIN] * dt, rolled[i, w])
+                mr = rolling_moment(q * rolling_stiffness(values[KS, k], r), -disc[i, SPIN] * dt, rolled[i, w])
                 mr = clipped(mr, rolling_limit(values[ROLLING, k], r, Fn))
                 rolled[i, w] = mr
                 load[i, MOMENT] -= mr
@@ -129,6 +134,7 @@ def wall_pass(disc, load, dt, walls, servo, material, materials, clumps, values,
                 if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
                     if clumps.body[i] >= 0:
                         root = clumps.motion[clumps.body[i], MASS] ** 0.5
+                root *= q
                 if servo is not None:
                     servo.dashpot[w] += values[DASH_N, k] * root
                 Fn += viscous_force(values[DASH_N, k], root, du * nx + dv * ny)
@@ -156,10 +162,18 @@ def near(state, reach):
     return disc, wall, vector[disc, wall] / distance[:, None], distance
 
 
+def near_once(state, reach):
+    """`near` without walls that only take turns with a nearer one: past joints and around edges a disc touches one wall."""
+    disc, wall, normal, distance = near(state, reach)
+    counts = np.ones(len(disc), dtype=bool)
+    mark_once(state.walls.ends, state.x, state.radius, disc, wall, distance, counts)
+    return disc[counts], wall[counts], normal[counts], distance[counts]
+
+
 def add_to_sums(model, state, found, reach, with_masses):
     """Add the walls closer than `reach` [m] to the Sums `found` of dem_server.step.stiffness."""
     state.walls.summed_at[:] = state.walls.ends
-    law, (disc, _, normal, distance) = model.law, near(state, reach)
+    law, (disc, _, normal, distance) = model.law, near_once(state, reach)
     kind = wall_kinds(model)[model.material[disc]]
     r = state.radius[disc]
     kn, ks, kr = pair_stiffness(kind, r, r, 0.0, law.spring, law.rolling, None)
@@ -192,10 +206,11 @@ def stored(model, state):
     """Elastic energy of the contacts with walls [J]."""
     walls, law = state.walls, model.law
     kind = wall_kinds(model)[model.material]
-    kn, ks = law.spring.normal[kind][:, None], law.spring.shear[kind][:, None]
-    total = (walls.normal**2 / kn).sum()
+    kn, ks = law.spring.normal[kind], law.spring.shear[kind]
+    total = (walls.normal**2 / kn[:, None]).sum()
     if ks.all():
-        total += (walls.shear**2 / ks).sum()
+        total += (walls.shear**2 / ks[:, None]).sum()
         if walls.rolled is not None:
-            total += (walls.rolled**2 / (ks * state.radius[:, None] ** 2)).sum()
-    return 0.5 * float(total)
+            total += (walls.rolled**2 / (ks[:, None] * state.radius[:, None] ** 2)).sum()
+    rest = elastic_rest(state.disc, walls.ends, walls.normal, walls.shear, walls.rolled, kn, ks, room_for(walls.ends))
+    return 0.5 * float(total) + rest

@@ -21,7 +21,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from coupler_protocol.geometry import moments, polygon_area
+from coupler_protocol.geometry import disc_in_polygon, moments, polygon_area
 from dem_server.effects import STONE
 from dem_server.effects.bond import BONDED
 from dem_server.model import SPIN, VX
@@ -98,9 +98,11 @@ def in_same_stone(state, pairs):
 
 
 def report(model, state, found, window):
-    """Numbers for the run's report: stones, those too small for any disc, both contents, sizes, directions.
+    """Numbers for the run's report: stones, those too small for any disc, both contents, gaps inside, sizes, directions.
 
     window (P, 2): its corners. The resultant of the directions is |<exp(2 i theta)>|, 0 for uniform directions, 1 for parallel.
+    `stone_gaps` is the area of the stones' polygons that no disc covers, over that of the window: a porosity of discs minus
+    `stone_gaps` is the porosity with solid stones.
     """
     free = np.arange(model.count) >= model.ring
     held = np.bincount(state.stone[state.stone >= 0], minlength=len(found.outlines))
@@ -110,7 +112,20 @@ def report(model, state, found, window):
         "stones_without_discs": int((held == 0).sum()),
         "stone_content": found.area / polygon_area(window),
         "stone_content_discs": float(area[state.stone >= 0].sum() / area[free].sum()),
+        "stone_gaps": gaps_inside(state, found.outlines, held) / polygon_area(window),
         "stone_sweeps": found.sweeps,
         "stone_size": {"mean": float(found.size.mean()), "min": float(found.size.min()), "max": float(found.size.max())},
         "stone_azimuth": {"mean": float(0.5 * np.degrees(np.angle(axes)) % 180.0), "resultant": float(abs(axes))},
     }
+
+
+def gaps_inside(state, outlines, held):
+    """Area [m2] of the stones' polygons minus that of their discs and of soil discs inside; held (stones,): number of discs."""
+    total, soil = -np.pi * float((state.radius[state.stone >= 0] ** 2).sum()), state.stone < 0
+    for outline in (outline for outline, count in zip(outlines, held, strict=True) if count):
+        low, high = outline.min(axis=0), outline.max(axis=0)
+        reach = state.radius[soil, None]
+        near = ((state.x[soil] + reach > low) & (state.x[soil] - reach < high)).all(axis=1)
+        cut = disc_in_polygon(state.x[soil][near], state.radius[soil][near], np.vstack([outline, outline[:1]]))
+        total += polygon_area(outline) - float(cut.sum())
+    return total

@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from coupler_protocol.geometry import polygon_area
+from coupler_protocol.geometry import outline_fault, polygon_area
+from coupler_protocol.scene.named_files import remedy_for
 
 OVERLAP = 1e-9  # share of the smaller stone that may lie in another one: round-off of shared edges
 POLYGONS = {"Polygon", "MultiPolygon"}
@@ -74,12 +75,9 @@ def _simple(name, ring):
     corners = corners[(corners != np.roll(corners, 1, axis=0)).any(axis=1)]
     if len(corners) < 3:
         return None, (f"{name} has {len(corners)} corners", "a stone has three corners or more")
-    shape = shapely.Polygon(corners)
-    if not shape.is_valid:
-        where = shapely.is_valid_reason(shape).replace("[", " at (").replace("]", ")").replace("  ", " ").lower()
-        return None, (f"the outline of {name} crosses or touches itself: {where}", "draw it once around, without crossings")
-    if not shape.area > 0.0:
-        return None, (f"{name} has no area", "draw it as an outline, not as a line")
+    fault = outline_fault(corners)
+    if fault:
+        return None, (f"the outline of {name} {fault}", "draw it once around, without crossings")
     return corners, None
 
 
@@ -89,7 +87,7 @@ def _rings(path):
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         if not path.is_file():
-            return [], [("there is no such file", "paths are relative to the working directory")]
+            return [], [("there is no such file", remedy_for(path))]
         return [], [(f"cannot be read: {error}", REMEDY)]
     if path.suffix.lower() == ".csv":
         return _from_table(text)

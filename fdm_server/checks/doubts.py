@@ -7,6 +7,8 @@ import shapely
 
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.grading import grading_of
+from fdm_server.checks.materials import doubts_of_materials
+from fdm_server.effects.elastic import poisson_ratio
 from fdm_server.ground.excavation import all_held
 from fdm_server.mesh.grid import build_grid, centroids
 from fdm_server.mesh.grid_sides import fixed_components
@@ -21,13 +23,8 @@ def doubts(scene):
     if scene.grid is None:
         return []
     grid = build_grid(scene)
-    of_grid = [*_shapes(grid), *_supports(scene, grid), *_rims(scene, grid)]
+    of_grid = [*doubts_of_materials(scene, grid), *_shapes(grid), *_supports(scene, grid), *_rims(scene, grid)]
     return [*_stiffness(scene), *_overlaps(scene), *of_grid, *_restless(scene)]
-
-
-def poisson_ratio(elastic):
-    """nu [-] of a table with bulk and shear modulus."""
-    return (3.0 * elastic.bulk - 2.0 * elastic.shear) / (2.0 * (3.0 * elastic.bulk + elastic.shear))
 
 
 def _stiffness(scene):

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fdm_server.checks.materials import materials_have_zones
 from fdm_server.checks.room_for_discs import lack_of_room
 from fdm_server.ground.excavation import excavations
 from fdm_server.ground.load_ramps import forces_of_even_loads
@@ -29,7 +30,7 @@ def grid_can_be_built(scene):
     except ValueError as error:
         yield ("grid",), str(error), ""
         return
-    misplaced = list(_misplaced(scene, grid))
+    misplaced = [*materials_have_zones(scene, grid), *_misplaced(scene, grid)]
     yield from misplaced
     if misplaced:
         return

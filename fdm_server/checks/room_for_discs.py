@@ -11,6 +11,8 @@ import shapely
 WIDE = 8.0  # radius of the circle that fits somewhere, in R
 NARROW = 4.0  # radius of the circle that reaches everywhere, in R
 CORNER = 8.0  # largest distance of corners from this circle, in R
+STRAIGHT = 1e-3  # smallest sine of a turn at a corner
+LISTED = 24  # corners in a message
 EXACT = 1.0 - 1e-9  # windows may be exactly as wide
 
 
@@ -26,17 +28,27 @@ def lack_of_room(outline, radius):
     parts = shapely.get_parts(reached)
     if len(parts) > 1:
         x, y = shapely.shortest_line(parts[0], shapely.union_all(parts[1:])).centroid.coords[0]
-        return _narrow(x, y, radius)
+        return _narrow(x, y, radius, outline)
     corners = np.asarray(outline)
     far = shapely.distance(reached, shapely.points(corners)) - NARROW * radius
     if far.max() > CORNER * radius:
-        return _narrow(*corners[far.argmax()], radius)
+        return _narrow(*corners[far.argmax()], radius, outline)
     return None
 
 
-def _narrow(x, y, radius):
-    what = f"is narrower than {NARROW:g} discs of radius {radius:g} m at ({x:.4g}, {y:.4g})"
-    return what, "smaller discs, or a window that is wider there"
+def _narrow(x, y, radius, outline):
+    what = f"is narrower than {NARROW:g} discs of radius {radius:g} m at ({x:.4g}, {y:.4g}); its zones have the outline "
+    return what + corners_as_text(outline), "smaller discs, or a polygon along the zones, without tips"
+
+
+def corners_as_text(outline):
+    """Corners of an outline (K,2) at which it turns, at most LISTED of them."""
+    step = np.roll(outline, -1, axis=0) - outline
+    before = np.roll(step, 1, axis=0)
+    turns = np.abs(before[:, 0] * step[:, 1] - before[:, 1] * step[:, 0]) > STRAIGHT * np.hypot(*step.T) * np.hypot(*before.T)
+    corners = np.asarray(outline)[turns]
+    shown = " ".join(f"({x:.4g}, {y:.4g})" for x, y in corners[:LISTED])
+    return shown + (f" .. ({len(corners)} corners)" if len(corners) > LISTED else "")
 
 
 def _largest_circle(window):

@@ -30,6 +30,11 @@ class Law(NamedTuple):
         return self.mohr_coulomb is not None or self.tension is not None
 
     @property
+    def path_dependent(self):
+        """Whether what zones come to depends on the way there: all laws but elasticity."""
+        return self.plastic or self.softening is not None or self.added is not None
+
+    @property
     def histories(self):
         """Histories of the acting laws: {name: coupler_protocol.scene.declare.History}."""
         found = histories.declared({name: law for name, law in histories.EFFECTS.items() if getattr(self, name) is not None})

@@ -37,9 +37,11 @@ class MohrCoulomb(Effect):
     """Mohr-Coulomb plasticity, non-associated"""
 
     source: ClassVar[str] = "de Souza Neto, Peric & Owen (2008), Computational Methods for Plasticity"
-    friction: float = quantity(unit="deg", meaning="friction angle phi", ge=0, lt=60)
+    friction: float = quantity(
+        unit="deg", meaning="friction angle phi", usual=(1.6, 60), remedy="soils have 15 to 45 deg", ge=0, lt=60
+    )
     cohesion: float = quantity(unit="Pa", meaning="cohesion c", ge=0)
-    dilation: float = quantity(0.0, unit="deg", meaning="dilation angle psi, at most the friction angle", ge=0)
+    dilation: float = quantity(0.0, unit="deg", meaning="dilation angle psi, at most the friction angle", usual=(1.0, 60), ge=0)
 
     @model_validator(mode="after")
     def _flow_dissipates(self):

@@ -13,6 +13,7 @@ import numpy as np
 from coupler_protocol.problems import unfit
 from coupler_protocol.scene.scene import declared_effects
 from fdm_server.effects import added_laws, law_from
+from fdm_server.fos.flow_rule import with_flow
 from fdm_server.fos.loading import apply_loads, boundaries, gravity_of, loads
 from fdm_server.fos.reduction import reduced
 from fdm_server.fos.verdict import SPANS_OF_SETTLING
@@ -78,7 +79,7 @@ def settle(scene, stop=lambda: None, say=lambda steps, ratio: None):
     steps = _settle(model, state, gravity, scene.fos.ratio, stop, say)
     settlement = weighted_length(model, state.displacement)
     if scene.initial_stress is not None:
-        state = initial_state(scene, model)
+        state = initial_state(scene, model, gravity)
         apply_loads(scene, model, state)
         _settle(model, state, gravity, scene.fos.ratio, stop, say)
     state.velocity[:] = 0.0
@@ -99,7 +100,8 @@ def _refuse_added_laws(scene):
 
 def begin_trial(scene, ground, factor):
     """Model and State that a trial begins with: strength divided by `factor`, or as it is where gravity is to grow."""
-    materials = scene.material if scene.fos.by == "gravity" else reduced(scene.material, factor, scene.fos)
+    materials = with_flow(scene).material
+    materials = materials if scene.fos.by == "gravity" else reduced(materials, factor, scene.fos)
     model = _with_law(ground.model, scene, materials)
     state = copy.deepcopy(ground.state)
     reset_histories(model, state)

@@ -6,13 +6,22 @@ All stages of a scene count, whatever their order: the ground is searched as it 
 import numpy as np
 
 from coupler_protocol.scene.schedule import acting_boundaries, plan
+from coupler_protocol.scene.stage_kinds import of
 from fdm_server.ground.boundaries_in_time import load_forces
 from fdm_server.ground.load_ramps import surcharge_ramp
 
 
 def gravity_of(scene):
-    """Gravity [m/s2] of the first stage that has any, before a ramp changes it; 0 where no stage has."""
-    legs = (leg.gravity * (leg.start if leg.over else leg.end) for leg in plan(scene))
+    """Gravity [m/s2] under which the ground comes to rest: that of the last equilibrium stage, at the end of its ramps.
+
+    Where no equilibrium stage leaves any: of the first other stage that has some, before a ramp from there on changes it, or at
+    the end of a ramp from 0. Discarded stages and overload on top of it do not count.
+    """
+    kept = [(of(stage), leg) for stage, leg in zip(scene.stage, plan(scene), strict=True) if not stage.discard]
+    at_rest = [leg.gravity * leg.end for kind, leg in kept if kind.drawn and kind.computes]
+    if at_rest and at_rest[-1] > 0.0:
+        return at_rest[-1]
+    legs = (leg.gravity * (leg.start if leg.over and leg.start > 0.0 else leg.end) for _, leg in kept)
     return next((gravity for gravity in legs if gravity > 0.0), 0.0)
 
 
@@ -33,8 +42,7 @@ def apply_loads(scene, model, state):
     for boundary in at_sides:
         state.applied += load_forces(model, state, boundary)
     for surcharge in surcharges:
-        ramp = surcharge_ramp(model, state, surcharge)
-        state.applied[ramp.nodes] = ramp.end
+        surcharge_ramp(model, state, surcharge).apply(state)
 
 
 def driven(scene):

@@ -8,7 +8,9 @@ from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.files import run_json
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.problems import unfit
+from coupler_protocol.scene.rules.between_tables import listed_doubts
 from fdm_server.fos import bracket as bracketing
+from fdm_server.fos import flow_rule
 from fdm_server.fos.extrapolation import extrapolate
 from fdm_server.fos.ground import damping_of, settle, with_zone_size, zone_size
 from fdm_server.fos.loading import driven
@@ -28,7 +30,7 @@ class Study:
 
     def __init__(self, scene, out, progress, stop):
         self.scene, self.out, self.progress, self.stop = scene, Path(out), progress, stop
-        self.meshes = []
+        self.meshes, self.doubts = [], []
 
     def run(self):
         """All meshes, coarse to fine; returns the content of fos.json, which is written after every trial."""
@@ -54,9 +56,10 @@ class Study:
             "title": self.scene.title,
             "scene_hash": self.scene.digest(),
             "quantity": QUANTITY[table.by],
-            "rules": rules(table),
+            "rules": {"flow": flow_rule.in_words(self.scene)} | rules(table),
             "criterion": criterion(table),
             "ignored": ignored(self.scene),
+            "doubts": self.doubts,
             "damping": damping_of(self.scene).model_dump(exclude_none=True),
             "about": run_json.describe(self.scene),
         } | found
@@ -68,6 +71,9 @@ class Study:
         """The search on one mesh; its frames go to the folder meshN."""
         begin = time.perf_counter()
         scene, name = self._scene(size), f"mesh {number}/{of}"
+        for doubt in listed_doubts(scene):
+            log.warning("%s: %s: %s; %s", name, *doubt.values())
+            self.doubts.append({"mesh": number} | doubt)
         say = self._say(f"{name}: settling")
         ground = settle(scene, self.stop.check, say)
         row = {

@@ -74,7 +74,7 @@ def run_trial(scene, ground, factor, stop=lambda: None, say=lambda steps, ratio:
         moved = state.displacement - start
         spans.append(Span(median(ratios), ratios[-1], weighted_length(model, moved), _similarity(model, moved, before)))
         say(steps, ratios[-1])
-        found = verdict(spans, scene.fos.ratio, ground.settlement, farthest(state.displacement) / model.extent)
+        found = verdict(spans, scene.fos.ratio, ground.settlement, farthest(state.displacement))
         before = moved
     seconds = time.perf_counter() - begin
     return Trial(factor, found or UNDECIDED, steps, spans, farthest(state.displacement), seconds, model, state)

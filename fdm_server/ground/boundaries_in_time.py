@@ -1,7 +1,7 @@
 """Boundaries over the stages: those that act, those that begin, and the change of velocities and loads.
 
-A velocity or load changes linearly from its previous value to that of its table in `over` steps: in step n of the stage (from 0)
-with s = min(1, (n + 1)/over)
+A velocity changes linearly from its previous value to that of its table in `over` steps: in step n of the stage (from 0)
+with s = min(1, (n + 1)/over). A load changes with the share s of its ramp (load_steps.py):
 
     v = (1 - s) v_before + s v_after          f = (1 - s) f_before + s f_after
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from coupler_protocol.scene.schedule import acting_boundaries, new_boundaries
 from fdm_server.ground.load_ramps import forces_of_even_loads
+from fdm_server.ground.load_steps import Ramp, ramp_of
 from fdm_server.ground.quiet_sides import Dashpots, dashpots, keep_reaction
 from fdm_server.mesh.grid_sides import edges_of, fixed_components, motion_of, points_in, sides_of
 from fdm_server.mesh.zone_sides import boundary_edges
@@ -45,12 +46,7 @@ class Load(NamedTuple):
     place: str
     start: NDArray[np.float64]  # (n,2) [N]
     end: NDArray[np.float64]  # (n,2) [N]
-    over: int
-
-    def at(self, done):
-        """Forces (n,2) [N] in the step after `done` steps of the stage."""
-        share = (done + 1) / self.over
-        return self.start + share * (self.end - self.start) if share < 1.0 else self.end
+    ramp: Ramp
 
 
 class Push(NamedTuple):
@@ -60,12 +56,12 @@ class Push(NamedTuple):
     others: NDArray[np.float64]  # (n,2) [N]
     loads: tuple[Load, ...]
 
-    def apply(self, state, done):
-        """Sets the forces of the step after `done` steps of the stage."""
-        if done < max(load.over for load in self.loads):
+    def apply(self, state):
+        """Sets the forces of the coming step, if they change."""
+        if any(load.ramp.moves for load in self.loads):
             total = self.others.copy()
             for load in self.loads:
-                force = load.at(done)
+                force = load.ramp.between(load.start, load.end)
                 state.loads[load.place][self.nodes] = force
                 total += force
             state.applied[self.nodes] = total
@@ -96,7 +92,8 @@ def begin_stage(scene, index, model, state, gravity=0.0):
     model = replace(model, fixed=fixed_components(model.grid, boundaries) | ~attached[:, None])
     earlier, own = new[: len(new) - len(scene.stage[index].boundary)], scene.stage[index].boundary
     drive = _drive(model, state, boundaries, _motions(earlier), _motions(own))
-    push = _push(model, state, _loads(earlier), _loads(own))
+    ramps = [ramp_of(scene, index, model.law, b.over, b.ratio, index > 0 and b in own) for b in _loads(new)]
+    push = _push(model, state, _loads(earlier), _loads(own), ramps)
     damped = tuple(dashpots(model, b) for b in boundaries if b.quiet)
     return model, Sides(drive, push, damped, holders(model.grid, boundaries))
 
@@ -134,7 +131,7 @@ def _drive(model, state, boundaries, earlier, own):
             if k >= len(earlier):
                 state.driven[points, axis] = end[points, axis]  # velocity by the boundaries of the scene
             end[points, axis] = velocity or 0.0
-            over[points, axis] = 1 if velocity is None else boundary.over
+            over[points, axis] = 1 if velocity is None else boundary.over or 1
     state.driven[~model.fixed] = 0.0
     moving = np.flatnonzero(model.fixed & ((end != 0.0) | (state.driven != 0.0)))
     if not len(moving):
@@ -142,9 +139,10 @@ def _drive(model, state, boundaries, earlier, own):
     return Drive(moving, state.driven.reshape(-1)[moving].copy(), end.reshape(-1)[moving], over.reshape(-1)[moving])
 
 
-def _push(model, state, earlier, own):
-    """The Push of a stage in which loads begin: `earlier` of the scene, then `own` of the stage."""
+def _push(model, state, earlier, own, ramps):
+    """The Push of a stage in which loads begin: `earlier` of the scene, then `own` of the stage, with the Ramp of each."""
     last = {b.place: b for b in [*earlier, *own]}
+    ramp = {b.place: ramp for b, ramp in zip([*earlier, *own], ramps, strict=True)}
     if not last:
         return None
     after = {place: load_forces(model, state, b) for place, b in last.items()}
@@ -157,7 +155,7 @@ def _push(model, state, earlier, own):
             state.loads[before.place] = force
     touched = [np.any((after[place] != 0.0) | (state.loads[place] != 0.0), axis=1) for place in last]
     nodes = np.flatnonzero(np.any(touched, axis=0))
-    loads = tuple(Load(place, state.loads[place][nodes].copy(), after[place][nodes], b.over) for place, b in last.items())
+    loads = tuple(Load(place, state.loads[place][nodes].copy(), after[place][nodes], ramp[place]) for place in last)
     others = state.applied[nodes]
     for load in loads:
         others = others - load.start

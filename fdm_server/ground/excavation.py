@@ -25,6 +25,8 @@ def excavations(scene, grid, fixed, rims):
                 raise ValueError(f"excavation {stage.name!r} touches a window: leave at least one zone between")
             if not np.any(masks[index]):
                 raise ValueError(f"excavation {stage.name!r} contains no zones: is it above the ground, or already excavated?")
+            if not np.any(there):
+                raise ValueError(f"excavation {stage.name!r} removes all the ground that is left: leave some of it")
             if not all_held(grid.zones[there], fixed):
                 raise ValueError(f"excavation {stage.name!r} leaves unsupported zones: excavate them too")
     return masks

@@ -19,13 +19,14 @@ from fdm_server.step.blocks import to_blocks
 from fdm_server.step.zone_pass import advance
 
 
-def initial_state(scene, model):
-    """A model at rest with the scene's initial stress."""
+def initial_state(scene, model, gravity=None):
+    """A model at rest with the scene's initial stress; gravity [m/s2] of the ground's weight, None: that of the first stage."""
     state = new_state(model)
     if scene.initial_stress is not None:
-        gravity = scene.stage[0].gravity or 0.0
-        factor = scene.stage[0].gravity_factor
-        gravity *= factor.to if factor is not None and factor.over == 0 else 1.0
+        if gravity is None:
+            gravity = scene.stage[0].gravity or 0.0
+            factor = scene.stage[0].gravity_factor
+            gravity *= factor.to if factor is not None and factor.over == 0 else 1.0
         set_stress(model, state, stress_field(scene.initial_stress, scene.material, model, gravity))
     return state
 

@@ -1,7 +1,7 @@
 """Forces that change over the steps of a stage: unloading by an excavation, pressure on the ground surface.
 
 The reaction R of removed zones on the remaining gridpoints (stresses and weight) replaces the zones and is reduced gradually; a
-pressure p grows in the same way. In step n of the stage, with s = min(1, n/over), the applied forces are
+pressure p grows in the same way. With the share s of the ramp, from 0 to 1 (load_steps.py), the applied forces are
 
     (1 - s) R          or          -s p n dA                in addition to earlier applied forces.
 
@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fdm_server.ground.load_steps import Ramp
 from fdm_server.ground.removed_zones import cut_window
 from fdm_server.mesh.grid_sides import surface_edges
 from fdm_server.step import present_shape
@@ -22,37 +23,37 @@ FLAT = 1e-12  # largest inclination, over its length, of a side that counts as n
 
 
 class ForceRamp(NamedTuple):
-    """Applied forces of n gridpoints, from `start` to `end` [N] over `over` steps."""
+    """Applied forces of n gridpoints, from `start` to `end` [N] with the share of a ramp."""
 
     nodes: NDArray[np.int64]  # (n,)
     start: NDArray[np.float64]  # (n,2)
     end: NDArray[np.float64]  # (n,2)
-    over: int
+    ramp: Ramp
 
-    def apply(self, state, done):
-        """Sets the forces of the step after `done` steps of the stage."""
-        share = (done + 1) / self.over
-        if share < 1.0:
-            state.applied[self.nodes] = self.start + share * (self.end - self.start)
-        elif done < self.over:
-            state.applied[self.nodes] = self.end
+    def apply(self, state):
+        """Sets the forces of the coming step, if they change."""
+        if self.ramp.moves:
+            state.applied[self.nodes] = self.ramp.between(self.start, self.end)
 
 
-def remove_zones(model, state, mask, gravity, over):
+def remove_zones(model, state, mask, gravity, ramp):
     """Removes the zones `mask` (Z of the grid,); returns new model, new state, and the ForceRamp that unloads the ground."""
     model, state, reaction = cut_window(model, state, mask)
     force = reaction.under(gravity)
     nodes = np.flatnonzero(np.any(force != 0.0, axis=1))
     before = state.applied[nodes]
-    return model, state, ForceRamp(nodes, before + force[nodes], before, over)
+    return model, state, ForceRamp(nodes, before + force[nodes], before, ramp)
 
 
-def surcharge_ramp(model, state, surcharge, rims=()):
-    """ForceRamp that loads the ground surface with `surcharge` (table of a scene); rims: gridpoints of the windows' rims."""
+def surcharge_ramp(model, state, surcharge, rims=(), ramp=None):
+    """ForceRamp that loads the ground surface with `surcharge` (table of a scene), at once without a `ramp`.
+
+    rims: gridpoints of the windows' rims.
+    """
     force = pressure_forces(present_shape.present(model, state), surface_edges(model.grid, model.zones, rims), surcharge)
     nodes = np.flatnonzero(np.any(force != 0.0, axis=1))
     before = state.applied[nodes]
-    return ForceRamp(nodes, before, before + force[nodes], surcharge.over)
+    return ForceRamp(nodes, before, before + force[nodes], ramp or Ramp(1))
 
 
 def pressure_forces(xy, edges, surcharge):

@@ -16,11 +16,36 @@ def net_mesh(g):
     size = (g.zone_size, g.zone_size) if np.isscalar(g.zone_size) else tuple(g.zone_size)
     columns, rows = _whole(g.length, size[0], "length", "x"), _whole(g.height, size[1], "height", "y")
     profile = [(0.0, g.height), (g.length, g.height)] if g.kind == "box" else g.profile
-    left, right = _surface(np.asarray(profile, dtype=np.float64), size, columns, rows)
+    profile = np.asarray(profile, dtype=np.float64)
+    check_extent(profile, (g.length, g.height), size, miss=0.5)
+    left, right = _surface(profile, size, columns, rows)
     corners, column, row = cells_below(left, right)
     used, zones = renumbered(corners)
     j, i = np.divmod(used, columns + 1)
     return np.column_stack([i * (g.length / columns), j * (g.height / rows)]), zones, column, row
+
+
+def check_extent(profile, extent, size, miss=SNAP):
+    """Raise ValueError, saying what would fit, where a profile (P,2) does not run over the grid or leaves less than a zone.
+
+    extent, size: of the grid and of a zone in x and y [m]; miss: share of a zone by which the profile may miss.
+    """
+    (x, y), (length, top), (width, height) = profile.T, extent, size
+    if abs(x[0]) > miss * width or abs(x[-1] - length) > miss * width:
+        why = f"profile must run from x = 0 to x = length ({length:g} m), it runs from {x[0]:.10g} to {x[-1]:.10g} m"
+        remedy = f"use length = {x[-1]:.10g}"
+        if abs(x[0]) > miss * width:
+            remedy = f"subtract {x[0]:.10g} m from every x of the scene and use length = {x[-1] - x[0]:.10g}"
+        raise ValueError(f"{why}: {remedy}")
+    if y.max() > top + max(miss, SNAP) * height:
+        raise ValueError(f"profile reaches {y.max():g} m, above the height of the grid ({top:g} m): use height = {y.max():g}")
+    if y.min() <= height * (1.0 - miss):
+        at = int(y.argmin())
+        raise ValueError(
+            f"profile must leave at least one zone ({height:g} m) of ground, it leaves {y[at]:g} m at x = {x[at]:g} m: for rock "
+            f"at the level of the toe, draw a row of rock (add {height:g} m to height and to every y of the scene, and give a "
+            f"strong material top = [[0.0, {y[at] + height:g}]])"
+        )
 
 
 def renumbered(corners):
@@ -43,10 +68,6 @@ def _whole(extent, size, name, axis):
 def _surface(profile, size, columns, rows):
     """Heights (in rows) of the fitted surface at the left and the right side of every column of cells."""
     at = np.rint(profile / np.asarray(size)).astype(int)
-    if at[0, 0] != 0 or at[-1, 0] != columns:
-        raise ValueError(f"profile must run from x = 0 to x = length, it runs from {profile[0, 0]:g} to {profile[-1, 0]:g} m")
-    if np.any(at[:, 1] < 1) or np.any(at[:, 1] > rows):
-        raise ValueError(f"profile must stay between one zone and the height of the grid, {rows * size[1]:g} m")
     left, right = np.zeros(columns, dtype=np.int64), np.zeros(columns, dtype=np.int64)
     for p, ((i0, j0), (i1, j1)) in enumerate(pairwise(at)):
         run, rise = i1 - i0, j1 - j0

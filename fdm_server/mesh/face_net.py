@@ -9,7 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from fdm_server.mesh.fitted_net import aspects
+from fdm_server.mesh.diagonal_net import check_extent
+from fdm_server.mesh.fitted_net import aspects, sides_of
 from fdm_server.mesh.graded_lines import net_lines
 
 WORST = 8.0  # largest aspect of a zone (fdm_server/mesh/fitted_net.py)
@@ -21,10 +22,7 @@ def along_face_mesh(g, levels=()):
     Raises ValueError for a ground surface that falls and rises again, whose top is a point, or that is too shallow.
     """
     profile = np.asarray(g.profile, dtype=np.float64)
-    if abs(profile[0, 0]) > 1e-6 * g.zone_size[0] or abs(profile[-1, 0] - g.length) > 1e-6 * g.zone_size[0]:
-        raise ValueError(f"profile must run from x = 0 to x = length, it runs from {profile[0, 0]:g} to {profile[-1, 0]:g} m")
-    if profile[:, 1].min() < g.zone_size[1] or profile[:, 1].max() > g.height * (1.0 + 1e-9):
-        raise ValueError(f"profile must stay between one zone ({g.zone_size[1]:g} m) and the height of the grid, {g.height:g} m")
+    check_extent(profile, (g.length, g.height), g.zone_size)
     profile[[0, -1], 0] = 0.0, g.length
     left, right = _sides(profile)
     y = net_lines(left[-1, 1], g.zone_size[1], [*left[:, 1], *right[:, 1], *levels])
@@ -32,8 +30,8 @@ def along_face_mesh(g, levels=()):
     mesh = _numbered(lines, begins, y)
     worst = aspects(*mesh[:2]).max()
     if worst > WORST:
-        why = f"columns would lean too much (aspect {worst:.2g}, at most {WORST:g})"
-        raise ValueError(f'{why}: use fit = "profile", or lower zones')
+        why = f"columns would lean too much, zones like rectangles of {sides_of(worst):.3g} to 1 (at most {sides_of(WORST):.2g})"
+        raise ValueError(f'{why}: use fit = "profile", or zones that are less high than wide')
     return mesh
 
 

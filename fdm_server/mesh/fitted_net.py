@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import coo_array, diags_array, eye_array
 from scipy.sparse.linalg import spsolve
 
-from fdm_server.mesh.diagonal_net import cells_below, renumbered
+from fdm_server.mesh.diagonal_net import cells_below, check_extent, renumbered
 from fdm_server.mesh.graded_lines import net_lines
 from fdm_server.mesh.ground_layers import cut_cells, pieces_below
 from fdm_server.step.blocks import triangle_double_areas
@@ -35,7 +35,7 @@ def fitted_mesh(g, tops=()):
     (fine_x, fine_y), ratio = ((None, None), 1.0) if g.graded is None else ((g.graded.x, g.graded.y), g.graded.ratio)
     x = net_lines(g.length, g.zone_size[0], profile[:, 0], fine_x, ratio)
     y = net_lines(profile[:, 1].max(), g.zone_size[1], [*profile[:, 1], *levels], fine_y, ratio)
-    mesh, followed = _mesh(profile, x, y, levels, [], g.zone_size), []
+    mesh, followed = _mesh(profile, x, y, levels, [], g.zone_size, g.graded is not None), []
     for line in (line for line in tops if not is_level(line)):
         try:
             mesh = _mesh(profile, x, y, levels, [*followed, line], g.zone_size)
@@ -55,8 +55,8 @@ def levels_of(lines):
     return [line[0][1] for line in lines if is_level(line)]
 
 
-def _mesh(profile, x, y, levels, lines, size):
-    """The mesh of a net with lines x, y below a profile, its zones following `lines`."""
+def _mesh(profile, x, y, levels, lines, size, graded=False):
+    """The mesh of a net with lines x, y below a profile, its zones following `lines`; graded: whether sizes grow."""
     parts = []
     for line in lines:
         found, profile = pieces_below(line, profile, size)
@@ -88,12 +88,21 @@ def _mesh(profile, x, y, levels, lines, size):
     xy = _moved(xy, zones, np.array(given), np.array([goal[int(used[k])] for k in given]), held)
     worst = aspects(xy, zones)
     if not worst.max() <= WORST:
-        centre = xy[zones[worst.argmax()]].mean(axis=0)
+        corners = xy[zones[worst.argmax()]]
+        centre, (width, height) = corners.mean(axis=0), np.ptp(corners, axis=0)
+        stretched = graded and max(width / height, height / width) > sides_of(WORST)  # by the net, not by the profile
+        remedy = "use smaller zones, or move the points of the profile there apart"
+        remedy = "use a smaller graded.ratio, or grade x and y alike" if stretched else remedy
         raise ValueError(
-            f"the zone at ({centre[0]:.4g}, {centre[1]:.4g}) would be too flat (aspect {worst.max():.2g}, at most {WORST:g}): "
-            f"use smaller zones, or move the points of the profile there apart"
+            f"the zone at ({centre[0]:.4g}, {centre[1]:.4g}) would be too flat, like a rectangle of {sides_of(worst.max()):.3g} "
+            f"to 1 (at most {sides_of(WORST):.2g} to 1): {remedy}"
         )
     return xy, zones, column, row
+
+
+def sides_of(aspect):
+    """Ratio of the sides of a rectangle with this aspect (a/b + b/a)/2."""
+    return aspect + np.sqrt(aspect**2 - 1.0) if np.isfinite(aspect) else np.inf
 
 
 def aspects(xy, zones):
@@ -113,11 +122,8 @@ def aspects(xy, zones):
 
 
 def _check_profile(profile, g):
-    x, y = profile.T
-    if abs(x[0]) > 1e-6 * g.zone_size[0] or abs(x[-1] - g.length) > 1e-6 * g.zone_size[0]:
-        raise ValueError(f"profile must run from x = 0 to x = length, it runs from {x[0]:g} to {x[-1]:g} m")
-    if np.any(y < g.zone_size[1]) or np.any(y > g.height * (1 + 1e-9)):
-        raise ValueError(f"profile must stay between one zone ({g.zone_size[1]:g} m) and the height of the grid, {g.height:g} m")
+    check_extent(profile, (g.length, g.height), g.zone_size)
+    x = profile[:, 0]
     if np.any(np.diff(x) < 0.0):
         raise ValueError(f"profile turns back in x after its point {np.argmin(np.diff(x))}: overhangs cannot be meshed")
 

@@ -146,6 +146,7 @@ class ContinuumSide:
         """Stores the result of a stage and saves the State; `instead`: State for the next stage if this one is discarded."""
         if not stage.rims:
             self.frame(stage.stage.name, stage.factor)
+        stage.check_rest()
         result = stage.result()
         if self.coupled:
             stress = fields.stress(self.model, self.state)

@@ -5,6 +5,7 @@ import logging
 
 from fdm_server.coupling.rim import open_windows
 from fdm_server.ground.load_ramps import remove_zones, surcharge_ramp
+from fdm_server.ground.load_steps import ramp_of
 from fdm_server.observe import fields
 
 log = logging.getLogger(__name__)
@@ -51,15 +52,18 @@ def couple(side, stage):
 
 def excavate(side, stage):
     """Removes zones; their forces on the ground are reduced gradually."""
-    mask, over = side.excavations[stage.index], stage.stage.excavate.over
-    side.model, side.state, stage.load = remove_zones(side.model, side.state, mask, stage.gravity, over)
+    table, law = stage.stage.excavate, side.model.law
+    ramp = ramp_of(side.scene, stage.index, law, table.over, table.ratio)
+    side.model, side.state, stage.load = remove_zones(side.model, side.state, side.excavations[stage.index], stage.gravity, ramp)
     side.compute(stage)
     side.finish(stage)
 
 
 def surcharge(side, stage):
     """Increases the pressure on the ground surface."""
-    stage.load = surcharge_ramp(side.model, side.state, stage.stage.surcharge, [rim.nodes for rim in side.rims])
+    table = stage.stage.surcharge
+    ramp = ramp_of(side.scene, stage.index, side.model.law, table.over, table.ratio)
+    stage.load = surcharge_ramp(side.model, side.state, table, [rim.nodes for rim in side.rims], ramp)
     side.compute(stage)
     side.finish(stage)
 

@@ -4,16 +4,16 @@ A checkpoint contains the State of the grid, the active zones, from which the mo
 removed zones.
 """
 
-import json
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from coupler_protocol.files import checkpoint, restart
+from coupler_protocol.files import checkpoint, proof, restart
 from coupler_protocol.scene.schedule import acting_boundaries
 from fdm_server.mesh.grid_sides import fixed_components
 from fdm_server.model import State, build_model, model_of
+from fdm_server.procedure.proof import prove, prove_rims, prove_zones
 
 NAME = "fdm.rank0"
 
@@ -40,7 +40,7 @@ def save(side, stage, phase, factor):
     rims = {rim.window.name: RimState(rim.reaction, rim.reaction_mass, rim.force) for rim in side.rims}
     more = {"rows": side.rows(), "gravity": side.gravity, "time": side.time, "warnings": side.warnings}
     more |= restart.named(side.plugin)
-    about = restart.attributes(side.scene, stage, phase, side.steps, side.session, factor, **more)
+    about = restart.attributes(side.scene, NAME, stage, phase, side.steps, side.session, factor, **more)
     checkpoint.save(path, GridState(side.model.zone, side.state, rims), about)
     return path
 
@@ -53,15 +53,23 @@ def model_at(scene, grid, zone, index):
 
 
 def restore(side, saved):
-    """Restores a new side from a saved stage end (coupler_protocol.files.restart.Saved)."""
-    found = checkpoint.rebuild(GridState, saved.fields)
-    side.model = model_at(side.scene, side.grid, found.zone, saved.index)
-    side.state = found.grid
+    """Restores a new side from a saved stage end (coupler_protocol.files.restart.Saved).
+
+    Raises EnvironmentFailed if no step can be taken with what was saved.
+    """
+    with proof.of_file(saved.path):
+        found = checkpoint.rebuild(GridState, saved.fields)
+        prove_zones(found.zone, len(side.grid.zones))
+        model = model_at(side.scene, side.grid, found.zone, saved.index)
+        prove(model, found.grid)
+        prove_rims(side.rims, found.rims)
+        side.earlier = saved.said("rows", list)
+        side.warnings = saved.said("warnings", list)
+        side.time = saved.said("time", float | int)
+        side.gravity = tuple(saved.said("gravity", list))
+        proof.require(len(side.gravity) == 2, "its attribute gravity is not a pair")
+    side.model, side.state = model, found.grid
     for rim in side.rims:
         rim.reaction, rim.reaction_mass, rim.force[:] = found.rims[rim.window.name]
     side.steps = saved.about["step"]
-    side.earlier = json.loads(saved.about["rows"])
-    side.warnings = json.loads(saved.about["warnings"])
-    side.time = json.loads(saved.about["time"])
-    side.gravity = tuple(json.loads(saved.about["gravity"]))
     side.coupled = restart.coupled(side.scene, saved.index)

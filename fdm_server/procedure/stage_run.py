@@ -2,6 +2,7 @@
 
 import logging
 
+from coupler_protocol.scene import rest
 from coupler_protocol.scene.ending import Ending
 from coupler_protocol.scene.schedule import leg_of, new_boundaries
 from coupler_protocol.scene.stage_kinds import of
@@ -10,6 +11,7 @@ from fdm_server.coupling import common_step
 from fdm_server.coupling.band_reached import BandWatch
 from fdm_server.coupling.exchange_pauses import Pace
 from fdm_server.ground.boundaries_in_time import NOTHING
+from fdm_server.ground.load_steps import LOOK, Momentum
 from fdm_server.ground.reactions import reactions
 from fdm_server.step import clock
 from fdm_server.step.gridpoint_pass import farthest, unbalanced_ratio
@@ -35,16 +37,17 @@ class StageRun:
         self.interface = []  # a fdm_server.coupling.rim_growth.RimWatch of every open window
         self._warned = set()
         self.ended = False
+        self._momentum = None  # a Momentum if a load of a grid alone waits for rest
         self.kick = None  # [s] time over which forces act in the first step of a coupled real-time stage; None: the whole step
         self._step = self._step_before = 0.0  # [s] agreed with the discs; of the previous real-time stage
         self.ratio = ([1.0] + [row["ratio_continuum"] for row in side.earlier + side.results])[-1]
         self.ended_by = ""
         rows = side.earlier + side.results
         self.pace = Pace(side.scene.coupling.exchange_every, rows[-1].get("fell_back", "") if rows else "")
-        self._last_step = self._unjudged = False
+        self._last_step = self._unjudged = self._unseen = False
         self._handover = (stage.handover or 500) if of(stage).couples else 0
         change, sides = stage.excavate or stage.surcharge, new_boundaries(side.scene, index)
-        ramps = max(self._handover, leg.over, change.over if change else 0, *(b.over for b in sides), 0)
+        ramps = max(self._handover, leg.over, (change.over or 0) if change else 0, *(b.over or 1 for b in sides), 0)
         self._ending = Ending(stage.until, ramps) if stage.until else None
         self._band = BandWatch(stage.until.band, side.grid) if stage.until and stage.until.band else None
         self._every = side.scene.record.history
@@ -65,6 +68,17 @@ class StageRun:
     def share(self):
         """Share of the discs in the rim's forces."""
         return min(1.0, self.done / self._handover) if self._handover else 1.0
+
+    @property
+    def ramps(self):
+        """The Ramps of loads that change in this stage."""
+        found = [] if self.load is None else [self.load.ramp]
+        return found + ([] if self.sides.push is None else [load.ramp for load in self.sides.push.loads])
+
+    @property
+    def held(self):
+        """The Ramps that have not brought their loads to the end because they wait for rest."""
+        return [ramp for ramp in self.ramps if ramp.ratio and not ramp.complete]
 
     def watch_rims(self, state):
         """Checks the interface for unstable growth and for a mismatch of power."""
@@ -105,6 +119,11 @@ class StageRun:
             self._inspect(model, state)
         if self._unjudged and self.pace.fresh:  # under held forces the grid alone comes to rest
             self._judge(model, state)
+        self._unseen = self._unseen or self.done % LOOK == 0
+        if self._unseen and self.pace.fresh:
+            self._unseen = False
+            for ramp in [ramp for ramp in self.ramps if ramp.waits]:
+                ramp.see(max(self._ratios(model, state)))
 
     def _inspect(self, model, state):
         self._unjudged = True
@@ -122,11 +141,23 @@ class StageRun:
 
     def _judge(self, model, state):
         self._unjudged = False
-        self.ratio = unbalanced_ratio(model, state, self.gravity)
-        ratios = [self.ratio, *(rim.answer.ratio for rim in self.rims)]
+        ratios = self._ratios(model, state)
+        self.ratio = ratios[0]
         displacement = farthest(state.displacement)
-        self.ended_by = self.ended_by or self._ending.reached(self.done + 1, ratios, displacement)
+        self.ended_by = self.ended_by or self._ending.reached(self.done + 1, ratios, displacement, bool(self.held))
         self.side.progress(self.stage.name, "", self.done, self.stage.until.steps, max(ratios), self.factor)
+
+    def check_rest(self):
+        """Warns if the stage should have come to rest and its steps or time were used up before."""
+        if self._ending is not None and self._ending.at_limit:
+            ratio = max(self.ratio, *(rim.answer.ratio for rim in self.rims), 0.0)
+            text = rest.shortfall(self.side.scene, self.index, self.ended_by, ratio, self.side.plugin)
+            if text:
+                self.warn(rest.NAME, text)
+
+    def _ratios(self, model, state):
+        """Unbalanced ratios of the grid and of the discs of every window."""
+        return [unbalanced_ratio(model, state, self.gravity), *(rim.answer.ratio for rim in self.rims)]
 
     def set_clock(self):
         """Sets mode and damping of the stage in model and state (fdm_server/step/clock.py)."""
@@ -159,14 +190,18 @@ class StageRun:
     def set_loads(self):
         """Sets the applied forces of the next step, if they change."""
         if self.load is not None:
-            self.load.apply(self.side.state, self.done)
+            self.load.apply(self.side.state)
         if self.sides.push is not None:
-            self.sides.push.apply(self.side.state, self.done)
+            self.sides.push.apply(self.side.state)
         for side in self.sides.dashpots:
             side.apply(self.side.state)
 
     def set_velocities(self, state):
-        """Sets the velocities that boundaries prescribe in the present step."""
+        """Takes the momentum of a staged relaxation, then sets the velocities that boundaries prescribe in the present step."""
+        if self._momentum is None and not self.rims and any(ramp.ratio for ramp in self.ramps):
+            self._momentum = Momentum()
+        if self._momentum is not None:
+            self._momentum.take(self.side.model, state)
         if self.sides.drive is not None:
             self.sides.drive.apply(state, self.done)
 
@@ -175,6 +210,8 @@ class StageRun:
         self.done += 1
         dt = clock.seconds(self.side.state)
         self.time += dt
+        for ramp in self.ramps:
+            ramp.step_done()
         self.set_loads()
         self.side.steps += 1
         self.side.time += dt
@@ -201,5 +238,9 @@ class StageRun:
 
     def result(self):
         """Row of run.json and the closing table at the end of the stage."""
+        for ramp in self.held:
+            why = f"{ramp.share:.1%} of the load acts at the end of the stage: the ground did not come to rest under it (ratio "
+            why += f"{ramp.ratio:g}); more steps help if the ratio falls, else the ground bears no more"
+            self.warn("load not complete", why)
         gravity = self.leg.at(max(0, self.done - 1))
         return self.outcome() | {"reactions": reactions(self.side.model, self.side.state, gravity, self.sides.holders)}

@@ -113,7 +113,7 @@ def _meshes(case, name, changes, sizes, reference, repeats):
     """Rows of one curve over zone sizes."""
     rows = [_point(size, _scene(name, changes, size), repeats) for size in sizes]
     limit = extrapolate(sizes, [r["value"] for r in rows], [r["half"] for r in rows])
-    aim = limit.value if reference is None else reference
+    aim = next(a for a in (reference, limit.value, rows[-1]["value"]) if a is not None)
     for row in rows:
         row["error"] = abs(row["value"] - aim) / aim
     method = "columns along the face" if FACE in changes else "triangles on the face"
@@ -124,12 +124,13 @@ def _meshes(case, name, changes, sizes, reference, repeats):
         "trials": None,
         "value": limit.value,
         "half": limit.from_brackets,
-        "error": max(abs(limit.value - aim), limit.from_brackets) / aim,
+        "error": None if limit.value is None else max(abs(limit.value - aim), limit.from_brackets) / aim,
         "seconds": sum(r["seconds"] for r in rows),
         "spread": None,
         "repeats": repeats,
     }
-    source = SOURCES[case] if reference is not None else f"{aim:.4f}, extrapolated from these meshes"
+    where = "of the finest mesh: too low an order to extrapolate" if limit.value is None else "extrapolated from these meshes"
+    source = SOURCES[case] if reference is not None else f"{aim:.4f}, {where}"
     found = _finished(case, f"zone size, {method}", source, rows, sizes)
     if reference is not None:
         found += _finished(case, f"extrapolated, {method}", source, [together], [1.0])
@@ -156,7 +157,7 @@ def _finished(case, method, source, rows, sizes):
 
 def _seconds_to(error, rows):
     """Seconds at which a curve reaches an error, between its points on logarithmic scales; None where it does not."""
-    points = sorted((r["seconds"], r["error"]) for r in rows)
+    points = sorted((r["seconds"], r["error"]) for r in rows if r["error"] is not None)
     for (t0, e0), (t1, e1) in pairwise(points):
         if e0 > error >= e1 > 0.0:
             return float(np.exp(log(t0) + log(e0 / error) / log(e0 / e1) * log(t1 / t0)))
@@ -174,7 +175,7 @@ def draw(rows, path):
     figure, panels = plt.subplots(1, 2, figsize=(9.0, 3.6), layout="constrained")
     curves(panels[0], [named(r) for r in rows if r["method"].startswith("zone size")], "label")
     for row in rows:
-        if row["method"].startswith("extrapolated"):
+        if row["method"].startswith("extrapolated") and row["error"] is not None:
             panels[0].plot(row["seconds"], 100.0 * row["error"], "*", color="#303030", markersize=7)
     panels[0].plot([], [], "*", color="#303030", label="extrapolated, all meshes")
     curves(panels[1], [named(r) for r in rows if r["method"] in ("bracket", "budget")], "label")

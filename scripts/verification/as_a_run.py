@@ -19,12 +19,13 @@ LOOK = 50  # steps between points of the histories and looks at the ratio
 
 
 class Computed(NamedTuple):
-    """What a scene came to: the grid's Model and State, rows of run.json by stage, histories that were asked for."""
+    """What a scene came to: the grid's Model and State, rows of run.json by stage, histories that were asked for, warnings."""
 
     model: Model
     state: State
     stages: list[dict]
     histories: dict[str, NDArray[np.float64]]
+    warnings: list[dict]
 
 
 def tables(grid, material, stage, boundary=None, **more):
@@ -62,4 +63,4 @@ def compute(scene, histories=()):
         side.run()
         with open_run(folder) as run:
             found = {name: run.history(name)[1] for name in histories}
-    return Computed(side.model, side.state, side.results, found)
+    return Computed(side.model, side.state, side.results, found, side.warnings)

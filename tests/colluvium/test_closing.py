@@ -18,8 +18,9 @@ def test_a_stretched_rim_is_a_warning_of_its_stage():
 @pytest.mark.parametrize(
     ("more", "words", "not_words"),
     [
-        ({}, ["100 discs", "20 on the ring", "within 3.1 %"], ["stones", "was reduced", "remains"]),
+        ({}, ["100 discs", "20 on the ring", "within 3.1 %", "porosity 0.160,"], ["stones", "was reduced", "remains"]),
         (STONES, ["9 stones: 45.0 % of the area, 47.0 % of the discs"], ["no disc centre"]),
+        (STONES | {"stone_gaps": 0.045}, ["porosity 0.160 (0.115 with solid stones)"], []),
         (STONES | {"stones_without_discs": 2}, ["2 of them contain no disc centre"], []),
         ({"projected": 0.6, "imbalance_x": 0.0, "imbalance_y": 0.01}, ["at 60 % of its points the stress exceeded"], ["remains"]),
         ({"imbalance_x": 0.01, "imbalance_y": 0.45}, ["+1 % of the weight remains along x, +45 %"], ["was reduced"]),

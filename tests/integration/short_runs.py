@@ -6,6 +6,7 @@ from pathlib import Path
 
 import h5py
 
+from coupler_protocol.scene import rest
 from tests.commands import command
 
 SHORT = (
@@ -60,6 +61,11 @@ def coupled_frames(path):
             return int(file["VTKHDF/Steps"].attrs["NSteps"])
     except (OSError, KeyError):
         return 0
+
+
+def watched(info):
+    """Warnings of the watches in the content of a run.json; that a short run did not come to rest is not theirs."""
+    return [warning for warning in info.get("warnings", []) if warning["name"] != rest.NAME]
 
 
 def end(*processes):

@@ -1,5 +1,6 @@
 """Going on from the end of a stage gives the bits of the straight run, in one process and in two."""
 
+import contextlib
 import json
 import os
 import shutil
@@ -192,6 +193,53 @@ def test_a_killed_run_is_resumed_and_reads_as_one_run(tmp_path, scene, straight)
     again = quietly("resume", out)
     assert again.returncode == 4
     assert "nothing remains to be computed" in again.stderr
+
+
+LIMITED = """
+import resource, sys
+from colluvium import cli
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]), resource.RLIM_INFINITY))
+sys.exit(cli.main(sys.argv[2:]))
+"""
+
+
+@pytest.mark.parametrize(
+    ("size", "processes", "what"),
+    [
+        (60_000, "two", "the account of the run"),
+        (300_000, "two", "the frame of step 50"),
+        (760_000, "two", "the frame of step 450"),
+        (760_000, "one", "the frame of step 450"),
+        (1_000_000, "two", "the frame of step"),
+    ],
+)
+def test_a_run_without_room_is_resumed_as_if_there_had_always_been_some(tmp_path, scene, straight, size, processes, what):
+    """No file may become larger than `size` bytes. The error names the first file without room; then there is room again."""
+    out = tmp_path / "run"
+    mode = ["--in-process"] if processes == "one" else []
+    done = finished([sys.executable, "-c", LIMITED, size, "run", scene, "--out", out, "--quiet", *mode, *overrides()])
+    assert done.returncode == 4, done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stderr.count("cannot be written to") == 1, done.stderr
+    assert f": {what}" in done.stderr
+    assert "File too large; it needs " in done.stderr
+    assert json.loads((out / "run.json").read_text())["exit_code"] == 4
+    with contextlib.suppress(FileNotFoundError), open_run(out) as run:
+        for i in range(len(run.frames)):
+            assert all(np.isfinite(body.xy).all() for body in run.bodies(i))
+        for rank in run.files:
+            for name in run.files[rank].history_names():
+                steps, _ = run.history(name, rank)
+                assert (np.diff(steps) > 0).all()
+                assert steps[0] > 0
+    done = quietly("resume", out, *mode)
+    if not list(out.glob("fdm.rank0.equilibrium.h5")):
+        assert done.returncode in (3, 4)
+        return
+    assert done.returncode == 0, done.stderr
+    assert_equal_runs(straight, out, 0)
+    for side in SIDES:
+        assert differing(straight / f"{side}.overload.h5", out / f"{side}.overload.h5") == []
 
 
 def test_a_run_resumed_twice_from_ever_earlier_ends_is_still_one_run(tmp_path, scene, straight):

@@ -17,6 +17,7 @@ from dem_server.coupling.rim import Rim
 from dem_server.effects.bond import BONDED, BROKEN_TENSION
 from fdm_server.observe.energy_growth import EnergyWatch
 from fdm_server.procedure import grid_side, restart
+from tests.integration.short_runs import watched
 from tests.window_scenes import RING, SECTOR, uniform
 
 
@@ -47,7 +48,7 @@ def stopped(tables, out, on_step=lambda moment: None, origin=None):
         threads.run(colluvium.Scene(**tables), out, origin=origin, plugin=from_functions(None, (1, seen)))
     info = json.loads((out / "run.json").read_text())
     assert info["exit_code"] == PHYSICS
-    (warning,) = info["warnings"]
+    (warning,) = watched(info)
     assert warning["stage"] == "go"
     assert str(caught.value).startswith(f"{warning['name']}: ")
     for name in ("fdm.rank0", "dem.rank1"):
@@ -83,7 +84,7 @@ def test_a_run_that_was_stopped_goes_on_from_the_last_stage_end(too_light):
     """Without what spoiled it."""
     with colluvium.resume(too_light[0]) as run:
         assert run.info["exit_code"] == 0
-        assert "warnings" not in run.info
+        assert watched(run.info) == []
         assert run.stages[-1] == "go"
 
 
@@ -121,7 +122,7 @@ def test_loads_that_a_function_adds_to_the_ring_are_no_mismatch(tables, too_ligh
     out = tmp_path / "run"
     out.mkdir()
     threads.run(colluvium.Scene(**tables), out, origin=Origin(too_light[0], "couple"), plugin=from_functions(None, (1, push)))
-    assert "warnings" not in json.loads((out / "run.json").read_text())
+    assert watched(json.loads((out / "run.json").read_text())) == []
 
 
 @pytest.fixture(scope="module")
@@ -149,7 +150,7 @@ def test_a_burst_and_a_collapse_pass(violent):
     run, broken = violent
     assert broken[0] > 500
     assert run.info["exit_code"] == 0
-    assert "warnings" not in run.info
+    assert watched(run.info) == []
     _, kinetic = run.history("kinetic_energy", 1)
     assert kinetic[-1] > 1e4 * kinetic[kinetic > 0.0].min()
     assert np.abs(run.gridpoints(-1).displacement).max() > 0.5
@@ -158,7 +159,7 @@ def test_a_burst_and_a_collapse_pass(violent):
 def test_the_paper_mapping_passes_where_it_is_damped(tables, tmp_path):
     data = copy.deepcopy(tables) | {"coupling": {"mapping": "paper"}}
     with colluvium.run(colluvium.Scene(**data), tmp_path / "run") as run:
-        assert "warnings" not in run.info
+        assert watched(run.info) == []
 
 
 def test_the_watch_begins_after_a_restart_as_in_the_straight_run(tables, tmp_path, monkeypatch):
@@ -182,4 +183,4 @@ def test_the_watch_begins_after_a_restart_as_in_the_straight_run(tables, tmp_pat
     threads.run(scene, again, origin=Origin(tmp_path / "straight", "couple"))
     assert begun[-1][0] == straight[0]
     np.testing.assert_array_equal(begun[-1][1], straight[1])
-    assert json.loads((again / "run.json").read_text())["warnings"] == noticed
+    assert watched(json.loads((again / "run.json").read_text())) == noticed

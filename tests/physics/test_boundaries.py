@@ -43,7 +43,7 @@ def loaded(scene, *boundaries):
     state = new_state(model)
     scene.stage = [SimpleNamespace(boundary=list(boundaries), kind="load", discard=False)]
     model, sides = begin_stage(scene, 0, model, state)
-    sides.push.apply(state, 0)
+    sides.push.apply(state)
     return model, state
 
 
@@ -103,8 +103,9 @@ def test_loads_grow_linearly():
     model = build_model(scene, build_grid(scene))
     state = new_state(model)
     model, sides = begin_stage(scene, 0, model, state)
-    for done, share in enumerate([1 / 8, 2 / 8, 3 / 8, 4 / 8, 5 / 8, 6 / 8, 7 / 8, 1.0, 1.0]):
-        sides.push.apply(state, done)
+    for share in [1 / 8, 2 / 8, 3 / 8, 4 / 8, 5 / 8, 6 / 8, 7 / 8, 1.0, 1.0]:
+        sides.push.apply(state)
+        sides.push.loads[0].ramp.step_done()
         assert state.applied[:, 1].sum() == pytest.approx(-share * 5e3, rel=1e-12)
 
 
@@ -118,7 +119,8 @@ def test_a_ramp_of_the_first_stage_starts_from_the_scenes_own_boundaries():
     model, sides = begin_stage(one, 0, model, state)
     left = np.flatnonzero(model.grid.xy[:, 0] == 0.0)
     for done, share in enumerate([0.75, 0.5, 0.25, 0.0]):
-        sides.push.apply(state, done)
+        sides.push.apply(state)
+        sides.push.loads[0].ramp.step_done()
         sides.drive.apply(state, done)
         assert state.applied[:, 1].sum() == pytest.approx(-8e3 * 4.0 * share, abs=1e-6)
         np.testing.assert_allclose(state.velocity[left, 0], 4e-6 * share, atol=1e-20)

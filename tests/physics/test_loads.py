@@ -11,6 +11,7 @@ import pytest
 from zone_cases import DENSITY, GRAVITY, PAPER, box, settle, sides, slope, soil
 
 from fdm_server.ground.load_ramps import pressure_forces, remove_zones, surcharge_ramp
+from fdm_server.ground.load_steps import Ramp
 from fdm_server.mesh.grid import build_grid, centroids
 from fdm_server.mesh.grid_sides import surface_edges
 from fdm_server.model import build_model, new_state
@@ -22,8 +23,8 @@ A1 = PAPER.bulk + 4 * PAPER.shear / 3
 HEIGHT = 6.0
 
 
-def pressure(x, value, over=1):
-    return SimpleNamespace(x=x, pressure=value, over=over)
+def pressure(x, value):
+    return SimpleNamespace(x=x, pressure=value)
 
 
 def column():
@@ -37,11 +38,12 @@ def column():
     return model, state
 
 
-def follow(model, state, ramp, ratio=1e-10):
-    """Take the steps of the ramp, then come to rest; returns the largest ratio on the way."""
+def follow(model, state, load, ratio=1e-10):
+    """Take the steps of the load's ramp, then come to rest; returns the largest ratio on the way."""
     worst = 0.0
-    for done in range(ramp.over):
-        ramp.apply(state, done)
+    for _ in range(load.ramp.over):
+        load.apply(state)
+        load.ramp.step_done()
         update_velocities(model, state, GRAVITY)
         advance(model, state)
         worst = max(worst, unbalanced_ratio(model, state, GRAVITY))
@@ -53,8 +55,8 @@ def follow(model, state, ramp, ratio=1e-10):
 def test_the_ground_rises_when_a_layer_is_dug_away(over):
     model, state = column()
     layer = model.grid.row >= 8  # the upper two metres
-    model, state, ramp = remove_zones(model, state, layer, GRAVITY, over)
-    worst = follow(model, state, ramp)
+    model, state, load = remove_zones(model, state, layer, GRAVITY, Ramp(over))
+    worst = follow(model, state, load)
     left = HEIGHT - 2.0
     top = model.grid.xy[:, 1] == left
     np.testing.assert_allclose(state.displacement[top, 1], 2.0 * DENSITY * GRAVITY * left / A1, rtol=1e-7)
@@ -66,7 +68,7 @@ def test_the_ground_rises_when_a_layer_is_dug_away(over):
 
 def test_the_ground_settles_under_a_pressure_everywhere():
     model, state = column()
-    follow(model, state, surcharge_ramp(model, state, pressure((0.0, 2.0), 80e3, 500)))
+    follow(model, state, surcharge_ramp(model, state, pressure((0.0, 2.0), 80e3), ramp=Ramp(500)))
     top = model.grid.xy[:, 1] == HEIGHT
     np.testing.assert_allclose(state.displacement[top, 1], -80e3 * HEIGHT / A1, rtol=1e-7)
 
@@ -74,7 +76,7 @@ def test_the_ground_settles_under_a_pressure_everywhere():
 def test_surcharges_add_up():
     model, state = column()
     for part in ((0.0, 2.0), (0.0, 0.7), (0.7, 2.0)):
-        surcharge_ramp(model, state, pressure(part, 40e3)).apply(state, 0)
+        surcharge_ramp(model, state, pressure(part, 40e3)).apply(state)
     np.testing.assert_allclose(state.applied[:, 1].sum(), -2 * 40e3 * 2.0, rtol=1e-12)
     settle(model, state, GRAVITY, 1e-10)
     top = model.grid.xy[:, 1] == HEIGHT

@@ -126,6 +126,74 @@ def test_stiffness_of_a_square_array_under_side_pressure():
     np.testing.assert_allclose(servo.pressures(state.walls)[2:], 20e3, rtol=1e-6)
 
 
+PIECES = [[-0.5, 0.0], [0.5, 0.0]], [[0.2, 0.5], [0.2, -0.1], [-0.5, -0.1]]  # first and last x
+
+
+@pytest.mark.parametrize("pieces", PIECES)
+@pytest.mark.parametrize(("real", "average"), [(None, 1.0), (0.1, 1.0), (0.1, 5.0)])
+def test_pieces_of_a_servo_wall_are_one_wall(pieces, real, average):
+    """Discs under the middle, under joints and beside them, on one side only: place, force and pressure as of one wall."""
+    xy, found = np.array([[-0.1, 0.0], [0.0, 0.0], [0.2, 1e-4], [0.2, 2.0 * R]]), []
+    dashpot, damping = Dashpot(normal=0.2, shear=0.2), None if real else Damping(local=0.7)
+    for top in ([[-0.5, 0.5]], pieces):
+        model, state = loose_discs(xy, np.full(len(xy), R), bond=None, dashpot=dashpot, damping=damping)
+        ends = np.array([[-0.5, -R, 0.5, -R], *([first, 3.01 * R, last, 3.01 * R] for first, last in top)])
+        state.walls = make_walls(ends, np.zeros((len(ends), 2)), model, servo.make_servo(ends, state.x))
+        table = state.walls.servo
+        table.pressure[1:], table.fastest[1:], table.average[1:] = 4e4, 0.3 if real else 1e-5, average
+        contact_forces(model, state)
+        model = in_static_mode(model, state) if real is None else in_real_time(model, state, real)
+        advance(model, state, 9.81, 1500)
+        pressures = servo.pressures(state.walls)[1:]
+        assert (pressures == pressures[0]).all()
+        assert (state.walls.ends[1:, 1] == state.walls.ends[1, 1]).all()
+        found.append([state.walls.ends[1, 1], *state.x.ravel(), 1e-5 * pressures[0], 1e-5 * state.walls.force[1:, 1].sum()])
+    assert found[0][-1] > 0.0
+    np.testing.assert_allclose(found[1], found[0], atol=1e-9)
+
+
+def test_servo_walls_beside_each_other_move_by_themselves():
+    """Two pistons with a gap between them, or with different pressures: each holds its own."""
+    for gap, second in ((0.02, 5e4), (0.0, 8e4)):
+        xy = np.array([[-0.2, 0.0], [0.2, 0.0], [0.3, 0.0]])
+        model, state = loose_discs(xy, np.full(3, R), bond=None, damping=Damping(local=0.7))
+        ends = np.array([[-0.5, -R, 0.5, -R], [-0.5, R, 0.0, R], [gap, R, 0.5, R]])
+        state.walls = make_walls(ends, np.zeros((3, 2)), model, servo.make_servo(ends, state.x))
+        state.walls.servo.pressure[1:], state.walls.servo.fastest[1:] = [5e4, second], 1e-4
+        contact_forces(model, state)
+        model = in_static_mode(model, state)
+        advance(model, state, 0.0, 3000)
+        np.testing.assert_allclose(servo.pressures(state.walls)[1:], [5e4, second], rtol=1e-6)
+
+
+def test_a_piece_around_an_edge_does_not_shorten_a_servo_wall():
+    """Walls that meet at their ends, but for rounding, cut nothing off: both stay as long as they are."""
+    x, y = 0.1 + 0.2, 0.3
+    for offset in (0.0, 1e-16, -1e-16, 1e-13, -1e-13):
+        ends = np.array([[0.0, 0.0, x, y], [x + offset, y - offset, 0.9, 0.1]])
+        found = np.empty(2)
+        for xy in ([[0.3, 1.0]], [[0.3, -1.0]]):
+            servo.measure(ends, servo.make_servo(ends, np.array(xy)).inward, found)
+            np.testing.assert_allclose(found, np.hypot(*(ends[:, 2:] - ends[:, :2]).T), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("real", "average", "speed"), [(None, 1.0, 1e-5), (0.1, 1.0, 0.2), (0.1, 2.0, 0.05)])
+def test_a_wall_keeps_its_pressure_while_another_one_moves(real, average, speed):
+    """The floor of a column of six discs sinks steadily and the servo wall follows: its pressure lags by nothing but rounding."""
+    column = np.column_stack([np.zeros(6), 2.0 * R * np.arange(6.0)])
+    dashpot, damping = Dashpot(normal=0.2), None if real else Damping(local=0.7)
+    changes = {"pressure": 5e4, "fastest": 1.0, "average": average, "dashpot": dashpot, "friction": None, "damping": damping}
+    model, state = between_walls(column, 11.0 * R, **changes)
+    model = in_static_mode(model, state) if real is None else in_real_time(model, state, real)
+    advance(model, state, 0.0, round(4000 * average**2))
+    np.testing.assert_allclose(servo.pressures(state.walls)[1], 5e4, rtol=1e-6)
+    assert state.walls.servo.drift[1] == 0.0
+    state.walls.velocity[0, 1] = -speed
+    advance(model, state, 0.0, round(16000 * average**2))
+    assert servo.pressures(state.walls)[1] == pytest.approx(5e4, rel=1e-5)
+    assert state.walls.velocity[1, 1] == pytest.approx(-speed, rel=1e-4)
+
+
 def test_walls_from_afar_are_felt_in_the_masses():
     """A wall comes to a disc that rests: when it touches, the static mass counts both walls, m = 2 kn / sf^2."""
     model, state = between_walls([[0.0, 0.0]], 3.0 * R, velocity=(0.0, -1e-3), friction=None, damping=Damping(local=0.7))

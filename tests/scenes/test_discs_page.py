@@ -40,11 +40,36 @@ def test_the_scene_of_the_page_is_one(tmp_path, monkeypatch):
     build_scene(tomllib.loads(text))
 
 
-def test_a_function_pulls_and_another_disc_is_held(tmp_path):
-    """Three bonded discs, disc 0 held, 100 N at the last: its reaction, and 100 N over kn a contact."""
+def pulling(gravity):
+    """Names of the example with a function `pull`, for a stage with this gravity."""
     (code,) = (block for block in blocks("python") if "def pull" in block)
     names = {}
     exec(compile(code, "docs/discs.md", "exec"), names)
+    names["gravity"] = gravity
+    return names
+
+
+@pytest.mark.parametrize("time", ["static", "real"])
+def test_a_held_disc_does_not_move_under_gravity(tmp_path, time):
+    """The other disc falls, in real time by g t^2 / 2."""
+    names = pulling(9.81)
+    (tmp_path / "two.csv").write_text("x,y,radius\n0,0,0.03\n1,0,0.03\n", encoding="utf-8")
+    soil = {"density": 2000.0, "spring": {"normal": 5e7, "shear": 2e7}}
+    stage = {"name": "hold", "kind": "discs", "time": time, "gravity": 9.81, "until": {"steps": 200}}
+    discs = {"radius": 0.03, "file": str(tmp_path / "two.csv"), "soil": soil}
+    scene = colluvium.Scene(format=1, seed=1, discs=discs, stage=[{"name": "fill"}, stage])
+    with colluvium.run(scene, out=tmp_path / "run", on_step=(1, names["pull"])) as run:
+        way, seconds = run.discs(-1).displacement, run.info["stages"][1]["seconds_simulated"]
+    assert way[1, 1] < 0.0
+    assert np.abs(way[0]).max() < 1e-3 * abs(way[1, 1])  # the function is called after the first step, which still moves it
+    if time == "real":
+        assert way[1, 1] == pytest.approx(-0.5 * 9.81 * seconds**2, rel=0.02)
+        assert len(names["reaction"]) == 200
+
+
+def test_a_function_pulls_and_another_disc_is_held(tmp_path):
+    """Three bonded discs, disc 0 held, 100 N at the last: its reaction, and 100 N over kn a contact."""
+    names = pulling(0.0)
     R, overlap = 0.03, 1e-9
     rows = "".join(f"{k * (2 * R - overlap * R)!r},0,{R}\n" for k in range(3))
     (tmp_path / "row.csv").write_text("x,y,radius\n" + rows, encoding="utf-8")

@@ -37,13 +37,16 @@ def test_it_is_pressed_from_all_sides_and_then_from_two(run):
     for name in ("top", "left", "right"):
         assert parts(run, f"wall_pressure:{name}")[0][-1] == pytest.approx(1e5, rel=1e-4)
     for name in ("left", "right"):
-        assert parts(run, f"wall_pressure:{name}")[1] == pytest.approx(1e5, rel=0.05)
+        pressure = parts(run, f"wall_pressure:{name}")[1]
+        assert pressure == pytest.approx(1e5, rel=0.05)
+        for part in np.array_split(pressure, 8):  # the sample dilates faster and faster: a servo that lags is 1 % off at the end
+            assert part.mean() == pytest.approx(1e5, rel=2e-3)
     before, after = parts(run, "wall_y:top")
     assert before[-1] - after[-1] == pytest.approx(0.1, rel=1e-9)
 
 
 def test_peak_friction_angle(run):
-    """Seeds 1 to 8 give 27.6 to 33.4 degrees, mean 30.7, deviation 1.7; here seed 1, within three deviations."""
+    """Seeds 1 to 8 give 27.9 to 33.4 degrees, mean 30.7, deviation 1.7; here seed 1, within three deviations."""
     axial, side = parts(run, "wall_pressure:top")[1], parts(run, "wall_pressure:left")[1]
     peak = np.degrees(np.arcsin(((axial - side) / (axial + side)).max()))
     assert 25.6 < peak < 35.8

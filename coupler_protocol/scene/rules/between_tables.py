@@ -6,29 +6,42 @@ Rules of the servers are added through the entry-point group `colluvium.rules`.
 from collections.abc import Iterator
 from importlib.metadata import entry_points
 from typing import Any
+from unicodedata import normalize
 
 import numpy as np
 
-from coupler_protocol.problems import Finding
+from coupler_protocol.problems import Finding, dotted
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
+from coupler_protocol.scene.rules.endings import DOUBTS_OF_ENDINGS, RULES_OF_ENDINGS
+from coupler_protocol.scene.rules.idle import DOUBTS_OF_IDLE
+from coupler_protocol.scene.rules.polygons import polygons_are_outlines
+from coupler_protocol.scene.rules.sizes import fewer_than_memory_holds
 from coupler_protocol.scene.rules.stages import STAGE_RULES
+from coupler_protocol.scene.rules.units import doubts_of_units, units_are_si
 from coupler_protocol.scene.rules.windows import WINDOW_RULES
+from coupler_protocol.scene.tables.stages import STOPPED
 
 LEAST = 4.0  # largest discs that must fit side by side into the shorter side of a window
 
 
 def broken_rules(scene: Any) -> list[Finding]:
     """All broken rules of a scene whose single tables are valid: (path, problem, remedy)."""
-    rules = COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES)
-    broken = [found for rule in rules for found in rule(scene)]
-    if broken:
-        return broken
+    for rules in (COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES), RULES_OF_VALUES):
+        broken = [found for rule in rules for found in rule(scene)]
+        if broken:
+            return broken
     return [found for point in entry_points(group="colluvium.rules") for found in point.load()(scene)]
 
 
 def doubts(scene: Any) -> list[Finding]:
-    """Doubts about a valid scene, (path, what, remedy), from the entry-point group `colluvium.doubts`."""
-    return [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
+    """Doubts about a valid scene, (path, what, remedy): of this package and of the entry-point group `colluvium.doubts`."""
+    own = [found for doubt in DOUBTS for found in doubt(scene)]
+    return own + [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
+
+
+def listed_doubts(scene: Any) -> list[dict[str, str]]:
+    """Doubts as rows {"key", "what", "remedy"} of run.json, fos.json and `colluvium check`."""
+    return [{"key": dotted(path), "what": what, "remedy": remedy} for path, what, remedy in doubts(scene)]
 
 
 def grid_needs_material(scene: Any) -> Iterator[Finding]:
@@ -66,13 +79,21 @@ def effects_of_discs_are_ours(scene: Any) -> Iterator[Finding]:
 
 
 def names_are_unique(scene: Any) -> Iterator[Finding]:
-    """No two materials, windows or stages have the same name."""
+    """No two materials, windows or stages have the same name; files of stages are also told apart where case does not count."""
     for table in ("material", "window", "stage"):
-        seen = set()
+        seen: dict[str, str] = {}
         for i, item in enumerate(getattr(scene, table)):
-            if item.name in seen:
-                yield (table, i, "name"), f"two {table}s are named {item.name!r}", "give each its own name"
-            seen.add(item.name)
+            name = normalize("NFC", item.name).casefold() if table == "stage" else item.name
+            if name in seen:
+                same = f"two {table}s are named {item.name!r}"
+                alike = f"{seen[name]!r} and {item.name!r} name the same files on some disks"
+                why = same if seen[name] == item.name else alike
+                yield (table, i, "name"), why, "give each its own name"
+            seen[name] = item.name
+    for i, stage in enumerate(scene.stage):
+        if stage.name.casefold() == STOPPED:
+            why = f"files named {STOPPED!r} hold the State of a run that failed"
+            yield ("stage", i, "name"), why, "give the stage another name"
 
 
 def stones_need_their_material(scene: Any) -> Iterator[Finding]:
@@ -156,6 +177,7 @@ def across_of(scene: Any, window: Any) -> float:
 
 COMMON_RULES = (
     names_are_unique,
+    polygons_are_outlines,
     effects_of_discs_are_ours,
     stones_need_their_material,
     stones_are_drawn_or_mapped,
@@ -168,3 +190,5 @@ GRID_RULES = (
     only_without_a_grid,
     *STAGE_RULES,
 )
+RULES_OF_VALUES = (units_are_si, fewer_than_memory_holds, *RULES_OF_ENDINGS)  # of scenes whose tables fit together
+DOUBTS = (doubts_of_units, *DOUBTS_OF_IDLE, *DOUBTS_OF_ENDINGS)

@@ -67,11 +67,33 @@ def loads_have_their_stages(scene: Any) -> Iterator[Finding]:
                 continue
             if load is None:
                 yield ("stage", i), f"stage {stage.name!r} of kind {kind!r} has no table {kind!r}", f"add {kind} = {{ .. }}"
-            elif stage.until is not None and stage.until.steps is not None and stage.until.steps < load.over:
+            elif stage.until is not None and stage.until.steps is not None and stage.until.steps < (load.over or 1):
                 why = f"the stage ends after {stage.until.steps} steps, before the {load.over} steps of {kind}"
                 yield ("stage", i, "until", "steps"), why, f"use at least {load.over} steps"
             if stage.gravity is not None or stage.gravity_factor is not None:
                 yield ("stage", i), f"gravity cannot change in a stage of kind {kind!r}", "change it in a separate stage"
+
+
+def loads_wait_where_rest_is(scene: Any) -> Iterator[Finding]:
+    """Only a gradual load in a static stage can wait for rest."""
+    for i, stage in enumerate(scene.stage):
+        own = [(("stage", i, kind.table), getattr(stage, kind.table)) for kind in KINDS if kind.table]
+        tables: list[tuple[tuple[str | int, ...], Any]] = [(path, table) for path, table in own if table is not None]
+        tables += [(_boundary_at(scene, i, b), b) for b in new_boundaries(scene, i) if b.loads]
+        for path, table in tables:
+            if table.ratio and stage.in_real_time:
+                why = f"stage {stage.name!r} computes in real time, where a load does not wait for rest"
+                yield (*path, "ratio"), why, "remove the key, or use a static stage"
+            elif table.ratio and table.over == 1:
+                yield (*path, "ratio"), "a load that is applied at once does not wait for rest", "use over > 1"
+
+
+def _boundary_at(scene: Any, i: int, boundary: Any) -> tuple[str | int, ...]:
+    """Path of a boundary that begins in stage i."""
+    for k, own in enumerate(scene.boundary):
+        if own is boundary:
+            return "boundary", k
+    return "stage", i, "boundary", next(k for k, own in enumerate(scene.stage[i].boundary) if own is boundary)
 
 
 def real_time_exchanges_every_step(scene: Any) -> Iterator[Finding]:
@@ -112,9 +134,8 @@ def boundaries_change_with_steps_enough(scene: Any) -> Iterator[Finding]:
             remedy = f"move it to a stage of kind {', '.join(allowed)}"
             yield ("stage", i, "boundary"), f"boundaries cannot change in a stage of kind {stage.kind!r}", remedy
         for boundary in new_boundaries(scene, i):
-            path: tuple = next((("boundary", k) for k, b in enumerate(scene.boundary) if b is boundary), ())
-            path = path or ("stage", i, "boundary", next(k for k, b in enumerate(stage.boundary) if b is boundary))
-            if stage.until is not None and stage.until.steps is not None and stage.until.steps < boundary.over:
+            path = _boundary_at(scene, i, boundary)
+            if stage.until is not None and stage.until.steps is not None and stage.until.steps < (boundary.over or 1):
                 why = f"stage {stage.name!r} ends after {stage.until.steps} steps, before this ramp of {boundary.over}"
                 yield (*path, "over"), why, f"use at most {stage.until.steps}, or give the stage more steps"
 
@@ -163,6 +184,7 @@ STAGE_RULES = (
     stages_follow_each_other,
     large_strain_begins_in_the_shape_drawn,
     loads_have_their_stages,
+    loads_wait_where_rest_is,
     real_time_exchanges_every_step,
     substeps_belong_to_real_time,
     surcharges_lie_on_the_ground,

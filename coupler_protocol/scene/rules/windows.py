@@ -3,7 +3,7 @@
 Rules that need the zones in a polygon are in fdm_server/checks/grid_can_be_built.py.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 from coupler_protocol.problems import Finding
@@ -18,9 +18,6 @@ def windows_of_whole_zones(scene: Any) -> Iterator[Finding]:
         if w.polygon is not None:
             if given:
                 yield ("window", i), f"the window has a polygon and {' and '.join(given)}", "remove one of them"
-            elif not _is_simple(w.polygon):
-                what = "the polygon crosses itself, touches itself or has no area"
-                yield ("window", i, "polygon"), what, "list its corners in order"
             continue
         for key in ("columns", "rows"):
             if given and key not in given:
@@ -28,13 +25,6 @@ def windows_of_whole_zones(scene: Any) -> Iterator[Finding]:
         if not given:
             remedy = "columns and rows = [first, last] zone, from 0, or polygon = [[x, y], ..]"
             yield ("window", i), "the window does not say which zones it takes", remedy
-
-
-def _is_simple(polygon: Sequence[tuple[float, float]]) -> bool:
-    import shapely  # imported only where a polygon is given: it loads slowly
-
-    shape = shapely.Polygon(polygon)
-    return shape.is_valid and shape.area > 0.0
 
 
 def windows_lie_inside(scene: Any) -> Iterator[Finding]:

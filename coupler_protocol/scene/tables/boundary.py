@@ -1,10 +1,11 @@
 """Tables for the sides of the grid and for the initial stress of the ground."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, model_validator
 
 from coupler_protocol.scene.declare import Table, quantity
+from coupler_protocol.scene.names import Name
 
 
 def _spanning(value: tuple[float, float]) -> tuple[float, float]:
@@ -16,6 +17,17 @@ def _spanning(value: tuple[float, float]) -> tuple[float, float]:
 Range = Annotated[tuple[float, float], AfterValidator(_spanning)]
 Components = Literal["x", "y", "xy"]
 MOTIONS, FORCES = ("fix", "free", "velocity", "quiet"), ("pressure", "shear", "stress")
+
+
+def waits_for_rest() -> Any:
+    """The key `ratio` beside `over` of a load."""
+    return quantity(
+        None,
+        meaning="unbalanced force ratio at which each part of the ramp waits for rest; 0: the ramp does not wait "
+        "(none: 3e-4, or until.ratio if larger, where a static stage ends by a ratio and the ground can yield; else 0)",
+        ge=0,
+        lt=1,
+    )
 
 
 class Velocity(Table):
@@ -53,9 +65,7 @@ class Boundary(Table):
     on: Literal["left", "right", "bottom", "top", "face", "inner", "outer"] = quantity(
         meaning="side of the grid; top: level ground, face: inclined or vertical ground; a ring has inner, outer, left, bottom"
     )
-    name: str | None = quantity(
-        None, meaning="name in the histories; none: name of the side", min_length=1, pattern=r"^[\w .+-]+$"
-    )
+    name: Name | None = quantity(None, meaning="name in the histories; none: name of the side")
     x: Range | None = quantity(None, unit="m", meaning="only this range of the side; loads end exactly there")
     y: Range | None = quantity(None, unit="m", meaning="only this range of the side; loads end exactly there")
     fix: Components | None = quantity(None, meaning="components of velocity that stay zero")
@@ -69,7 +79,14 @@ class Boundary(Table):
         None, unit="Pa", meaning="along the side, positive with the ground on the left (on top: to the left)"
     )
     stress: Traction | None = quantity(None, meaning="traction of this stress on the side")
-    over: int = quantity(1, unit="steps", meaning="steps of the linear ramp from the previous velocity or load to this one", ge=1)
+    over: int | None = quantity(
+        None,
+        unit="steps",
+        meaning="steps of the ramp from the previous velocity or load to this one (none: 500 for a load that waits for rest in a "
+        "[[stage.boundary]] of a later stage than the first, else 1)",
+        ge=1,
+    )
+    ratio: float | None = waits_for_rest()
 
     @model_validator(mode="after")
     def _one_thing(self) -> "Boundary":
@@ -77,6 +94,8 @@ class Boundary(Table):
         if len(given) != 1 and given != ["pressure", "shear"]:
             said = f"not {' and '.join(given)}" if given else "it says nothing"
             raise ValueError(f"give one of fix, free, velocity, quiet, stress, or pressure and shear: {said}")
+        if self.ratio is not None and not self.loads:
+            raise ValueError(f"ratio is for loads that wait for rest, not for {given[0]}: remove it")
         return self
 
     @property

@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from coupler_protocol.scene.declare import Table, quantity
+from coupler_protocol.scene.names import Hash, Name, hash_meaning
 from coupler_protocol.scene.tables.grading import Grading
 from coupler_protocol.scene.tables.grid import Point
 
@@ -16,6 +17,7 @@ class Servo(Table):
 
     The pressure refers to the length of the wall between the walls that cross it, on the side of the discs. The servo acts in
     every step and uses the stiffness of the wall's contacts; a wall without contacts moves towards the discs at `fastest`.
+    Straight pieces end to end with the same servo are one wall.
     """
 
     pressure: float = quantity(
@@ -46,11 +48,13 @@ class Moves(Table):
 class Wall(Moves):
     """A segment that confines discs, in scenes without a grid; its contacts have the material ring.
 
+    Walls that meet are one surface.
+
     Histories: `wall_force_x:NAME`, `wall_force_y:NAME` [N], force of the discs on the wall, and `wall_x:NAME`, `wall_y:NAME`
     [m], its middle.
     """
 
-    name: str | None = quantity(None, meaning="name; none: its number from 1", min_length=1, pattern=r"^[\w .+-]+$")
+    name: Name | None = quantity(None, meaning="name; none: its number from 1")
     ends: tuple[Point, Point] = quantity(unit="m", meaning="first and last point")
 
 
@@ -91,6 +95,7 @@ class Discs(Table):
     file: str | None = quantity(
         None, meaning="CSV file of the discs, instead of packing: x, y, radius, vx, vy, spin, material, stone (docs/packings.md)"
     )
+    file_hash: Hash | None = quantity(None, meaning=hash_meaning("file"))
     body: Literal["clump", "cluster"] = quantity("clump", meaning="with a file: discs of one stone are rigid or bonded")
     wall: list[Wall] = Field(default_factory=list, description="without a grid: segments that confine the discs")
 

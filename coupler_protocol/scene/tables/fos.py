@@ -25,6 +25,11 @@ class FactorOfSafety(Table):
         "the elastic grid needs to come to rest, whichever is larger)",
         ge=1000,
     )
+    flow: Literal["scene", "zero", "associated"] = quantity(
+        "scene",
+        meaning="dilation angles psi of the materials, psi = 0, or psi = phi, before strength is divided "
+        "(`colluvium fos --flow both`: the last two, one after the other)",
+    )
     dilation: Literal["kept", "reduced"] = quantity(
         "kept", meaning="psi is kept until the reduced phi reaches it, or tan(psi) is also divided by the factor"
     )

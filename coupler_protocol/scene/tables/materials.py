@@ -9,8 +9,10 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator
 
 from coupler_protocol.scene.declare import Table, quantity
+from coupler_protocol.scene.names import Label
 from coupler_protocol.scene.tables.grid import Point
 
+DENSITIES = (300.0, 10e3)  # [kg/m3] of what slopes and laboratory tests are made of: from pumice to steel
 Substance = Literal["soil", "stone", "ring"]
 
 
@@ -23,8 +25,8 @@ def _rightwards(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
 class Material(Table):
     """A soil of the continuum; a zone has the last material whose region (or ground below `top`) contains its centre."""
 
-    name: str = quantity(meaning="name of the material", min_length=1)
-    density: float = quantity(unit="kg/m3", meaning="density", gt=0)
+    name: Label = quantity(meaning="name of the material")
+    density: float = quantity(unit="kg/m3", meaning="density", usual=DENSITIES, gt=0)
     region: list[Point] | None = quantity(None, unit="m", meaning="polygon of the material; none: everywhere", min_length=3)
     top: Annotated[list[Point], AfterValidator(_rightwards)] | None = quantity(
         None,
@@ -38,7 +40,7 @@ class Material(Table):
 class Grain(Table):
     """Material of discs."""
 
-    density: float = quantity(unit="kg/m3", meaning="density of the discs", gt=0)
+    density: float = quantity(unit="kg/m3", meaning="density of the discs", usual=DENSITIES, gt=0)
 
 
 class Ring(Table):

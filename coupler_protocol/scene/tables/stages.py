@@ -6,9 +6,12 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from coupler_protocol.scene import stage_kinds
 from coupler_protocol.scene.declare import Table, increasing, quantity
-from coupler_protocol.scene.tables.boundary import Boundary
+from coupler_protocol.scene.names import Name
+from coupler_protocol.scene.tables.boundary import Boundary, waits_for_rest
 from coupler_protocol.scene.tables.discs import StageWall
 from coupler_protocol.scene.tables.grid import Point, Span
+
+STOPPED = "stopped"  # stands for a stage in the name of the State that is saved where a run fails
 
 
 def _constant(value: Any) -> Any:
@@ -40,7 +43,14 @@ class Excavation(Table):
     columns: Annotated[Span, AfterValidator(increasing)] | None = quantity(None, meaning="first and last zone in x, from 0")
     rows: Annotated[Span, AfterValidator(increasing)] | None = quantity(None, meaning="first and last zone in y, from 0")
     polygon: list[Point] | None = quantity(None, unit="m", meaning="outline of the excavation", min_length=3)
-    over: int = quantity(1, unit="steps", meaning="steps over which the forces of the removed zones are reduced to zero", ge=1)
+    over: int | None = quantity(
+        None,
+        unit="steps",
+        meaning="steps over which the forces of the removed zones are reduced to zero (none: 500 where the relief waits for "
+        "rest, else 1)",
+        ge=1,
+    )
+    ratio: float | None = waits_for_rest()
 
     @model_validator(mode="after")
     def _one_way(self) -> "Excavation":
@@ -54,7 +64,10 @@ class Surcharge(Table):
 
     x: Annotated[Point, AfterValidator(increasing)] = quantity(unit="m", meaning="first and last point")
     pressure: float = quantity(unit="Pa", meaning="pressure, normal to the surface", gt=0)
-    over: int = quantity(1, unit="steps", meaning="steps of the ramp", ge=1)
+    over: int | None = quantity(
+        None, unit="steps", meaning="steps of the ramp (none: 500 where the load waits for rest, else 1)", ge=1
+    )
+    ratio: float | None = waits_for_rest()
 
 
 def is_real(time: str) -> bool:
@@ -65,12 +78,14 @@ def is_real(time: str) -> bool:
 class Stage(Table):
     """One step of the procedure."""
 
-    name: str = quantity(meaning="name of the stage; also its kind if no kind is given", min_length=1)
+    name: Name = quantity(meaning="name of the stage, and of its files; also its kind if no kind is given")
     # mypy cannot read names that are computed; pydantic does when the class is made
     kind: Literal[stage_kinds.NAMES] = quantity(  # type: ignore[valid-type]
         meaning="; ".join(f"{kind.name}: {kind.meaning}" for kind in stage_kinds.KINDS)
     )
-    gravity: float | None = quantity(None, unit="m/s2", meaning="gravity, downwards; stays for later stages", ge=0)
+    gravity: float | None = quantity(
+        None, unit="m/s2", meaning="gravity, downwards; stays for later stages", remedy="it acts downwards", ge=0
+    )
     gravity_factor: Annotated[Ramp, BeforeValidator(_constant)] | None = quantity(
         None, meaning="gravity is multiplied by this, a number or { to, over }; stays for later stages"
     )

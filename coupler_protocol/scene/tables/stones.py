@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from coupler_protocol.scene.declare import Table, increasing, quantity
+from coupler_protocol.scene.names import Hash, hash_meaning
 
 Corners = Annotated[int, Field(ge=4, le=64)]
 Flatness = Annotated[float, Field(ge=1, le=5)]
@@ -54,7 +55,7 @@ class Stones(Table):
 
     content, size: random stones, polygons convex and concave, or with `shapes` copies of traced ones. file: the traced
     stones at their positions; each window takes those inside it. Files are GeoJSON (Polygons, MultiPolygons: exterior
-    rings) or CSV (stone, x, y: corners in order); paths are relative to the working directory.
+    rings) or CSV (stone, x, y: corners in order); paths are relative to the folder of the scene.
     """
 
     body: Literal["clump", "cluster"] = quantity("clump", meaning="rigid, or discs with bonds that can break")
@@ -71,7 +72,9 @@ class Stones(Table):
     gap: float = quantity(0.0, unit="m", meaning="smallest distance between stones, and to the edge of the window", ge=0)
     azimuth: Azimuth | None = Field(default=None, description="directions of the long axes; no table: uniform")
     shapes: str | None = quantity(None, meaning="file of traced stones whose shapes random stones take", min_length=1)
+    shapes_hash: Hash | None = quantity(None, meaning=hash_meaning("shapes"))
     file: str | None = quantity(None, meaning="file of traced stones, kept at their positions", min_length=1)
+    file_hash: Hash | None = quantity(None, meaning=hash_meaning("file"))
     scale: float = quantity(1.0, unit="m", meaning="length of a unit of `file`, such as a pixel", gt=0)
     origin: tuple[float, float] = quantity((0.0, 0.0), unit="m", meaning="position of the point (0, 0) of `file`")
     flip_y: bool = quantity(False, meaning="y of the file points downwards, as in images")

@@ -11,8 +11,10 @@ pressure positive. With N = (1 + sin phi)/(1 - sin phi), Np the same with psi, q
 
 A quarter ring from a to 8a with 12, 24 and 48 zones to the right angle. The rock outside is infinite: for a radial
 displacement u, its pressure on the outer gridpoints grows by 2G u/r. The support of the wall is reduced as (1 - s)^2 while s
-grows from 0 to 1: the wall comes to rest together with its support, so it does not overshoot (see below). The closed form has
-flow in the plane only; the initial stress across the plane must therefore stay between the two others (up to 22.06 MPa)."""
+grows from 0 to 1: the wall comes to rest together with its support, so it does not overshoot (see below). As a scene the wall
+is also opened by one stage with `over` = 1,000, whose relief waits for rest (docs/theory.md), for psi = phi and psi = 0. The
+closed form has flow in the plane only; the initial stress across the plane must therefore stay between the two others (up to
+22.06 MPa)."""
 
 import numpy as np
 
@@ -27,6 +29,20 @@ from verification.verdict_rows import row
 
 NAME = "Salencon hole"
 SOURCE = "Salencon (1969), Ann. Inst. Tech. Bat. Trav. Publ. 21; FLAC verification problem"
+
+
+def waiting(n, psi, damping, over=1_000, outer=30.0):
+    """The hole opened by one stage of the product, whose relief waits for rest."""
+    law = {"friction": FRICTION, "cohesion": COHESION, "dilation": psi}
+    stage = {"name": "open", "kind": "load", "until": {"ratio": 1e-6, "steps": 100_000}}
+    return as_a_run.tables(
+        ring_grid(n, outer),
+        as_a_run.material(K, G, mohr_coulomb=law),
+        [stage | {"boundary": [{"on": "inner", "pressure": 0.0, "over": over}]}],
+        [*AXES, {"on": "outer", "pressure": P0}, {"on": "inner", "pressure": P0}],
+        initial_stress={"xx": -P0, "yy": -P0, "zz": -20e6},
+        damping=damping,
+    )
 
 
 def as_scene(n, steps, outer=30.0):
@@ -85,6 +101,10 @@ def rows(fast):
     target = wall_displacement()
     yield row("displacement of the wall [m]", walls[-1], target, 0.03, SOURCE, None if fast else order(size, walls - target))
     yield row("error norm of the stress over P0", errors[-1], 0.0, 0.01, SOURCE, None if fast else order(size, errors))
+    for psi, kind in ((FRICTION, "local"), (0.0, "local"), (FRICTION, "combined")):
+        found = as_a_run.compute(waiting(24 if fast else 36, psi, {kind: 0.8}))
+        what = f"as a scene, relief that waits for rest, psi = {psi:g}, {kind} damping: wall [m]"
+        yield row(what, wall(seen(found.model, found.state)), wall_displacement(psi), 0.01, SOURCE)
     found = as_a_run.compute(as_scene(24, 20_000))
     yield row("as a scene: displacement of the wall [m]", wall(seen(found.model, found.state)), target, 0.03, SOURCE)
 

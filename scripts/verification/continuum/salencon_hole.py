@@ -5,7 +5,7 @@ import numpy as np
 from verification.continuum.holes import edge_forces, hole, outward, settle
 
 P0, COHESION, FRICTION, K, G = 30e6, 3.45e6, 30.0, 3900e6, 2800e6
-N = NP = (1 + np.sin(np.radians(FRICTION))) / (1 - np.sin(np.radians(FRICTION)))
+N = (1 + np.sin(np.radians(FRICTION))) / (1 - np.sin(np.radians(FRICTION)))
 Q = 2 * COHESION * np.sqrt(N)
 P = Q / (N - 1)
 NU = (3 * K - 2 * G) / (2 * (3 * K + G))
@@ -21,11 +21,14 @@ def exact(r):
     return np.column_stack([radial, np.where(r < R0, P * (N * plastic - 1), P0 + far)])
 
 
-def wall_displacement():
-    """Displacement [m] of the wall towards the axis."""
-    grown = R0 ** (N - 1) * R0 ** (NP + 1)
-    first = (2 * NU - 1) * (P0 + P) + (1 - NU) * (N**2 - 1) / (N + NP) * P * grown
-    return (first + ((1 - NU) * (N * NP + 1) / (N + NP) - NU) * P) / (2 * G)
+def wall_displacement(psi=FRICTION, cohesion=COHESION):
+    """Displacement [m] of the wall towards the axis; psi [deg]."""
+    flow = (1 + np.sin(np.radians(psi))) / (1 - np.sin(np.radians(psi)))
+    apex = 2 * cohesion * np.sqrt(N) / (N - 1)
+    radius = (2 / (N + 1) * (P0 + apex) / apex) ** (1 / (N - 1))
+    grown = radius ** (N - 1) * radius ** (flow + 1)
+    first = (2 * NU - 1) * (P0 + apex) + (1 - NU) * (N**2 - 1) / (N + flow) * apex * grown
+    return (first + ((1 - NU) * (N * flow + 1) / (N + flow) - NU) * apex) / (2 * G)
 
 
 def solve(n, ramp, across=20e6, ratio=1e-6, mixed=True, left=lambda s: (1.0 - s) ** 2):

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from colluvium import open_run
+from colluvium.forecast.factor_of_safety import _extrapolated
+from fdm_server.fos.extrapolation import extrapolate
 from tests.commands import run_colluvium
 
 COARSE = ("--set", "grid.zone_size=1.25", "--set", "fos.resolution=0.01")
@@ -50,11 +52,36 @@ def test_a_frame_for_each_trial(searched):
 
 def test_rules_and_criterion_are_told(searched):
     _, found, done = searched
-    assert set(found["rules"]) == {"strength", "dilation", "tension"}
+    assert set(found["rules"]) == {"flow", "strength", "dilation", "tension"}
+    assert found["rules"]["flow"] == "psi = phi (associated)"
+    assert "gravity: 10 m/s2" in done.stdout
     for rule in found["rules"].values():
         assert rule in done.stdout
     assert "rests at ratio 1e-05" in done.stdout
     assert "fails" in done.stderr  # progress
+
+
+def test_both_flow_rules_beside_each_other(configs, tmp_path):
+    """psi = 0 is the weaker one; each search has a folder, and fos.json has both."""
+    arguments = ("--flow", "both", "--no-pictures", "--quiet", "--set", "fos.zone_sizes=[2.5]", "--set", "fos.resolution=0.02")
+    done = run_colluvium("fos", configs / "dawson_slope.toml", "--out", tmp_path / "out", *arguments)
+    assert done.returncode == 0, done.stderr
+    found = json.loads((tmp_path / "out" / "fos.json").read_text())["flows"]
+    zero, associated = (found[flow]["meshes"][-1]["value"] for flow in ("zero", "associated"))
+    assert 0.0 < associated - zero < 0.1
+    assert json.loads((tmp_path / "out" / "psi_0" / "fos.json").read_text()) == found["zero"]
+    assert (tmp_path / "out" / "psi_phi" / "mesh1").is_dir()
+    assert f"psi = 0 (non-associated): factor of safety {zero:.4f} on zones of 2.5 m" in done.stdout
+    assert f"psi = phi (associated): factor of safety {associated:.4f} on zones of 2.5 m" in done.stdout
+
+
+def test_extrapolations_in_words():
+    """A value, an interval where the order is low, and nothing where there is hardly any."""
+    sizes, none = [1.0, 2.0, 4.0], [0.0] * 3
+    words = [_extrapolated(extrapolate(sizes, [1.0 + 0.1 * h**p for h in sizes], none).as_dict()) for p in (1.0, 0.62, 0.3)]
+    assert words[0].startswith("extrapolated to zone size 0: 1.0000 (order 1.00 observed;")
+    assert words[1].startswith("at zone size 0: between 1.0000 and 1.0587 (the observed order, 0.62, is too low for a value:")
+    assert words[2].startswith("no extrapolation to zone size 0: the observed order, 0.30, is too low")
 
 
 def test_mistakes_are_named_before_anything_is_computed(configs, tmp_path):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import shapely
 
-from colluvium.results.averages import average_stress, disc_in_circle, disc_in_polygon, lens, porosity
+from colluvium.results.averages import average_stress, disc_in_circle, discs_inside, lens, porosity
+from coupler_protocol.geometry import disc_in_polygon
 
 
 class Frame(SimpleNamespace):
@@ -91,3 +92,36 @@ def test_porosity_counts_overlaps_within_a_stone_once():
     discs = SimpleNamespace(xy=np.array([[0.0, 0.0], [0.1, 0.0], [0.5, 0.0]]), radius=np.full(3, 0.1))
     union = shapely.union_all(shapely.buffer(shapely.points(discs.xy), discs.radius, quad_segs=2000)).area
     assert porosity(discs, (0.25, 0.0, 1.0)) == pytest.approx(1.0 - union / np.pi, rel=1e-6)
+
+
+@pytest.mark.parametrize("region", [(50.0, 50.0, 1.0), [[-9.0, -9.0], [-8.0, -9.0], [-8.0, -8.0]]])
+def test_where_there_are_no_discs_there_is_no_mean_stress(region):
+    discs, contacts = lattice(0.0)
+    assert discs_inside(discs, region) == 0
+    assert np.isnan(average_stress(discs, contacts, region)).all()
+    assert porosity(discs, region) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_discs_that_reach_into_a_region_are_counted():
+    """Of a lattice of spacing 0.2, radius 0.1: a circle about a disc that ends between it and its neighbours, then beyond."""
+    discs, contacts = lattice(0.0)
+    x, y = discs.xy[5 * 12 + 5]
+    for radius, count in ((0.05, 1), (0.0999, 1), (0.11, 5), (0.19, 9)):
+        assert discs_inside(discs, (x, y, radius)) == count
+        assert np.isfinite(average_stress(discs, contacts, (x, y, radius))).all()
+
+
+@pytest.mark.parametrize("region", [(0.1, 0.0, 0.32), (0.25, 0.0, 1.0), [[-0.1, -0.3], [0.5, -0.2], [0.4, 0.6]]])
+def test_porosity_with_solid_stones_is_that_of_their_polygons(region):
+    """Two discs in a stone of six corners, one of soil that reaches into it and one beside it; a second stone without discs."""
+    discs = SimpleNamespace(
+        xy=np.array([[0.0, 0.0], [0.2, 0.05], [0.1, 0.19], [0.45, 0.1]]), radius=np.array([0.09, 0.1, 0.08, 0.1])
+    )
+    discs.stone = np.array([0, 0, -1, -1])
+    stone = np.array([[-0.1, -0.1], [0.2, -0.12], [0.32, 0.0], [0.2, 0.18], [0.0, 0.13], [-0.12, 0.02]])
+    soil = shapely.union_all([many_sided(xy, r) for xy, r in zip(discs.xy[2:], discs.radius[2:], strict=True)])
+    shape = many_sided(region[:2], region[2]) if len(np.shape(region)) == 1 else shapely.Polygon(region)
+    solid = soil.union(shapely.Polygon(stone)).intersection(shape).area
+    found = porosity(discs, region, [stone, stone + 0.9])
+    assert found == pytest.approx(1.0 - solid / shape.area, abs=2e-6)
+    assert porosity(discs, region) > found + 0.005

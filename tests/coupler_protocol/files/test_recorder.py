@@ -12,7 +12,9 @@ import h5py
 import numpy as np
 import pytest
 
+from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.files.recorder import FrameInfo, Recorder
+from tests.commands import finished
 
 GRIDPOINTS = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0], [1.0, 2.0]])
 ZONES = np.array([[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 6, 6]])
@@ -187,6 +189,73 @@ def test_a_failure_of_the_writer_reaches_the_caller(tmp_path, monkeypatch):
         record_zones(recorder, 1)
     with pytest.raises(RuntimeError, match="no space left on device"):
         recorder.close()
+
+
+FULL = """
+    import resource
+    import sys
+    import numpy as np
+    from coupler_protocol.files.recorder import FrameInfo, Recorder
+
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]),) * 2)
+    discs = np.random.default_rng(1).random((300, 2))
+    with Recorder(sys.argv[1], "discrete") as recorder:
+        for number in range(100):
+            recorder.history(number, bonds_broken=float(number))
+            recorder.frame(
+                FrameInfo(number, float(number), "couple", 1.0),
+                points=discs + number,
+                cells=np.empty((0, 2), int),
+                point_fields={"displacement": np.full_like(discs, number)},
+                cell_fields={},
+            )
+"""
+
+
+@pytest.mark.parametrize("size", [2_000, 60_000, 300_000, 420_000, 500_000])
+def test_a_file_that_may_not_grow_keeps_its_frames_and_rows(tmp_path, size):
+    """As on a full disk: every frame before the one without room can be read, with its histories."""
+    path = tmp_path / "dem.rank1.vtkhdf"
+    done = finished([sys.executable, "-c", textwrap.dedent(FULL), path, size])
+    assert done.returncode == 1
+    last = done.stderr.strip().splitlines()[-1]
+    assert last.startswith("coupler_protocol.exits.EnvironmentFailed: the ")
+    assert f"cannot be written to {path}: File too large; it needs " in last
+    if not path.exists():
+        assert size < 10_000
+        assert list(tmp_path.iterdir()) == []
+        return
+    assert path.stat().st_size <= size
+    with h5py.File(path) as file:
+        frames = int(file["VTKHDF/Steps"].attrs["NSteps"])
+        assert (frames > 2) == (size > 400_000)
+        for name in ("Points", "PointData/displacement") if frames else ():
+            for number in range(frames):
+                start = file[f"VTKHDF/Steps/{'PointOffsets' if name == 'Points' else 'PointDataOffsets/displacement'}"][number]
+                rows = file[f"VTKHDF/{name}"][start : start + 300, 0]
+                assert ((rows >= number) & (rows < number + 1)).all()
+        if frames:
+            rows = file["Histories/bonds_broken"][:]
+            assert len(rows) >= frames
+            assert rows["step"].tolist() == list(range(len(rows)))
+            assert rows["value"].tolist() == rows["step"].tolist()
+
+
+def test_the_error_that_ends_a_run_is_not_hidden_by_a_full_disk(tmp_path, monkeypatch, caplog):
+    def full_disk(what):
+        raise EnvironmentFailed(f"{what}: no space left on device")
+
+    caplog.set_level("INFO")
+
+    def blow_up():
+        with Recorder(tmp_path / "fdm.rank0.vtkhdf", "continuum") as recorder:
+            monkeypatch.setattr(recorder._file._disk, "commit", full_disk)
+            record_zones(recorder, 0)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        blow_up()
+    assert "the frame of step 0: no space left on device" in caplog.text
 
 
 def test_the_caller_does_not_wait_for_the_disk(tmp_path, monkeypatch):

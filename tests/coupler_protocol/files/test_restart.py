@@ -21,7 +21,7 @@ def save(folder, scene, stage, ranks=(1,), session=5, dem_session=None, phase=EN
     """Checkpoints of a stage, without a State worth the name."""
     for name in ("fdm.rank0", *(f"dem.rank{rank}" for rank in ranks)):
         own = session if name == "fdm.rank0" or dem_session is None else dem_session
-        about = restart.attributes(scene, stage, phase, 7, own, 1.0, rows=[])
+        about = restart.attributes(scene, name, stage, phase, 7, own, 1.0, rows=[])
         checkpoint.save(folder / f"{name}.{stage}.h5", {"number": 1.5}, about)
 
 

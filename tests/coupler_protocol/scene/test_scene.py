@@ -360,3 +360,31 @@ def test_a_wrong_value_of_the_command_line_is_not_blamed_on_the_file(configs):
     with pytest.raises(SceneError) as found:
         read_scene(configs / "quick_slope.toml", ["stage.3.handover=5"])
     assert found.value.problems[0].file == "--set"
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "remedy"),
+    [
+        (("material", 0, "mohr_coulomb", "cohesion"), -10e3, "did you mean 10000?"),
+        (("material", 0, "mohr_coulomb", "friction"), 90.0, "soils have 15 to 45 deg"),
+        (("stage", 0, "gravity"), -9.81, "did you mean 9.81? it acts downwards"),
+        (("material", 0, "density"), 0.0, "usual are 300 to 10000"),
+        (("material", 0, "elastic"), {"young": 1e8, "poisson": 0.5}, "use 0.49"),
+        (("damping", "local"), 1.0, "use less than 1"),
+        (("link", "timeout"), 0.0, "use more than 0"),
+        (("discs", "porosity"), 0.01, "use more than 0.02"),
+        (("material", 0, "mohr_coulomb", "dilation"), 40.0, "use dilation <= friction"),
+        (("water",), {"level": 3.0}, "there is no pore water"),
+        (("pile",), {}, "there are no structural elements"),
+        (("material", 0, "mohr_coulomb", "phi"), 30.0, 'did you mean "friction"?'),
+        (("material", 0, "rho"), 2000.0, 'did you mean "density"?'),
+    ],
+)
+def test_a_remedy_says_what_would_be_right(good, path, value, remedy):
+    place = good
+    for part in path[:-1]:
+        place = place.setdefault(part, {}) if isinstance(place, dict) else place[part]
+    place[path[-1]] = value
+    problem = only_problem(good)
+    assert problem.remedy.startswith(remedy), problem
+    assert 'did you mean "material"' not in problem.remedy

@@ -12,7 +12,8 @@ from coupler_protocol.scene.tables.grading import Grading
 from dem_server.insitu.contact_stress import mean_stress
 from dem_server.observe.coordination import coordination, porosity
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
-from dem_server.packing.packing import in_strips, pack, spread_points
+from dem_server.packing.growth import TOLD, run
+from dem_server.packing.packing import in_strips, pack, settle, spread_points
 from dem_server.pairs import contacts
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
@@ -144,3 +145,15 @@ def test_strips_keep_neighbours_together():
     xy = np.random.default_rng(0).random((1000, 2)) * [1.0, 3.0]
     jump = np.hypot(*np.diff(xy[in_strips(xy, 0.1)], axis=0).T)
     assert np.median(jump) < 0.1
+
+
+def test_progress_is_told_at_least_every_fifty_steps():
+    """Large windows take a minute from the first overlaps to rest."""
+    model, state = packed(SQUARE, soil_discs())
+    shares = []
+    run(model, state, 120, shares.append)
+    assert shares == [0.0, 50 / 120, 100 / 120]
+    told = []
+    settle(model, state, lambda text, fraction: told.append((text, fraction)))
+    assert [text for text, _ in told] == ["discs spread"] * 8 + ["discs come to rest"] * (1100 // TOLD)
+    assert np.all(np.diff([fraction for _, fraction in told]) > 0.0)

@@ -65,7 +65,8 @@ rng = np.random.default_rng(3)
 static, fast = model, []
 for fraction in (None, 0.3):
     if fraction:
-        state.walls = make_walls([[-1.0, -0.029, 1.0, -0.0295]], [[0.0, 0.1]], model)
+        ends = [[0.06, -0.0293, 1.0, -0.0290], [-1.0, -0.0288, 0.06, -0.0293], [-0.0295, -0.1, -0.0295, 1.0]]  # a bend, a corner
+        state.walls = make_walls(ends, [[0.0, 0.1]] * 3, model)
     model = cycle.in_static_mode(static, state) if fraction is None else cycle.in_real_time(static, state, fraction)
     state.v[:] = rng.normal(0.0, 1e-5 if fraction is None else 0.3, (12, 2))
     state.spin[:] = rng.normal(0.0, 1e-4 if fraction is None else 5.0, 12)
@@ -73,7 +74,7 @@ for fraction in (None, 0.3):
 print(balance.unbalanced_ratio(model, state, 9.81), state.counters.tolist())
 pairs = np.column_stack([state.shear, state.rolled, state.root_mass, *state.parallel])
 np.savez(sys.argv[1], discs=np.column_stack([state.disc, state.load]), pairs=pairs)
-walls = [*state.walls.force[0], *state.walls.normal.sum(0), *state.walls.rolled.sum(0)]
+walls = [*state.walls.force.ravel(), *state.walls.normal.sum(0), *state.walls.rolled.sum(0)]
 np.save(sys.argv[3], [*fast, *walls, energy.kinetic(model, state), energy.stored(model, state)])
 """
 
@@ -93,7 +94,7 @@ from dem_server.step.walls import make_walls
 team.set_size(int(sys.argv[2]))
 xy = np.stack(np.meshgrid(np.arange(6.0), np.arange(4.0)), axis=-1).reshape(-1, 2) * 0.0595
 model, state = loose_discs(xy, np.full(24, 0.03), True)
-state.walls = make_walls([[-1.0, -0.029, 1.0, -0.0295]], [[0.0, 0.0]], model)
+state.walls = make_walls([[-1.0, -0.029, 0.1, -0.02925], [1.0, -0.0295, 0.1, -0.02925]], [[0.0, 0.0]] * 2, model)
 model = cycle.in_real_time(model, state, 0.3)
 state.v[:] = np.random.default_rng(3).normal(0.0, 0.3, (24, 2))
 cycle.advance(model, state, 9.81, 40)

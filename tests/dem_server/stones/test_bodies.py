@@ -53,6 +53,20 @@ def test_discs_belong_to_the_stone_their_centre_lies_in():
     assert report["stone_content_discs"] == pytest.approx(0.45 * polygon_area(TALL) / inner, abs=0.03)
 
 
+def test_gaps_inside_stones_are_reported():
+    """Of the window: polygons without the discs that belong to them, and without what discs of the soil cut off."""
+    model, state, found = packed_with_stones(TALL)
+    discs = shapely.buffer(shapely.points(state.x), state.radius, quad_segs=64)
+    gaps = -np.pi * (state.radius[state.stone >= 0] ** 2).sum()
+    for k, outline in enumerate(found.outlines):
+        if (state.stone == k).any():
+            stone = shapely.Polygon(outline)
+            gaps += stone.area - shapely.area(shapely.intersection(stone, discs[state.stone < 0])).sum()
+    report = bodies.report(model, state, found, TALL)
+    assert report["stone_gaps"] == pytest.approx(gaps / polygon_area(TALL), abs=2e-5)
+    assert 0.02 < report["stone_gaps"] < 0.1
+
+
 def test_a_stone_weighs_its_polygon_and_the_soil_the_rest():
     model, state, found = packed_with_stones(TALL)
     target = level_ground(TALL)

@@ -12,8 +12,8 @@ from colluvium import open_run
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.reader import build_scene
 from coupler_protocol.scene.rules.between_tables import doubts
-from fdm_server.checks.doubts import poisson_ratio
 from fdm_server.effects.damping import Damping
+from fdm_server.effects.elastic import poisson_ratio
 from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
 from fdm_server.observe.energy_growth import EnergyWatch

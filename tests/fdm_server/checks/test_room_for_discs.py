@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from fdm_server.checks.room_for_discs import lack_of_room
+from fdm_server.checks.room_for_discs import corners_as_text, lack_of_room
 
 RECTANGLE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 0.8], [0.0, 0.8]])
 
@@ -32,7 +32,7 @@ def test_an_arm_is_four_discs_wide(width, fits, angle):
     if not fits:
         x, y = turned([(2.0, 1.0)], angle)[0]
         assert "narrower than 4 discs" in found[0]
-        place = np.array(found[0].split("at (")[1].rstrip(")").split(", "), dtype=float)
+        place = np.array(found[0].split("at (")[1].split(")")[0].split(", "), dtype=float)
         assert np.hypot(*(place - (x, y))) < 0.42
 
 
@@ -47,3 +47,13 @@ def test_corners_of_wedges_and_staircases_are_no_arms():
     assert lack_of_room(np.array(wedge), 0.05) is None
     stairs = [(0, 0), (2, 0), (2, 2), (1.5, 2), (1.5, 1.5), (1, 1.5), (1, 1), (0.5, 1), (0.5, 0.5), (0, 0.5)]
     assert lack_of_room(np.array(stairs), 0.05) is None
+
+
+def test_the_outline_of_a_window_with_a_tip_is_shown():
+    """A square window through leaning columns: its zones end in a tip, which the message shows with the corners around it."""
+    what, remedy = lack_of_room(np.array([(0, 0), (1, 0), (1, 0.95), (2, 0.95), (2, 1), (0, 1)], dtype=float), 0.05)
+    assert "its zones have the outline (0, 0) (1, 0) (1, 0.95) (2, 0.95) (2, 1) (0, 1)" in what
+    assert "without tips" in remedy
+    many = np.array([(k / 100, 0.001 * (k % 2)) for k in range(100)] + [(0.99, 1.0), (0.0, 1.0)])
+    assert corners_as_text(many).endswith(".. (102 corners)")
+    assert corners_as_text(np.array([(0, 0), (1, 0), (2, 0), (2, 1), (0, 1)])) == "(0, 0) (2, 0) (2, 1) (0, 1)"

@@ -5,7 +5,7 @@ import pytest
 from fdm_server.fos.extrapolation import extrapolate, observed_order
 
 
-@pytest.mark.parametrize("order", [0.7, 1.0, 1.6])
+@pytest.mark.parametrize("order", [0.85, 1.0, 1.6])
 @pytest.mark.parametrize("sizes", [(0.25, 0.5, 1.0), (0.3, 0.5, 0.6), (1.0, 1.2, 2.0)])
 def test_the_order_and_the_limit_of_a_power_law(order, sizes):
     values = [1.4 + 0.3 * h**order for h in sizes]
@@ -26,7 +26,7 @@ def test_roache_1994():
     assert found.from_brackets == pytest.approx(0.004)
 
 
-@pytest.mark.parametrize("order", [0.7, 1.0, 1.6])
+@pytest.mark.parametrize("order", [0.85, 1.0, 1.6])
 def test_four_meshes_are_fitted_together(order):
     """A power law is found again; noise as large as a bracket moves the limit by no more than the brackets are said to leave."""
     sizes = [0.25, 0.35, 0.5, 1.0]
@@ -49,6 +49,51 @@ def test_four_meshes_that_follow_no_power_law(values):
     assert extrapolate([1.0, 2.0, 3.0, 4.0], values, [0.0] * 4).safety == 3.0
 
 
+@pytest.mark.parametrize("count", [3, 4])
+def test_a_low_order_gives_an_interval(count):
+    """A slope of factor 1.000 whose finest mesh gives 1.077, the others by the order .62: a value at that order is .958."""
+    sizes = [1.0, 2.0, 4.0, 8.0][:count]
+    values = [0.958 + 0.119 * h**0.62 for h in sizes]
+    found = extrapolate(sizes, values, [0.002] * count)
+    assert found.value is None
+    assert found.observed_order == pytest.approx(0.62, abs=1e-4)
+    assert found.low < 0.958 < 1.0 < found.high < values[0]
+    assert found.from_brackets > 0.002
+    assert found.gci == pytest.approx(3.0 * (1.077 - 0.958) / 1.077, rel=1e-3)
+
+
+@pytest.mark.parametrize("order", [0.2, 0.45])
+@pytest.mark.parametrize("count", [3, 4])
+def test_hardly_any_order_gives_nothing(order, count):
+    sizes = [1.0, 2.0, 4.0, 8.0][:count]
+    found = extrapolate(sizes, [0.9 + 0.2 * h**order for h in sizes], [0.0] * count)
+    assert (found.value, found.low, found.high, found.gci) == (None, None, None, None)
+
+
+@pytest.mark.parametrize("values", [[1.0, 1.2, 1.3], [1.0, 1.1, 1.2], [1.3, 1.1, 1.0], [1.0, 1.2, 1.3, 1.35]])
+def test_values_that_go_away_have_no_order(values):
+    """The finer the mesh, the larger the change: 1.3, 1.2, 1.0 are on the way to nowhere, not to .8 with the first order."""
+    sizes = [1.0, 2.0, 4.0, 8.0][: len(values)]
+    found = extrapolate(sizes, values, [0.0] * len(values))
+    assert found.observed_order < 0.1
+    assert (found.value, found.low, found.high) == (None, None, None)
+
+
+def test_a_value_has_its_interval():
+    found = extrapolate([0.5, 1.0], [1.03, 1.06], [0.001, 0.002])
+    assert (found.low, found.high) == (pytest.approx(0.996), pytest.approx(1.004))
+
+
 def test_one_mesh_says_nothing():
     with pytest.raises(ValueError, match="two or more different sizes"):
         extrapolate([1.0], [1.0], [0.0])
+
+
+def test_brackets_may_hide_the_order():
+    """Griffiths & Lane's slope on three coarse meshes: brackets of .4 % leave the first order possible, and an interval."""
+    sizes, values = [2.5, 5 / 3, 1.25], [1.4086, 1.3845, 1.3661]
+    assert extrapolate(sizes, values, [0.0] * 3).low is None
+    found = extrapolate(sizes, values, [0.0028] * 3)
+    assert found.value is None
+    assert found.observed_order < 0.5
+    assert found.low < 1.3444 < found.high < 1.3661

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from colluvium import Scene
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.reader import read_scene
-from coupler_protocol.scene.tables.boundary import Boundary
+from coupler_protocol.scene.tables.boundary import Boundary, InitialStress
 from fdm_server.fos.ground import begin_trial, damping_of, settle, with_zone_size
+from fdm_server.fos.loading import gravity_of
 from fdm_server.fos.study import ignored
 from fdm_server.step.masses import static_masses
 
@@ -105,6 +107,48 @@ def test_what_has_no_part_is_said(configs):
     assert any(line.startswith("1 window") for line in found)
     assert any(line.startswith("large strain") for line in found)
     assert ignored(read_scene(configs / "dawson_slope.toml")) == []
+
+
+def staged(configs, *stages):
+    """Dawson's slope with these stages."""
+    scene = read_scene(configs / "dawson_slope.toml")
+    plain = {"until": {"steps": 10}}
+    return Scene(**(scene.resolved() | {"stage": [plain | stage for stage in stages]}))
+
+
+@pytest.mark.parametrize(("stages", "gravity"), [
+    # the case found: nothing, then a ramp to full weight in a second stage
+    ([{"name": "none", "kind": "equilibrium", "gravity": 9.81, "gravity_factor": 0.0},
+      {"name": "ramp", "kind": "equilibrium", "gravity_factor": {"to": 1.0, "over": 5}}], 9.81),
+    # half, then all of it
+    ([{"name": "half", "kind": "equilibrium", "gravity": 9.81, "gravity_factor": 0.5},
+      {"name": "all", "kind": "equilibrium", "gravity_factor": {"to": 1.0, "over": 5}}], 9.81),
+    # the ramp is of another kind
+    ([{"name": "none", "kind": "equilibrium", "gravity": 9.81, "gravity_factor": 0.0},
+      {"name": "ramp", "kind": "overload", "gravity_factor": {"to": 1.0, "over": 5}},
+      {"name": "more", "kind": "overload", "gravity_factor": {"to": 3.0, "over": 5}}], 9.81),
+    # overload on top of the weight, and a stage that is forgotten, are no part of the ground
+    ([{"name": "equilibrium", "gravity": 9.81},
+      {"name": "locate", "gravity_factor": 9.0, "discard": True},
+      {"name": "overload", "gravity_factor": {"to": 12.0, "over": 5}}], 9.81),
+    ([{"name": "load", "gravity": 3.7}], 3.7),
+])  # fmt: skip
+def test_the_weight_of_the_ground_however_it_was_put_on(configs, stages, gravity):
+    assert gravity_of(staged(configs, *stages)) == pytest.approx(gravity)
+
+
+def test_a_ramped_weight_gives_the_same_start(configs):
+    """Stress and settlement of the unramped slope, bit by bit; also where its stress begins with k0."""
+    unramped = [{"name": "equilibrium", "gravity": 9.81}]
+    ramped = [
+        {"name": "none", "kind": "equilibrium", "gravity": 9.81, "gravity_factor": 0.0},
+        {"name": "ramp", "kind": "equilibrium", "gravity_factor": {"to": 1.0, "over": 5}},
+    ]
+    for stress in (None, InitialStress(k0=0.8)):
+        scenes = [with_zone_size(staged(configs, *stages), 2.5) for stages in (unramped, ramped)]
+        one, two = (settle(scene.model_copy(update={"initial_stress": stress})) for scene in scenes)
+        assert np.array_equal(one.state.stress, two.state.stress)
+        assert (one.gravity, one.settlement, one.span) == (two.gravity, two.settlement, two.span)
 
 
 def test_nothing_to_bear(ground):

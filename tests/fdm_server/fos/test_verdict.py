@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fdm_server.fos.verdict import FAILS, LEAST, RESTS, Span, verdict
+from fdm_server.fos.verdict import FAILS, LEAST, LEAST_CONSTANT, RESTS, Span, verdict
 
 RATIO, SETTLEMENT = 1e-5, 0.01
 
@@ -54,4 +54,32 @@ def test_slow_noise_is_no_flow():
 
 
 def test_a_run_out_fails_whatever_the_forces_say():
-    assert outcome(lambda k: 1e-3 * np.sin(k) ** 2, lambda k: 1e-6, similarity=0.0, gone=0.01) == (FAILS, 6)
+    assert outcome(lambda k: 1e-3 * np.sin(k) ** 2, lambda k: 1e-6, similarity=0.0, gone=20.0) == (FAILS, 6)
+
+
+def test_constant_flow_fails_without_any_unbalanced_force():
+    """The stresses of a mechanism at its limit balance: nothing brakes it, and the ratio falls for ever."""
+    found, spans = outcome(lambda k: 1.645e-2 * (1.0 + 1.0 / k), lambda k: 1e-3 / k**2)
+    assert found == FAILS
+    assert LEAST_CONSTANT <= spans <= 64
+
+
+@pytest.mark.parametrize("motion", [
+    lambda k: 1e-2 / k,  # creep, displacements as log n
+    lambda k: 1e-2 * k**-0.2,
+    lambda k: 1e-2 * np.exp(-k / 300.0),  # an age of 1.5 time constants at the end: it is dying away
+    lambda k: 1e-3 * np.sin(np.pi * min(k, 199) / 200.0),  # grows, stops
+    lambda k: 1e-4 * k * np.exp(-k / 50.0),
+    lambda k: 1e-3 * (k / 40) ** 2 if k < 40 else 1e-3 * np.exp(-(k - 40) / 20.0),
+])  # fmt: skip
+def test_creep_that_dies_away_is_no_constant_flow(motion):
+    """With a ratio that falls as well: no verdict, or rest, as long as it is looked at."""
+    assert outcome(motion, lambda k: 1e-2 * 0.8**k)[0] != FAILS
+
+
+def test_constant_flow_that_goes_nowhere_is_none():
+    assert outcome(lambda k: 1e-5, lambda k: 1e-2 * 0.8**k)[0] is None
+
+
+def test_flow_that_changes_its_shape_is_not_constant():
+    assert outcome(lambda k: 1e-2, lambda k: 1e-2 * 0.8**k, similarity=0.97)[0] is None

@@ -51,6 +51,7 @@ def test_zones_are_dug_once():
         ({"columns": (39, 40), "rows": (20, 35)}, "touches a window"),
         ({"columns": (32, 45), "rows": (32, 35)}, "touches a window"),
         ({"polygon": [(10.0, 11.3), (20.0, 11.3), (20.0, 11.7), (10.0, 11.7)]}, "leaves unsupported zones"),
+        ({"columns": (0, 900), "rows": (0, 900)}, "touches a window"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(table, words):
@@ -75,3 +76,8 @@ def test_the_ground_surface_follows_what_was_dug_and_leaves_windows_out():
     surface = surface_edges(mesh, mesh.zones[left], [rim.nodes])
     length = np.hypot(*(mesh.xy[surface[:, 1]] - mesh.xy[surface[:, 0]]).T).sum()
     assert length == pytest.approx(11 / 3 + 8 * 2**0.5 + 25 / 3 + 2.0)  # the pit is a metre deep: two walls more
+
+
+def test_an_excavation_of_everything_is_refused_in_words():
+    with pytest.raises(ValueError, match="removes all the ground that is left: leave some of it"):
+        dug({"columns": (0, 900), "rows": (0, 900)})

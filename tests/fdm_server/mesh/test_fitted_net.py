@@ -9,7 +9,7 @@ from grid_cases import material, slope, window
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from coupler_protocol.scene.tables.grid import Grid
+from coupler_protocol.scene.tables.grid import Graded, Grid
 from fdm_server.mesh.fitted_net import aspects
 from fdm_server.mesh.graded_lines import net_lines
 from fdm_server.mesh.grid import areas, build_grid, centroids
@@ -174,3 +174,29 @@ def test_a_graded_box():
 def test_what_cannot_be_fitted_is_refused(profile, words):
     with pytest.raises(ValueError, match=words):
         fitted(1.0, profile, length=20.0, height=12.0)
+
+
+def test_zones_that_grow_too_flat_are_refused_for_their_ratio():
+    """Growing by 1.5 in x alone, zones 1 m high get wider than 7.9 m, by 1.2 they do not."""
+    level = [(0, 4), (200, 4)]
+    with pytest.raises(ValueError, match=r"like a rectangle of [\d.]+ to 1 \(at most 7\.9 to 1\): use a smaller graded\.ratio"):
+        fitted(1.0, level, length=200.0, height=4.0, graded=Graded(x=(0.0, 10.0), ratio=1.5))
+    fitted(1.0, [(0, 4), (40, 4)], graded=Graded(x=(0.0, 10.0), ratio=1.2))
+
+
+@pytest.mark.parametrize("fit", ["profile", "face", "diagonals"])
+@pytest.mark.parametrize(
+    ("profile", "words"),
+    [
+        ([(0, 0), (8, 0), (12, 4), (20, 4)], r"for rock at the level of the toe, draw a row of rock \(add 1 m"),
+        (
+            [(412345, 4), (412353, 4), (412361, 12), (412365, 12)],
+            "subtract 412345 m from every x .* length = 20",
+        ),
+        ([(0, 4), (8, 4), (16, 12), (24, 12)], "use length = 24"),
+        ([(0, 4), (8, 4), (18, 14), (20, 14)], "use height = 14"),
+    ],
+)
+def test_a_profile_that_misses_the_grid_is_refused_with_what_would_fit(fit, profile, words):
+    with pytest.raises(ValueError, match=words):
+        build_grid(slope(1.0, profile, length=20.0, height=12.0, fit=fit))

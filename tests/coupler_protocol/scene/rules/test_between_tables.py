@@ -54,7 +54,7 @@ def test_a_broken_map_is_a_problem_of_the_scene(paper, tmp_path):
     with pytest.raises(SceneError, match=r"stones.file.*no such file"):
         build_scene(mapped_by(paper, tmp_path / "none.csv"))
     (tmp_path / "crossed.csv").write_text("stone,x,y\na,0,0\na,1,1\na,1,0\na,0,1\n", encoding="utf-8")
-    with pytest.raises(SceneError, match=r"outline of stone a crosses .* at \(0.5 0.5\)"):
+    with pytest.raises(SceneError, match=r"outline of stone a crosses .* at \(0.5, 0.5\)"):
         build_scene(mapped_by(paper, tmp_path / "crossed.csv"))
     corners = "a,0,0\na,2,0\na,0,2\nb,1,0\nb,2,2\nb,0,1\n"
     (tmp_path / "overlap.csv").write_text("stone,x,y\n" + corners, encoding="utf-8")

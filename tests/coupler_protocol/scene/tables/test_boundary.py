@@ -49,7 +49,7 @@ RING = {"kind": "ring", "inner": 1.0, "outer": 4.0, "around": 24}
         ({"boundary__1": {"on": "left", "fix": "x", "pressure": 1.0}}, "boundary[1]", "not fix and pressure"),
         ({"boundary__1": {"on": "left", "velocity": {}}}, "boundary[1].velocity", "give x, y, or both"),
         ({"boundary__1": {"on": "left", "fix": "x", "y": [2, 1]}}, "boundary[1].y", "first < last"),
-        ({"boundary__1": {"on": "left", "fix": "x", "name": "a/b"}}, "boundary[1].name", "pattern"),
+        ({"boundary__1": {"on": "left", "fix": "x", "name": "a/b"}}, "boundary[1].name", "but no ./."),
         ({"boundary__1": {"on": "inner", "fix": "x"}}, "boundary[1]", "no side 'inner': use one of left, right, bottom, top"),
         ({"boundary__1": {"on": "left", "fix": "x", "y": [5, 6]}}, "boundary[1]", "the left has 5 gridpoints, from x = 0 to 0"),
         ({"boundary__1": {"on": "top", "pressure": 1.0, "x": [5, 6]}}, "boundary[1]", "from x = 0 to 4"),

@@ -1,0 +1,33 @@
+"""What is said where a file cannot be written, and how a disk without room is told from other faults."""
+
+import errno
+import shutil
+from pathlib import Path
+
+from coupler_protocol.exits import EnvironmentFailed
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # no room on the disk, beyond a quota, beyond the largest file allowed
+
+
+def not_written(path: str | Path, what: str, size: int, error: OSError) -> EnvironmentFailed:
+    """The end of a run because `what`, of `size` bytes, cannot be written to the file at `path`."""
+    text = f"{what} cannot be written to {path}: {error.strerror or error}"
+    if error.errno in FULL:
+        text += f"; it needs {megabytes(size)}"
+        free = None if error.errno == errno.EFBIG else _free(path)
+        text += "" if free is None else f" and {megabytes(free)} are free"
+        text += ". Make room; colluvium resume then continues after the last stage that was saved"
+    return EnvironmentFailed(text)
+
+
+def megabytes(size: int) -> str:
+    """A number of bytes in MB, or in GB."""
+    return f"{size / 1e6:.3g} MB" if size < 1e9 else f"{size / 1e9:.3g} GB"
+
+
+def _free(path: str | Path) -> int | None:
+    """Free bytes of the disk of a file; None where nobody says."""
+    try:
+        return shutil.disk_usage(Path(path).parent).free
+    except OSError:
+        return None

@@ -1,0 +1,109 @@
+"""Doubts about tables and keys that act on nothing, one a function: what they would act on is not there."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from coupler_protocol.problems import Finding
+from coupler_protocol.scene.declare import Table
+from coupler_protocol.scene.schedule import plan
+
+PACKED = ("spread", "packing", "target", "porosity", "confinement")  # keys of [discs] that only a packing uses
+FALLING = 0.4  # local damping in real time: more slows what falls to less than 0.6 g
+
+
+def changed(table: Table, *keys: str) -> list[str]:
+    """Which of the keys have other values than by default."""
+    fields = type(table).model_fields
+    return [key for key in keys if getattr(table, key) != fields[key].get_default(call_default_factory=True)]
+
+
+def tables_without_a_window(scene: Any) -> Iterator[Finding]:
+    """Tables of the interface and of discs in a scene without discs."""
+    if not scene.window and scene.grid is not None:
+        for name in ("coupling", "link"):
+            table = getattr(scene, name)
+            for key in changed(table, *type(table).model_fields):
+                yield (name, key), "the scene has no window, so that nothing is exchanged", "remove the key, or add a [[window]]"
+    if scene.ring is not None and scene.discs is None:
+        yield ("ring",), "the scene has no discs that a ring could touch", "remove the table, or add [[window]] and [discs]"
+    if scene.grid is None:
+        for name, table in (("coupling", scene.coupling), ("link", scene.link)):
+            for key in changed(table, *type(table).model_fields):
+                yield (name, key), "discs alone are one process, which exchanges nothing", "remove the key"
+
+
+def ring_without_contacts(scene: Any) -> Iterator[Finding]:
+    """Properties of contacts with control discs or walls, where there is neither."""
+    if scene.grid is not None or scene.discs is None or scene.discs.wall:
+        return
+    why, remedy = "the scene has neither a grid nor walls: no disc touches the material ring", "remove it, or add [[discs.wall]]"
+    if scene.ring is not None:
+        yield ("ring",), why, remedy
+    for i, pair in enumerate(scene.discs.pair):
+        if "ring" in pair.between:
+            yield ("discs", "pair", i), why, remedy
+
+
+def keys_of_a_packing(scene: Any) -> Iterator[Finding]:
+    """Keys that pack discs which come from a file, and keys of a file without one."""
+    discs = scene.discs
+    if discs is None:
+        return
+    if discs.file is not None:
+        for key in changed(discs, *PACKED):
+            yield ("discs", key), f"the discs come from {discs.file}: nothing is packed", "remove the key"
+    elif discs.body != "clump":
+        yield ("discs", "body"), "only stones of discs.file use this key", "use stones.body, or remove the key"
+    real = any(stage.in_real_time for stage in scene.stage)
+    if changed(discs, "time_step") and not real:
+        yield ("discs", "time_step"), "no stage is in real time", 'remove the key, or give a stage time = "real"'
+
+
+def spread_beside_a_grading(scene: Any) -> Iterator[Finding]:
+    """Spread beside a grading: the grading says all sizes."""
+    if scene.discs is not None and scene.discs.grading is not None and changed(scene.discs, "spread"):
+        yield ("discs", "spread"), "discs.grading gives the sizes of the discs", "remove spread, or the grading"
+
+
+def factors_without_gravity(scene: Any) -> Iterator[Finding]:
+    """A factor of gravity where there is none."""
+    for i, (stage, leg) in enumerate(zip(scene.stage, plan(scene), strict=True)):
+        if stage.gravity_factor is not None and leg.gravity == 0.0:
+            what = f"stage {stage.name!r} multiplies a gravity of 0"
+            yield ("stage", i, "gravity_factor"), what, "set gravity = 9.81 in this stage or in an earlier one"
+
+
+def level_without_change(scene: Any) -> Iterator[Finding]:
+    """The height at which a uniform stress holds."""
+    table = scene.initial_stress
+    if table is not None and table.level != 0.0 and table.gradient is None and table.k0 is None:
+        yield ("initial_stress", "level"), "the stress is the same at all heights", "add a gradient, or remove the key"
+
+
+def damping_of_falling_bodies(scene: Any) -> Iterator[Finding]:
+    """Local damping in stages in real time: it slows what falls and slides as well as what vibrates."""
+    for i, (stage, leg) in enumerate(zip(scene.stage, plan(scene), strict=True)):
+        if not stage.in_real_time:
+            continue
+        of_scene = scene.damping if scene.grid is not None else scene.discs and scene.discs.damping
+        table = stage.damping or of_scene
+        alpha = getattr(table, "local", None) or 0.0
+        if scene.grid is None and alpha > 0.0 and leg.gravity > 0.0:
+            what = f"local damping {alpha:g} acts in real time in stage {stage.name!r}: bodies fall at {1 - alpha:.2g} g"
+            remedy = "give the stage damping = { local = 0.0 }, and the discs a dashpot"
+            yield ("stage", i, "damping"), what, remedy
+        elif scene.grid is not None and alpha > FALLING:
+            what = f"local damping {alpha:g} acts in real time in stage {stage.name!r}, on motion as on vibration"
+            remedy = "give the stage damping = { rayleigh = { fraction = 0.05, frequency = .. } }, or { local = 0.0 }"
+            yield ("stage", i, "damping"), what, remedy
+
+
+DOUBTS_OF_IDLE = (
+    tables_without_a_window,
+    ring_without_contacts,
+    keys_of_a_packing,
+    spread_beside_a_grading,
+    factors_without_gravity,
+    level_without_change,
+    damping_of_falling_bodies,
+)

@@ -1,0 +1,105 @@
+"""How many zones and discs a scene asks for, estimated from its tables before anything is meshed or packed."""
+
+from collections.abc import Iterator
+from math import log, log1p, pi
+from typing import Any
+
+import numpy as np
+
+from coupler_protocol.geometry import polygon_area
+from coupler_protocol.problems import Finding
+from coupler_protocol.scene.tables.grading import grading_of
+
+MOST_ZONES, MOST_DISCS = 4_000_000, 1_000_000
+ZONE_BYTES, DISC_BYTES = 1.1e3, 1.5e3  # measured: resident memory of 160,000 zones, and from 4,000 to 16,000 discs
+
+
+def zones_of(scene: Any) -> float:
+    """Zones [-] of the grid, approximately; 0 without a grid."""
+    grid = scene.grid
+    if grid is None:
+        return 0.0
+    if grid.kind == "ring":
+        return grid.around * _circles(grid)
+    columns, rows = (_lines(grid, axis) for axis in range(2))
+    return columns * rows * _ground_area(grid) / (grid.length * grid.height)
+
+
+def _ground_area(grid: Any) -> float:
+    """Area [m2] of the ground."""
+    if grid.profile is None:
+        return grid.length * grid.height
+    x, y = np.transpose(grid.profile)
+    return abs(float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x))))
+
+
+def _lines(grid: Any, axis: int) -> float:
+    """Zones along an axis; outside of the graded rectangle their sizes grow (fdm_server/mesh/graded_lines.py)."""
+    extent, size = (grid.length, grid.height)[axis], grid.zone_size[axis]
+    fine = None if grid.graded is None else (grid.graded.x, grid.graded.y)[axis]
+    if fine is None:
+        return max(extent / size, 1.0)
+    first, last = max(fine[0], 0.0), min(fine[1], extent)
+    growth = grid.graded.ratio - 1.0
+    outside = sum(log1p(growth * max(far, 0.0) / size) / log(grid.graded.ratio) for far in (first, extent - last))
+    return max((last - first) / size, 0.0) + outside
+
+
+def _circles(grid: Any) -> float:
+    """Rows of zones of a ring (fdm_server/mesh/hole_ring.py)."""
+    angle = {"full": 2.0, "half": 1.0, "quarter": 0.5}[grid.part] * pi / grid.around
+    if grid.growth is None:
+        return log(grid.outer / grid.inner) / angle
+    depth = (grid.outer - grid.inner) / (grid.inner * angle)
+    return depth if grid.growth == 1.0 else log1p(depth * (grid.growth - 1.0)) / log(grid.growth)
+
+
+def discs_of(scene: Any, window: Any) -> float:
+    """Discs [-] of a window that is packed, approximately; 0 where they come from a file."""
+    if scene.discs is None or scene.discs.file is not None:
+        return 0.0
+    if window.polygon is not None:
+        area = abs(polygon_area(np.array(window.polygon)))
+    elif scene.grid is None or scene.grid.zone_size is None or window.columns is None or window.rows is None:
+        return 0.0
+    else:
+        counts = [last - first + 1 for first, last in (window.columns, window.rows)]
+        area = float(np.prod(counts) * np.prod(scene.grid.zone_size))
+    return (1.0 - scene.discs.porosity) * area / (0.25 * pi * grading_of(scene.discs).moment(2))
+
+
+def fewer_than_memory_holds(scene: Any) -> Iterator[Finding]:
+    """Refusals: more zones or discs than MOST_ZONES, MOST_DISCS."""
+    zones = zones_of(scene)
+    if zones > MOST_ZONES:
+        what = f"the grid would have about {zones:.3g} zones, {_memory(zones * ZONE_BYTES)} of memory: at most {MOST_ZONES:,}"
+        if scene.grid.kind == "ring":
+            yield ("grid", "around"), what, f"use around = {int(scene.grid.around * (MOST_ZONES / zones) ** 0.5)} or less"
+        else:
+            factor = (zones / MOST_ZONES) ** 0.5
+            size = " x ".join(f"{_up(factor * d):.2g}" for d in dict.fromkeys(scene.grid.zone_size))
+            yield ("grid", "zone_size"), what, f"use zones of at least {size} m; graded makes them large far from the slope"
+    for i, window in enumerate(scene.window):
+        discs = discs_of(scene, window)
+        if discs > MOST_DISCS:
+            what = f"window {window.name!r} would have about {discs:.3g} discs, {_memory(discs * DISC_BYTES)} of memory: "
+            remedy = (
+                f"use a radius of at least {_up(scene.discs.radius * (discs / MOST_DISCS) ** 0.5):.2g} m, or a smaller window"
+            )
+            yield ("window", i), f"{what}at most {MOST_DISCS:,}", remedy
+
+
+def _up(value: float) -> float:
+    """A size rounded up to two digits."""
+    power = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return float(np.ceil(value / power) * power)
+
+
+def _memory(size: float) -> str:
+    return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
+
+
+def memory_of(scene: Any) -> dict[str, float]:
+    """Memory [MB] that the zones and the discs of a scene take, approximately: {"grid", "discs"}, beside 0.2 GB a process."""
+    discs = sum(discs_of(scene, window) for window in scene.window)
+    return {"grid": zones_of(scene) * ZONE_BYTES / 1e6, "discs": discs * DISC_BYTES / 1e6}
