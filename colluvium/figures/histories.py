@@ -84,9 +84,10 @@ def draw(run: Run) -> Any:
         layout="constrained",
     )
     for places, row in zip(axes, shown, strict=True):
+        factor, unit = style.readable(row.unit, *(run.history(line.name, line.rank)[1] for line in row.lines))
         for place, part in zip(places, parts, strict=True):
-            _draw_lines(run, part, row, place)
-        places[0].set_ylabel(f"{row.words}\n[{row.unit}]")
+            _draw_lines(run, part, row, place, factor)
+        places[0].set_ylabel(f"{row.words}\n[{unit}]")
         places[-1].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, handlelength=1.0)
     for place, part in zip(axes[0], parts, strict=True):
         _name_stages(run, part, place)
@@ -108,12 +109,12 @@ def _changes(values: np.ndarray) -> bool:
     return bool(len(known)) and bool((known != known[0]).any())
 
 
-def _draw_lines(run: Run, part: clock.Part, row: Row, axes: Any) -> None:
+def _draw_lines(run: Run, part: clock.Part, row: Row, axes: Any, factor: float) -> None:
     for number, line in enumerate(row.lines):
         steps, values = run.history(line.name, line.rank)
         own = (steps > part.first) & (steps <= part.last) | (steps == 0) & (part.first == 0)
         colour = COLOURS[(number if len(row.lines) > len(run.files) else line.rank) % len(COLOURS)]
-        axes.plot(clock.places(run, part, steps[own]), values[own], color=colour, label=line.words, linewidth=1.0)
+        axes.plot(clock.places(run, part, steps[own]), factor * values[own], color=colour, label=line.words, linewidth=1.0)
     if row.logarithmic:
         axes.set_yscale("log")
     axes.grid(color=style.PALE, linewidth=0.3)

@@ -41,6 +41,6 @@ def draw(run: Run) -> Any:
         domain.outline(place, xy, zones.corners)
         domain.finish(place, moments.title(run, moment))
     for place in list(axes.flat)[len(shown) :]:
-        place.set_axis_off()
-    domain.colour_bar(figure, drawn, axes, f"shear strain [{run.units('shear_strain')}]", extend="both")
+        place.remove()
+    domain.colour_bar(figure, drawn, list(axes.flat[: len(shown)]), f"shear strain [{run.units('shear_strain')}]", extend="both")
     return figure

@@ -129,7 +129,7 @@ def _draw_key(axes: Any, outline: np.ndarray, scale: Scale, cell: float) -> None
     _quiver(axes, begin, drawn, style.INK, cell).set_gid("key")
     for (x, y), size in zip(begin, sizes, strict=True):
         factor, unit = style.readable("m", np.array([size]))
-        axes.annotate(f"{factor * size:.2g} {unit}", (x + (LONGEST + 0.5) * cell, y), va="center", fontsize=style.SMALLEST)
+        axes.annotate(f"{factor * size:.3g} {unit}", (x + (LONGEST + 0.5) * cell, y), va="center", fontsize=style.SMALLEST)
     axes.update_datalim([(begin[0, 0], begin[-1, 1] - cell)])
     axes.autoscale_view()
 
