@@ -86,7 +86,7 @@ def sentences(info: Info) -> Iterator[str]:
                 f"window {window['name']} at ({x:.1f}, {y:.1f}) m (r: smallest disc radius; a gap of 2 r lets a disc escape)"
             )
     for doubt in info.get("doubts", []):
-        yield f"warning: {doubt['key']}: {doubt['what']}; {doubt['remedy']}"
+        yield f"worth a second look: {doubt['key']}: {doubt['what']}; {doubt['remedy']}"
     yield from stretched_rims(info)
     for warning in info.get("warnings", []):
         yield f"warning: in step {warning['step']} of stage {warning['stage']}: {warning['name']}: {warning['text']}"

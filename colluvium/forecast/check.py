@@ -30,7 +30,7 @@ def effects(scene: Any) -> list[dict[str, Any]]:
 
 def _concerns(scene: Any, place: str) -> bool:
     """Whether an effect of this place could act: those of the ground need a grid, those of discs need discs."""
-    of_discs = place.partition(".")[0] in ("grain", "discs")
+    of_discs = place.startswith(("grain.", "discs."))
     return (scene.discs if of_discs else scene.grid) is not None
 
 

@@ -46,7 +46,7 @@ def of_model(model):
     positive("density", model.density)
     require(0 <= model.ring <= n, f"{model.ring} of {n} discs are on the ring")
     require(np.isfinite(model.smallest_radius) and model.smallest_radius > 0.0, "smallest_radius is not positive")
-    require(model.real_time is None or 0.0 < model.real_time <= 1.0, "real_time is not a share of a step")
+    require(not model.in_real_time or 0.0 < model.real_time <= 1.0, "real_time is not a share of a step")
     kinds = len(model.law.spring.normal)
     require(model.materials**2 == kinds and 2 <= model.materials <= STONE + 1, f"{kinds} kinds of pairs belong to no materials")
     within("material", model.material, 0, model.materials - 1)

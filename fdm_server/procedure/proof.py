@@ -6,8 +6,10 @@ Whether the numbers are those that were saved, the seal of the file says (couple
 import numpy as np
 
 from coupler_protocol.files.proof import positive, require, shaped, within
+from fdm_server.effects.histories import DECLARED
 from fdm_server.effects.plastic_state import NOW, PAST
 from fdm_server.model import new_state
+from fdm_server.step.blocks import new_history
 
 FLAGS = NOW | NOW << PAST  # largest value of State.plastic
 
@@ -26,9 +28,11 @@ def prove(model, state):
     points = like.velocity.shape
     for name in ("velocity", "displacement", "force", "applied", "added_mass", "stress", "corner_force"):
         shaped(name, getattr(state, name), getattr(like, name).shape)
-    for name in ("plastic", "plastic_shear", "previous_force"):
-        value, own = getattr(state, name), getattr(like, name)
-        require((value is None) == (own is None), f"{name} is {'missing' if value is None else 'of no law that acts'}")
+    for name, history in DECLARED.items():
+        value, own = getattr(state, name), new_history(history, len(model.grid.xy), len(model.geometry.corner))
+        acts = name in model.law.histories or history.of_stage  # a stage makes its own when it begins
+        require(acts or value is None, f"{name} is of no law that acts")
+        require(value is not None or not acts or history.of_stage, f"{name} is missing")
         if value is not None:
             shaped(name, value, own.shape, own.dtype.kind)
     if state.plastic is not None:
@@ -44,7 +48,7 @@ def prove(model, state):
     for name, value in state.loads.items():
         shaped(f"loads.{name}", value, points)
     require(state.mass_age >= 0, "mass_age is negative")
-    require(state.dt is None or (np.isfinite(state.dt) and state.dt > 0.0), "dt is not a time step")
+    require(not state.in_real_time or (np.isfinite(state.dt) and state.dt > 0.0), "dt is not a time step")
 
 
 def prove_rims(rims, found):

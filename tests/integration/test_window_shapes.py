@@ -66,7 +66,7 @@ def test_a_stretched_ring_is_warned_of_once_in_its_stage(tmp_path, caplog):
         assert 1.0 < opened["radii"] < 2.0
         xy, discs = np.array(opened["place"]), run.discs(-1)
         assert np.hypot(*(discs.xy[discs.control == 1] - xy).T).min() < 0.3
-        said = [text for text in closing.sentences(run.info) if text.startswith("warning")]
+        said = [text for text in closing.sentences(run.info) if text.startswith("warning: in stage pull a gap")]
     assert said == [
         f"warning: in stage pull a gap of {opened['radii']:.1f} r opened in the ring of window hole at "
         f"({xy[0]:.1f}, {xy[1]:.1f}) m (r: smallest disc radius; a gap of 2 r lets a disc escape)"

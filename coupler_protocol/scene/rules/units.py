@@ -18,6 +18,7 @@ import numpy as np
 from pydantic.fields import FieldInfo
 
 from coupler_protocol.problems import Finding, KeyPath, dotted
+from coupler_protocol.scene import stage_kinds
 from coupler_protocol.scene.declare import Table
 from coupler_protocol.scene.schedule import plan
 
@@ -303,7 +304,7 @@ def speeds(scene: Any) -> Iterator[Suspect]:
         from coupler_protocol.scene.tables.grading import grading_of
 
         size, what = grading_of(scene.discs).smallest, "the smallest radius"
-        first = next((stage for stage in scene.stage if stage.kind == "discs"), scene.stage[0])
+        first = next((stage for stage in scene.stage if stage_kinds.of(stage).computes), scene.stage[0])
         walls: list[tuple[KeyPath, Any, Any]] = [(("discs", "wall", k), wall, first) for k, wall in enumerate(scene.discs.wall)]
         walls += [(("stage", i, "wall", k), wall, s) for i, s in enumerate(scene.stage) for k, wall in enumerate(s.wall)]
         rows = [(p, wall.velocity, s) for p, wall, s in walls]

@@ -55,10 +55,10 @@ def rows(fast):
     yield row("gas: discs between the walls", inside, 64.0, 0.0, "none passes")
     model, state, end = mixed(1.75, friction=Friction(coefficient=0.55), damping=Damping(local=0.7))
     model = in_static_mode(model, state)
-    for _ in range(60):
+    for _ in range(200):
         advance(model, state, 0.0, 1000)
-        if unbalanced_ratio(model, state, 0.0) < 1e-6:
+        share = energy.kinetic(model, state) / energy.stored(model, state)  # also of discs that fly between others
+        if max(unbalanced_ratio(model, state, 0.0), share) < 1e-6:
             break
     yield row("static: unbalanced ratio", unbalanced_ratio(model, state, 0.0), 0.0, 1e-6, "as asked for")
-    share = energy.kinetic(model, state) / energy.stored(model, state)
     yield row("static: kinetic over stored energy", share, 0.0, 1e-6, "it rests")

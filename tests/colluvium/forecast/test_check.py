@@ -75,7 +75,7 @@ def test_doubts_are_in_the_answer_the_run_its_log_and_the_closing_words(configs,
     done = run_colluvium("run", scene, "--out", tmp_path / "out")
     assert done.returncode == 0
     assert "material soil: 512 zones" in done.stderr
-    assert f"warning: {doubt['key']}: {doubt['what']}" in " ".join(done.stdout.split())
+    assert f"worth a second look: {doubt['key']}: {doubt['what']}" in " ".join(done.stdout.split())
     assert json.loads((tmp_path / "out" / "run.json").read_text(encoding="utf-8"))["doubts"] == [doubt]
     assert doubt["what"] in (tmp_path / "out" / "fdm.rank0.log").read_text(encoding="utf-8")
 

@@ -6,7 +6,7 @@ import tomllib
 import pytest
 
 from coupler_protocol.problems import SceneError
-from coupler_protocol.scene.reader import build_scene
+from coupler_protocol.scene.reader import build_scene, read_scene
 from coupler_protocol.scene.rules.between_tables import doubts
 from coupler_protocol.scene.rules.units import as_written, units_are_si
 
@@ -211,7 +211,7 @@ def test_a_friction_coefficient_is_not_an_angle(pile):
 
 def test_shipped_scenes_are_in_si(configs):
     for path in configs.glob("*.toml"):
-        scene = build_scene(tomllib.loads(path.read_text(encoding="utf-8")))
+        scene = read_scene(path)
         assert [*units_are_si(scene), *doubts(scene)] == [], path
 
 
