@@ -208,8 +208,8 @@ sys.exit(cli.main(sys.argv[2:]))
     [
         (60_000, "two", "the account of the run"),
         (300_000, "two", "the frame of step 50"),
-        (760_000, "two", "the frame of step 450"),
-        (760_000, "one", "the frame of step 450"),
+        (740_000, "two", "the frame of step 450"),
+        (740_000, "one", "the frame of step 450"),
         (1_000_000, "two", "the frame of step"),
     ],
 )
