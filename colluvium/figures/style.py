@@ -49,8 +49,9 @@ def styled(draw: Callable[..., Any]) -> Callable[..., Any]:
         matplotlib.use("Agg")
         with matplotlib.rc_context(dict[Any, Any](RC)):
             figure = draw(*args, **options)
-            fit_page(figure)
-            wrap_titles(figure)
+            if figure is not None:  # a function that writes its picture itself returns none
+                fit_page(figure)
+                wrap_titles(figure)
             return figure
 
     return in_style
