@@ -2,10 +2,14 @@
 
 from typing import Any
 
-__all__ = ["Scene", "open_run", "read_scene", "resume", "run"]
+__all__ = ["Scene", "__version__", "open_run", "read_scene", "resume", "run"]
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("colluvium")
     if name == "open_run":
         from colluvium.results.run import open_run
 

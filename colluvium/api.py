@@ -95,5 +95,6 @@ def to_go_on(out: Path, plugin: Any = None) -> tuple[Any, restart.Origin]:
     restart.check(scene, origin)
     restart.check_plugin(scene, origin, plugin)
     (out / "endpoint").unlink(missing_ok=True)
+    command_line.remove_report(out)
     run_json.set_aside(out)
     return scene, origin

@@ -1,4 +1,4 @@
-"""Command line of `colluvium`: run, resume, check, fos, report, export, status."""
+"""Command line of `colluvium`: example, run, resume, check, fos, report, export, status."""
 
 import argparse
 import json
@@ -20,6 +20,12 @@ def parser() -> argparse.ArgumentParser:
     p = argparse.ArgumentParser(prog="colluvium", description="Soil-rock slopes by two coupled processes.")
     p.add_argument("--version", action="version", version=f"%(prog)s {version('colluvium')}")
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    example = commands.add_parser("example", help="write a scene that comes with colluvium into a folder, or list these scenes")
+    example.add_argument("name", metavar="NAME", nargs="?", help="name of the scene (default: list all)")
+    example.add_argument("--out", metavar="DIR", default=".", help="folder for the files (default: the current one)")
+    example.add_argument("--force", action="store_true", help="overwrite files of the same name")
+    example.set_defaults(work=example_command)
 
     run = commands.add_parser("run", help="compute a scene: starts all processes and shows their progress")
     command_line.common_options(run)
@@ -259,6 +265,18 @@ def check_command(options: argparse.Namespace) -> None:
         _write_json(found, options.json)
     else:
         check.print_description(found, _console())
+
+
+def example_command(options: argparse.Namespace) -> None:
+    """Writes an example scene and prints how to compute it, or lists the scenes."""
+    from colluvium import examples
+
+    if options.name is None:
+        for name, title in examples.titles().items():
+            print(f"{name:20} {title}")
+        return
+    paths = examples.write(options.name, options.out, options.force)
+    print(f"wrote {', '.join(map(str, paths))}\ncompute it with: colluvium run {paths[0]}")
 
 
 def report_command(options: argparse.Namespace) -> None:

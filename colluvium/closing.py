@@ -8,6 +8,7 @@ Info = dict[str, Any]  # content of run.json, or of a part of it
 OUTCOME = ("stage", "steps", "ended by", "gravity", "ratio\ngrid", "ratio\ndiscs", "P/l vs\nstress", "bonds\nbroken")
 SECONDS = ("stage", "grid\ncomputes", "grid\nwaits", "discs\ncompute", "discs\nwait", "both\nrecord")
 NOTICED = 0.05  # share of the zones' stress, or of the weight it should carry, above which a sentence is printed
+LOST_SHEAR = 0.1  # share of the mobilised sine of the zones from which a loss is a warning
 TEXT_COLUMNS = ("stage", "ended by")
 
 
@@ -74,11 +75,12 @@ def sentences(info: Info) -> Iterator[str]:
             if window.get("stones_without_discs"):
                 parts.append(f"{window['stones_without_discs']} of them contain no disc centre: they are soil")
         if "error_yy" in window:
-            parts.append(f"stress within {100 * window['error_yy']:.1f} % (rms) of the slope's vertical stress")
+            parts += _stress_of(window)
             parts += _beyond_reach(window)
         if "bonds_broken_tension" in window:
             parts.append(f"bonds broken {window['bonds_broken_tension']} in tension, {window['bonds_broken_shear']} in shear")
         yield ", ".join(parts)
+        yield from _lost_shear(window)
         for opened in window.get("ring_opened", []):
             x, y = opened["place"]
             yield (
@@ -115,6 +117,27 @@ def _exchanges(info: Info) -> Iterator[str]:
         if stage.get("fell_back"):
             yield f"warning: both sides exchanged in every step from stage {stage['name']} on: {stage['fell_back']}"
             return
+
+
+def _stress_of(window: Info) -> Iterator[str]:
+    """Yields the error of the discs' stress against that of the zones (runs before 0.2.0: against what the discs could carry)."""
+    if "sine_discs" not in window:
+        yield f"stress within {100 * window['error_yy']:.1f} % (rms) of the slope's vertical stress"
+        return
+    xx, yy, xy = (f"{100 * window[f'zones_{name}']:.1f} %" for name in ("xx", "yy", "xy"))
+    yield f"stress within {xx} (xx), {yy} (yy), {xy} (xy) of that of the zones (rms, over the mean vertical stress)"
+    yield f"mobilised sine {window['sine_discs']:.2f} ({window['sine_zones']:.2f} in the zones)"
+
+
+def _lost_shear(window: Info) -> Iterator[str]:
+    """Yields a warning about a window that carries much less shear stress than the zones that it replaces."""
+    discs, zones = window.get("sine_discs", 0.0), window.get("sine_zones", 0.0)
+    if zones - discs > LOST_SHEAR * zones:
+        yield (
+            f"warning: the discs of window {window['name']} took over {100 * discs / zones:.0f} % of the shear stress of the "
+            f"zones (mobilised sine {discs:.2f}, zones {zones:.2f}): the slope around them will move until it carries the rest; "
+            "more friction or stronger bonds of the discs keep more"
+        )
 
 
 def _beyond_reach(window: Info) -> Iterator[str]:

@@ -22,6 +22,7 @@ FIGURES = (  # file name, module of colluvium.figures, function
     ("displacement_vectors", "vectors", "draw"),
     ("fabric", "roses", "draw"),
     ("histories", "histories", "draw"),
+    ("load_curves", "load_curves", "draw"),
     ("timeline", "timeline", "draw"),
 )
 
@@ -57,6 +58,7 @@ def _files(run: Run, folder: Path, skipped: Callable[[str, str], None]) -> Itera
         path = folder / f"{name}.png"
         drawing = importlib.import_module(f"colluvium.figures.{module}")
         if lacking := drawing.missing(run):
+            path.unlink(missing_ok=True)  # of an earlier report
             skipped(path.name, lacking)
         else:
             _save(getattr(drawing, function)(run), path)

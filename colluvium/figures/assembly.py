@@ -33,7 +33,8 @@ def draw(run: Run) -> Any:
     colours = np.full(len(xy), DISC, dtype=object)
     colours[control] = RING
     _fill(axes[0, 0], xy, discs.radius, colours)
-    domain.finish(axes[0, 0], f"{(~control).sum():,} discs\nin a ring of {control.sum():,} control discs")
+    walls = domain.draw_walls(axes[0, 0], run, frame)
+    domain.finish(axes[0, 0], f"{(~control).sum():,} discs\n{_held_by(int(control.sum()), walls)}")
     if placed:
         mesostructure.panel(axes[0, 1], outline_of(run, frame, rank), placed)
         stone = discs.stone
@@ -43,6 +44,13 @@ def draw(run: Run) -> Any:
         domain.stone_outlines(axes[0, 2], placed)
         domain.finish(axes[0, 2], f"{own.sum():,} of the discs\nmake up {len(np.unique(stone[own])):,} stones")
     return figure
+
+
+def _held_by(control: int, walls: int) -> str:
+    """Text of what holds the discs."""
+    if control:
+        return f"in a ring of {control:,} control discs"
+    return f"between {walls} walls" if walls > 1 else "on a wall" if walls else "without walls"
 
 
 def _fill(axes: Any, xy: np.ndarray, radius: np.ndarray, colours: np.ndarray) -> None:

@@ -1,16 +1,23 @@
-"""Force chains: every contact as a line whose width is its normal force."""
+"""Force chains: every contact as a line; its width grows with the root of its normal force, on one scale for all panels.
+
+    width = WIDEST sqrt(force / F)
+
+F: force that 0.5 % of the contacts exceed, in the panel where it is largest. With the root, a hundredth of F has a tenth of the
+width, so that a panel with low forces is not empty.
+"""
 
 from typing import Any
 
 import numpy as np
 
 from colluvium.figures import domain, frames, moments, style
-from colluvium.results import stones
 from colluvium.results.run import Run
 
-WIDEST = 3.0  # points, for the force that 0.5 % of the contacts exceed
+WIDEST, THINNEST = 3.0, 0.15  # [pt]
 PART = 0.995
+APART = 2.0  # drawn distance over the sum of radii, beyond which a contact has no line: discs met in a run-out
 COMPRESSION, TENSION = "#123a5e", "#d0472f"
+KEYS = (1.0, 0.1, 0.01)  # parts of F in the key
 KINDS = ((COMPRESSION, "compression"), (TENSION, "tension in a bond"))
 
 
@@ -21,36 +28,48 @@ def missing(run: Run) -> str:
 
 @style.styled
 def draw(run: Run) -> Any:
-    """Draws the first window in each state of the band, or at the ends of stages; titles give the force of the widest line."""
-    import matplotlib.pyplot as plt
+    """Draws the first window in each state of the band, or at the ends of stages, with a key of forces."""
     from matplotlib.lines import Line2D
 
     rank = run.windows[0]
     shown = moments.of_run(run, rank, frames.last_of_stages)
-    figure, axes = plt.subplots(
-        1, len(shown), figsize=(0.8 + 3.2 * len(shown), 7.4), sharex=True, sharey=True, squeeze=False, layout="compressed"
-    )
-    for place, moment in zip(axes[0], shown, strict=True):
-        strongest = _strong(run, moment.frame, rank)
+    seen = np.concatenate([domain.discs_now(run, moment.frame, rank) for moment in shown])
+    figure, axes = domain.panels(len(shown), seen)
+    strongest = max(_strong(run, moment.frame, rank) for moment in shown)
+    for place, moment in zip(axes, shown, strict=True):
         _draw_window(run, moment.frame, rank, place, strongest)
-        factor, unit = style.readable("N", np.array([strongest]))
-        domain.finish(place, f"{moments.title(run, moment)}\nwidest line {factor * strongest:.3g} {unit}")
-    lines = [Line2D([], [], color=colour, label=words) for colour, words in KINDS]
-    figure.legend(handles=lines, loc="outside lower center", ncols=2, title="normal contact force per m thickness")
+        domain.finish(place, f"{moments.title(run, moment)}{frames.note(run, moment.frame)}")
+    factor, unit = style.readable("N", np.array([strongest]))
+    lines = [
+        Line2D([], [], color=COMPRESSION, linewidth=float(width_of(part, 1.0)), label=f"{factor * part * strongest:.3g} {unit}")
+        for part in KEYS
+    ]
+    lines += [Line2D([], [], color=colour, label=words) for colour, words in KINDS]
+    words = "normal contact force per m thickness, one scale for all panels"
+    figure.legend(handles=lines, loc="outside lower center", ncols=len(lines), title=words)
     return figure
+
+
+def width_of(force: Any, strongest: float) -> np.ndarray:
+    """Line widths [pt] of normal forces [N]; contacts without force have no line."""
+    share = np.sqrt(np.minimum(np.abs(force) / strongest, 1.0))
+    return np.where(share > 0.0, np.maximum(WIDEST * share, THINNEST), 0.0)
 
 
 def _draw_window(run: Run, frame: int, rank: int, axes: Any, strongest: float) -> None:
     from matplotlib.collections import LineCollection
 
     discs, contacts = run.discs(frame, rank), run.contacts(frame, rank)
-    domain.fill_discs(axes, discs.xy, discs.radius, "#e9e6e1")
-    force = contacts.normal_force
+    xy, ends = domain.discs_now(run, frame, rank), contacts.ends
+    domain.fill_discs(axes, xy, discs.radius, "#e9e6e1")
+    apart = np.linalg.norm(np.diff(xy[ends], axis=1)[:, 0], axis=1) > APART * discs.radius[ends].sum(axis=1)
+    ends, force = ends[~apart], contacts.normal_force[~apart]
     order = np.argsort(np.abs(force))  # the strongest on top
-    width = WIDEST * np.minimum(np.abs(force[order]) / strongest, 1.0)
+    width = width_of(force[order], strongest)
     colours = np.where(force[order] >= 0.0, COMPRESSION, TENSION)
-    axes.add_collection(LineCollection(discs.xy[contacts.ends[order]], linewidths=width, colors=list(colours), capstyle="round"))
-    domain.stone_outlines(axes, stones.outlines(run, frame, rank))
+    axes.add_collection(LineCollection(xy[ends[order]], linewidths=width, colors=list(colours), capstyle="round"))
+    domain.stone_outlines(axes, domain.stones_now(run, frame, rank))
+    domain.draw_walls(axes, run, frame)
 
 
 def _strong(run: Run, frame: int, rank: int) -> float:

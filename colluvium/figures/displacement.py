@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 
 from colluvium.figures import domain, frames, style
-from colluvium.results import stones
 from colluvium.results.run import Run
 from colluvium.results.window_fields import outline_of
 
@@ -17,34 +16,47 @@ def missing(run: Run) -> str:
 
 @style.styled
 def draw(run: Run) -> Any:
-    """Draws the whole slope and, beside it, the first window, in the last frame before a run-out."""
+    """Draws the last frame: the whole slope and, beside it, the first window; in a row above, the last frame before a run-out."""
     import matplotlib.pyplot as plt
 
-    frame = frames.before_run_out(run)[-1]
-    sizes = [np.linalg.norm(body.displacement, axis=1) for body in run.bodies(frame)]
-    factor, unit = style.readable("m", *sizes)
-    low, high = style.limits(*(factor * size for size in sizes))
-    windows = [rank for rank in run.windows if run.has(frame, rank)]
-    columns = 2 if windows and run.has(frame, 0) else 1
-    figure, axes = plt.subplots(
-        1,
+    shown = sorted({frames.before_run_out(run)[-1], frames.last(run)})
+    columns = max(1 + _has_window(run, frame) for frame in shown)
+    figure, rows = plt.subplots(
+        len(shown),
         columns,
-        figsize=(5.5 + 5.5 * (columns - 1), 4.8),
+        figsize=(style.PAGE if columns > 1 else 5.5, 3.3 * len(shown)),
         squeeze=False,
         width_ratios=(2.0, 1.0)[:columns],
         layout="compressed",
     )
-    for place in axes[0]:
+    for axes, frame in zip(rows, shown, strict=True):
+        _draw_row(run, frame, figure, axes)
+    return figure
+
+
+def _has_window(run: Run, frame: int) -> bool:
+    """Whether a frame has zones and a window beside them."""
+    return run.has(frame, 0) and any(run.has(frame, rank) for rank in run.windows)
+
+
+def _draw_row(run: Run, frame: int, figure: Any, axes: Any) -> None:
+    """Draws a frame with its own colour scale, which its bar shows."""
+    sizes = [np.linalg.norm(body.displacement, axis=1) for body in run.bodies(frame)]
+    factor, unit = style.readable("m", *sizes)
+    low, high = style.limits(*(factor * size for size in sizes))
+    windows = [rank for rank in run.windows if run.has(frame, rank)]
+    for place in axes:
         drawn = _draw_bodies(run, frame, place, factor)
         for artist in drawn:
             artist.set_clim(low, high)
-        domain.finish(place, f"displacement: {style.moment(run.frames[frame])}")
-    if columns == 2:
-        _close_up(axes[0, 1], outline_of(run, frame, windows[0]))
-        axes[0, 1].set_title("the window and its rim")
-        axes[0, 1].tick_params(labelleft=True)
-    domain.colour_bar(figure, drawn[0], axes, f"displacement [{unit}]", extend="max")
-    return figure
+        domain.finish(place, f"displacement: {style.moment(run.frames[frame])}{frames.note(run, frame)}")
+    if len(axes) == 2 and not _has_window(run, frame):
+        axes[1].set_axis_off()
+    elif len(axes) == 2:
+        _close_up(axes[1], outline_of(run, frame, windows[0]))
+        axes[1].set_title("the window and its rim")
+        axes[1].tick_params(labelleft=True)
+    domain.colour_bar(figure, drawn[0], list(axes), f"displacement [{unit}]", extend="max")
 
 
 def _draw_bodies(run: Run, frame: int, axes: Any, factor: float) -> list[Any]:
@@ -60,8 +72,9 @@ def _draw_bodies(run: Run, frame: int, axes: Any, factor: float) -> list[Any]:
         if run.has(frame, rank):
             discs = run.discs(frame, rank)
             size = factor * np.linalg.norm(discs.displacement, axis=1)
-            drawn.append(domain.fill_discs(axes, discs.xy, discs.radius, size, **colours))
-            domain.stone_outlines(axes, stones.outlines(run, frame, rank))
+            drawn.append(domain.fill_discs(axes, domain.discs_now(run, frame, rank), discs.radius, size, **colours))
+            domain.stone_outlines(axes, domain.stones_now(run, frame, rank))
+    domain.draw_walls(axes, run, frame)
     return drawn
 
 

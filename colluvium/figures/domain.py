@@ -4,14 +4,34 @@ from typing import Any
 
 import numpy as np
 
-from colluvium.figures.style import INK, PALE
+from colluvium.figures import frames
+from colluvium.figures.style import INK, PAGE, PALE
+from colluvium.results import stones, walls
 from colluvium.results.run import Run
+
+WALL = "#6b4a2b"
+COLUMNS = 3  # panels in a row
+EDGE = 0.03  # of the larger side of a view: room for walls beside it
+TALLEST, TITLE_ROOM = 4.2, 0.7  # [in] of a panel
 
 
 def gridpoints_now(run: Run, frame: int) -> np.ndarray:
-    """(N, 2) positions of the gridpoints in a frame [m]."""
+    """(N, 2) positions of the gridpoints in a frame [m]; in a run-out with a part of their displacements."""
     gridpoints = run.gridpoints(frame)
-    return gridpoints.xy + gridpoints.displacement
+    return gridpoints.xy + frames.drawn_part(run, frame) * gridpoints.displacement
+
+
+def discs_now(run: Run, frame: int, rank: int) -> np.ndarray:
+    """(n, 2) positions of the discs in a frame [m]; in a run-out with a part of their displacements."""
+    discs = run.discs(frame, rank)
+    return discs.xy - (1.0 - frames.drawn_part(run, frame)) * discs.displacement
+
+
+def stones_now(run: Run, frame: int, rank: int) -> list[np.ndarray]:
+    """Polygons (V, 2) of the stones in a frame [m]; in a run-out with a part of their displacements."""
+    part = frames.drawn_part(run, frame)
+    moved = stones.outlines(run, frame, rank)
+    return [start + part * (now - start) for start, now in zip(run.stones(rank), moved, strict=False)]
 
 
 def fill_polygons(axes: Any, corners: np.ndarray, values: np.ndarray | str, **colours: Any) -> Any:
@@ -54,6 +74,37 @@ def stone_outlines(axes: Any, polygons: list[np.ndarray]) -> None:
     from matplotlib.collections import PolyCollection
 
     axes.add_collection(PolyCollection(polygons, facecolors="none", edgecolors=INK, linewidths=0.4))
+
+
+def panels(count: int, seen: np.ndarray) -> tuple[Any, list[Any]]:
+    """A figure with `count` equal axes for drawings around `seen` (n, 2) [m], at most COLUMNS in a row, and its axes."""
+    import matplotlib.pyplot as plt
+
+    width, height = np.ptp(seen, axis=0)
+    columns = min(count, COLUMNS)
+    rows = -(-count // columns)
+    tall = min(TALLEST, 0.9 * PAGE / columns * height / width) + TITLE_ROOM
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(PAGE, rows * tall + 0.6), sharex=True, sharey=True, squeeze=False, layout="compressed"
+    )
+    for place in axes.flat[count:]:
+        place.set_axis_off()
+    return figure, list(axes.flat[:count])
+
+
+def draw_walls(axes: Any, run: Run, frame: int) -> int:
+    """Draws the walls of discs alone in a frame over other artists, which they widen by EDGE at most. Returns their number."""
+    from matplotlib.collections import LineCollection
+
+    found = list(walls.ends(run, frame).values())
+    axes.add_collection(
+        LineCollection(found, colors=WALL, linewidths=1.6, capstyle="butt", zorder=2.5, label="walls"), autolim=False
+    )
+    if found:
+        low, high = axes.dataLim.get_points()
+        room = EDGE * np.max(high - low)
+        axes.update_datalim(np.clip(np.concatenate(found), low - room, high + room))
+    return len(found)
 
 
 def finish(axes: Any, title: str) -> None:

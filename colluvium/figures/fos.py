@@ -89,7 +89,7 @@ def draw_trials(found: dict[str, Any]) -> Any:
         colour = COLOURS[trial["verdict"]]
         for place, values in zip(axes, (trial["spans"]["motion"], trial["spans"]["ratio"]), strict=True):
             place.loglog(steps, values, color=colour, linewidth=0.9)
-            place.annotate(f"{trial['factor']:.4g}", (steps[-1], values[-1]), fontsize=6, color=colour)
+            place.annotate(f"{trial['factor']:.4g}", (steps[-1], values[-1]), fontsize=style.SMALLEST, color=colour)
     for place, label in zip(axes, ("rms displacement of a span [m]", "unbalanced ratio [-]"), strict=True):
         place.xaxis.set_minor_formatter(NullFormatter())
         place.set_xlabel("steps")

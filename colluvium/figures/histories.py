@@ -1,73 +1,135 @@
-"""Histories over the steps: unbalanced force ratio of both sides, gravity factor, broken bonds."""
+"""Histories: everything that was recorded and changes, over time in real time and over steps in static mode."""
 
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from colluvium.figures import style
+from colluvium.results import clock
 from colluvium.results.run import Run
 
-ROWS = (  # histories with a row each if any rank has them; logarithmic or not
+ROWS = (  # names of histories up to a colon, or beginnings that end in *; logarithmic or not
     ("unbalanced_ratio", "unbalanced force ratio", True),
     ("gravity_factor", "gravity factor", False),
     ("bonds_broken", "bonds broken", False),
     ("max_displacement", "largest displacement", True),
+    ("wall_pressure", "pressure on walls", False),
+    ("wall_force_x", "force on walls, x", False),
+    ("wall_force_y", "force on walls, y", False),
+    ("reaction_x", "reactions, x", False),
+    ("reaction_y", "reactions, y", False),
+    ("moved_x", "moved boundaries, x", False),
+    ("moved_y", "moved boundaries, y", False),
+    ("kinetic_energy", "kinetic energy", True),
+    ("energy_*", "energies", False),
+    ("velocity_caps", "capped velocities", False),
 )
-NAME_ROOM = 0.025  # part of the axis for the name of a stage
-COLOURS = ("#123a5e", "#d0472f", "#5c8a3a", "#8a5c9e")
+NAME_ROOM = 0.05  # part of the axis for the name of a stage
+NARROWEST = 0.25  # width of a part of the run over that of the widest
+COLOURS = ("#123a5e", "#d0472f", "#5c8a3a", "#8a5c9e", "#b08a2e", "#3a8a8a", "#7a7a7a", "#c06a9a")
+
+
+class Line(NamedTuple):
+    """One history of one rank; `words`: what tells it from the others of its row."""
+
+    rank: int
+    name: str
+    words: str
+
+
+class Row(NamedTuple):
+    """Histories of one quantity, for one axes."""
+
+    words: str
+    unit: str
+    logarithmic: bool
+    lines: tuple[Line, ...]
 
 
 def missing(run: Run) -> str:
-    """Text of the missing data: any of these histories. "" if there is one."""
-    return "" if _rows(run) else "no history was recorded"
+    """Text of the missing data: any history that changes. "" if there is one."""
+    return "" if recorded_rows(run) else "no history that changes was recorded"
+
+
+def recorded_rows(run: Run) -> list[Row]:
+    """Rows with the histories that change; a sum over parts (walls) is left out beside its parts."""
+    found = []
+    for wanted, words, logarithmic in ROWS:
+        lines = []
+        for rank, file in run.files.items():
+            names = [name for name in file.history_names() if _fits(name, wanted) and _changes(run.history(name, rank)[1])]
+            parts = [name for name in names if ":" in name or wanted.endswith("*")] or names
+            side = f"{file.kind}, rank {rank}"
+            lines += [Line(rank, name, _own_words(name, wanted) or side) for name in parts]
+        if lines:
+            found.append(Row(words, run.units(lines[0].name), logarithmic, tuple(lines)))
+    return found
 
 
 @style.styled
 def draw(run: Run) -> Any:
-    """Draws one row for each history, one line for each rank, with marked stages."""
+    """Draws one row for each quantity; columns: parts of the run in real time over seconds, in static mode over steps."""
     import matplotlib.pyplot as plt
 
-    rows = _rows(run)
+    shown, parts = recorded_rows(run), clock.parts(run)
+    length = np.array([part.last - part.first for part in parts], dtype=float)
     figure, axes = plt.subplots(
-        len(rows), 1, figsize=(9.0, 0.8 + 2.0 * len(rows)), sharex=True, squeeze=False, layout="constrained"
+        len(shown),
+        len(parts),
+        figsize=(style.PAGE, 0.9 + 1.5 * len(shown)),
+        sharex="col",
+        sharey="row",
+        squeeze=False,
+        width_ratios=np.maximum(length / length.max(), NARROWEST),
+        layout="constrained",
     )
-    for place, (name, words, logarithmic) in zip(axes[:, 0], rows, strict=True):
-        for rank, file in run.files.items():
-            if run.has_history(name, rank):
-                label = f"{file.kind}, rank {rank}"
-                colour = COLOURS[rank % len(COLOURS)]
-                place.plot(*run.history(name, rank), color=colour, label=label, linewidth=1.0)
-        place.set_ylabel(f"{words} [{run.units(name)}]")
-        if logarithmic:
-            place.set_yscale("log")
-        place.grid(color=style.PALE, linewidth=0.3)
-        _mark_stages(run, place)
-    _name_stages(run, axes[0, 0])
-    axes[0, 0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.02), ncols=len(run.files), borderaxespad=0.0)
-    axes[-1, 0].set_xlabel("step [-]")
+    for places, row in zip(axes, shown, strict=True):
+        factor, unit = style.readable(row.unit, *(run.history(line.name, line.rank)[1] for line in row.lines))
+        for place, part in zip(places, parts, strict=True):
+            _draw_lines(run, part, row, place, factor)
+        places[0].set_ylabel(f"{row.words}\n[{unit}]")
+        places[-1].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, handlelength=1.0)
+    for place, part in zip(axes[0], parts, strict=True):
+        _name_stages(run, part, place)
+    for place, part in zip(axes[-1], parts, strict=True):
+        place.set_xlabel(clock.label(part))
     return figure
 
 
-def _rows(run: Run) -> list[tuple[str, str, bool]]:
-    return [row for row in ROWS if any(run.has_history(row[0], rank) for rank in run.files)]
+def _fits(name: str, wanted: str) -> bool:
+    return name.startswith(wanted[:-1]) if wanted.endswith("*") else name.partition(":")[0] == wanted
 
 
-def _stage_starts(run: Run) -> list[tuple[int, str]]:
-    """First step of each stage; stages that begin too close to each other to be named apart share a name."""
-    starts: list[tuple[int, str]] = []
-    end = 0
-    for stage in run.stages:
-        if starts and end - starts[-1][0] < NAME_ROOM * run.frames[-1].step:
-            starts[-1] = (starts[-1][0], f"{starts[-1][1]}, {stage}")
+def _own_words(name: str, wanted: str) -> str:
+    return name[len(wanted) - 1 :] if wanted.endswith("*") else name.partition(":")[2]
+
+
+def _changes(values: np.ndarray) -> bool:
+    known = values[np.isfinite(values)]
+    return bool(len(known)) and bool((known != known[0]).any())
+
+
+def _draw_lines(run: Run, part: clock.Part, row: Row, axes: Any, factor: float) -> None:
+    for number, line in enumerate(row.lines):
+        steps, values = run.history(line.name, line.rank)
+        own = (steps > part.first) & (steps <= part.last) | (steps == 0) & (part.first == 0)
+        colour = COLOURS[(number if len(row.lines) > len(run.files) else line.rank) % len(COLOURS)]
+        axes.plot(clock.places(run, part, steps[own]), factor * values[own], color=colour, label=line.words, linewidth=1.0)
+    if row.logarithmic:
+        axes.set_yscale("log")
+    axes.grid(color=style.PALE, linewidth=0.3)
+    for place in clock.places(run, part, np.array([step for step, _ in part.starts])):
+        axes.axvline(place, color=style.PALE, linewidth=0.8, zorder=0)
+
+
+def _name_stages(run: Run, part: clock.Part, axes: Any) -> None:
+    """Writes the names of stages above an axes; stages that begin too close to each other to be named apart share a name."""
+    room = NAME_ROOM * (part.last - part.first)
+    named: list[tuple[int, str]] = []
+    for step, stage in part.starts:
+        if named and step - named[-1][0] < room:
+            named[-1] = (named[-1][0], f"{named[-1][1]}, {stage}")
         else:
-            starts.append((end, stage))
-        end = run.frames[run.last_frame(stage)].step
-    return starts
-
-
-def _mark_stages(run: Run, axes: Any) -> None:
-    for step, _ in _stage_starts(run):
-        axes.axvline(step, color=style.PALE, linewidth=0.8, zorder=0)
-
-
-def _name_stages(run: Run, axes: Any) -> None:
-    for step, stage in _stage_starts(run):
-        axes.annotate(stage, (step, 1.02), xycoords=("data", "axes fraction"), va="bottom", rotation=25.0, fontsize=8.0)
+            named.append((step, stage))
+    for place, (_, words) in zip(clock.places(run, part, np.array([step for step, _ in named])), named, strict=True):
+        axes.annotate(words, (place, 1.02), xycoords=("data", "axes fraction"), va="bottom", rotation=25.0)

@@ -27,7 +27,7 @@ def draw(run: Run) -> Any:
     holes = [i for i in own if i > max(first.values())] if first else own
     columns = 3 if first else 2
     ratios = (2.0, 2.0, 1.0)[:columns]
-    figure, axes = plt.subplots(1, columns, figsize=(3.0 * sum(ratios), 4.2), width_ratios=ratios, layout="compressed")
+    figure, axes = plt.subplots(1, columns, figsize=(style.PAGE, 2.6), width_ratios=ratios, layout="compressed")
     _geometry(run, own[0], first, axes[0])
     for place in axes[1:]:
         _mesh(run, (holes or own)[0], first, place)

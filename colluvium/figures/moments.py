@@ -38,13 +38,15 @@ def of_band(run: Run) -> list[Moment]:
 
 
 def of_run(run: Run, rank: int, otherwise: Callable[[Run, int, int], list[int]] = frames.of_last_stage) -> list[Moment]:
-    """The initial coupled state and `of_band` if the band enters the window; else PANELS frames that `otherwise` chooses."""
+    """The initial coupled state, `of_band` and the last frame if the band enters the window; else PANELS of `otherwise`."""
     if not lacking(run):
         reached = of_band(run)
         first = _reaches(run)[0].frame
         if len(reached) > 1:
             start = [Moment(f"a {band_states.MEANING['a']}", first)] if first != reached[0].frame else []
-            return [moment for moment in start + reached if run.has(moment.frame, rank)]
+            shown = [moment for moment in start + reached if run.has(moment.frame, rank)]
+            end = frames.last(run, rank)
+            return shown if end in [moment.frame for moment in shown] else [*shown, Moment("last frame", end)]
     return [Moment("", frame) for frame in otherwise(run, rank, PANELS)]
 
 

@@ -21,17 +21,17 @@ def missing(run: Run) -> str:
     """Text of the missing data: zones that can yield. "" if there are any."""
     if not run.recorded(0):
         return "no frame of the continuum"
-    return "" if "plastic_state" in run.zones(frames.of_last_stage(run, 0, 1)[-1]) else "no zone can yield"
+    return "" if "plastic_state" in run.zones(frames.last(run, 0)) else "no zone can yield"
 
 
 @style.styled
 def draw(run: Run) -> Any:
-    """Draws zones coloured by state, and broken bonds as dots, in the last frame before a run-out."""
+    """Draws zones coloured by state, and broken bonds as dots, in the last frame."""
     import matplotlib.pyplot as plt
     from matplotlib.patches import Patch
 
-    frame = frames.of_last_stage(run, 0, 1)[-1]
-    figure, axes = plt.subplots(figsize=(9.5, 4.8), layout="compressed")
+    frame = frames.last(run, 0)
+    figure, axes = plt.subplots(figsize=(style.PAGE, 3.9), layout="compressed")
     zones, xy = run.zones(frame), run.gridpoints(frame).xy
     shown = [Patch(color=colour, label=words) for _, words, colour in STATES]
     shown.append(Patch(color=ELASTIC, label="never yielded"))

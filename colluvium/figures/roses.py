@@ -17,6 +17,7 @@ from colluvium.results.run import Run
 
 BINS = 18  # over half a turn: the direction of a contact has no sign
 FEWEST = 3 * BINS
+COLUMNS = 4  # roses in a row
 NORMALS, FORCES, CURVE = "#9fb4c7", "#d9b99b", "#1a1a1a"
 
 
@@ -74,16 +75,21 @@ def draw(run: Run) -> Any:
 
     rank, found = run.windows[0], shown(run)
     roses = [rose(run, moment.frame, rank) for moment in found]
-    figure, axes = plt.subplots(
-        2,
-        len(found),
-        figsize=(0.8 + 2.7 * len(found), 6.8),
+    columns = min(len(found), COLUMNS)
+    blocks = -(-len(found) // columns)
+    figure, grid = plt.subplots(
+        2 * blocks,
+        columns,
+        figsize=(style.PAGE, 0.2 + 2.0 * (0.8 * style.PAGE / max(columns, 3) + 0.8) * blocks),
         subplot_kw={"projection": "polar"},
         squeeze=False,
         layout="constrained",
     )
     around = np.linspace(0.0, 2.0 * np.pi, 361)
-    for (above, below), moment, one in zip(axes.T, found, roses, strict=True):
+    axes = np.concatenate([grid[2 * block : 2 * block + 2] for block in range(blocks)], axis=1)  # normals over forces
+    for place in axes[:, len(found) :].flat:
+        place.set_axis_off()
+    for (above, below), moment, one in zip(axes.T, found, roses, strict=False):
         f = one.fabric
         density = (1.0 + f.a * np.cos(2.0 * (around - np.radians(f.theta_a)))) / (2.0 * np.pi)  # Eq. 1
         force = 1.0 + f.a_n * np.cos(2.0 * (around - np.radians(f.theta_n)))  # Eq. 2
@@ -93,14 +99,15 @@ def draw(run: Run) -> Any:
         low, high = f.a_interval
         above.set_title(
             f"{moments.title(run, moment)}\n{f.contacts:,} contacts\n"
-            f"a = {f.a:.3f} (95 %: {low:.3f} to {high:.3f})\n$\\theta_a$ = {f.theta_a:.0f}°"
+            f"a = {f.a:.3f}, 95 %:\n{low:.3f} to {high:.3f}\n$\\theta_a$ = {f.theta_a:.0f}°"
         )
         below.set_title(f"a$_n$ = {f.a_n:.3f}, f$_0$ = {factor * f.f0:.3g} {unit}\n$\\theta_n$ = {f.theta_n:.0f}°")
     for row, words in zip(axes, ("contact normals: density [1/rad]", "mean normal force over f$_0$ [-]"), strict=True):
-        top = max(place.get_ylim()[1] for place in row)
+        top = max(place.get_ylim()[1] for place in row[: len(found)])
         for place in row:
             place.set_ylim(0.0, top)
-        row[0].annotate(words, (-0.22, 0.5), xycoords="axes fraction", rotation=90.0, va="center", ha="center")
+        for place in row[::columns]:
+            place.annotate(words, (-0.22, 0.5), xycoords="axes fraction", rotation=90.0, va="center", ha="center")
     return figure
 
 
@@ -110,7 +117,7 @@ def _panel(axes: Any, middles: np.ndarray, bars: np.ndarray, around: np.ndarray,
     axes.set_thetagrids(range(0, 360, 90), [f"{angle}°" for angle in range(0, 360, 90)], fontsize=7.0)
     axes.yaxis.set_major_locator(_few_ticks())
     axes.tick_params(axis="x", pad=-2.0)
-    axes.tick_params(axis="y", labelsize=6.5)
+    axes.tick_params(axis="y", labelsize=7.0)
     axes.set_axisbelow(False)
     axes.set_rlabel_position(22.5)
     axes.grid(color=style.PALE, linewidth=0.3)

@@ -25,13 +25,13 @@ def draw_rate(run: Run) -> Any:
 
 @style.styled
 def draw_strain(run: Run) -> Any:
-    """Draws the shear strain, on a scale of the same kind, in even steps of the last stage."""
+    """Draws the shear strain, on a scale of the same kind, in even steps of the last stage and in the last frame."""
     shown = [moments.Moment("", frame) for frame in frames.of_last_stage(run, 0, moments.PANELS)]
     return _panels(run, shown, "shear_strain", "displacement", "shear strain", "strain")
 
 
 def _panels(run: Run, shown: list[moments.Moment], field: str, motion: str, name: str, colours: str) -> Any:
-    """Draws one axes for each moment, all in one colour scale."""
+    """Draws one axes for each moment, all in one colour scale: that of the moments before a run-out."""
     import matplotlib.pyplot as plt
     from matplotlib.colors import LogNorm
 
@@ -40,14 +40,16 @@ def _panels(run: Run, shown: list[moments.Moment], field: str, motion: str, name
     figure, axes = plt.subplots(
         rows,
         columns,
-        figsize=(5.5 * columns, 3.6 * rows),
+        figsize=(style.PAGE * columns / 2, 2.8 * rows),
         sharex=True,
         sharey=True,
         squeeze=False,
         layout="compressed",
     )
     parts = [_fields(run, moment.frame, field, motion) for moment in shown]
-    largest = style.limits(*(value for part in parts for _, value in part))[1]
+    calm = frames.before_run_out(run)[-1]
+    before = [part for moment, part in zip(shown, parts, strict=True) if moment.frame <= calm] or parts
+    largest = style.limits(*(value for part in before for _, value in part))[1]
     lowest = (largest if largest > 0.0 else 1.0) * 10.0**-DECADES
     norm = LogNorm(lowest, largest if largest > 0.0 else 1.0)
     for place, moment, part in zip(axes.flat, shown, parts, strict=False):
@@ -58,8 +60,13 @@ def _panels(run: Run, shown: list[moments.Moment], field: str, motion: str, name
         domain.finish(place, f"{name}: {moments.title(run, moment)}")
     for place in list(axes.flat)[len(shown) :]:
         place.set_axis_off()
-    domain.colour_bar(figure, drawn, axes, f"{name} [{run.units(field)}]", extend="both")
+    domain.colour_bar(figure, drawn, axes, f"{name} [{_unit(run, field, shown)}]", extend="both")
     return figure
+
+
+def _unit(run: Run, field: str, shown: list[moments.Moment]) -> str:
+    """Unit of a field in all moments: rates are per step in static stages."""
+    return " or ".join(dict.fromkeys(run.units(field, moment.frame) for moment in shown))
 
 
 def _fields(run: Run, frame: int, field: str, motion: str) -> list[tuple[np.ndarray, np.ndarray]]:

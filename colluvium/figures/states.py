@@ -24,9 +24,12 @@ def draw(run: Run) -> Any:
     from matplotlib.colors import LogNorm
 
     shown = moments.of_band(run)
-    figure, axes = plt.subplots(1, len(shown), figsize=(4.6 * len(shown), 3.6), sharey=True, squeeze=False, layout="compressed")
+    columns = min(len(shown), 2)
+    rows = -(-len(shown) // columns)
+    size = (style.PAGE, 0.4 + 2.7 * rows)
+    figure, axes = plt.subplots(rows, columns, figsize=size, sharex=True, sharey=True, squeeze=False, layout="compressed")
     colours = {"norm": LogNorm(band_states.COUNTED / DECADE, band_states.COUNTED * DECADE), "cmap": style.colour_map("strain")}
-    for place, moment in zip(axes.flat, shown, strict=True):
+    for place, moment in zip(axes.flat, shown, strict=False):
         frame = moment.frame
         zones, xy = run.zones(frame), domain.gridpoints_now(run, frame)
         drawn = domain.fill_polygons(place, xy[zones.corners], np.maximum(zones.shear_strain, 1e-9), **colours)
@@ -37,5 +40,7 @@ def draw(run: Run) -> Any:
             domain.fill_polygons(place, grid.rectangles[known], np.maximum(inside[known], 1e-9), **colours)
         domain.outline(place, xy, zones.corners)
         domain.finish(place, moments.title(run, moment))
-    domain.colour_bar(figure, drawn, axes, f"shear strain [{run.units('shear_strain')}]", extend="both")
+    for place in list(axes.flat)[len(shown) :]:
+        place.remove()
+    domain.colour_bar(figure, drawn, list(axes.flat[: len(shown)]), f"shear strain [{run.units('shear_strain')}]", extend="both")
     return figure

@@ -41,7 +41,7 @@ def draw(run: Run) -> Any:
     import matplotlib.pyplot as plt
 
     frames = moments(run)
-    figure, axes = plt.subplots(2, 3, figsize=(14.0, 5.8), sharex=True, sharey=True, layout="compressed")
+    figure, axes = plt.subplots(2, 3, figsize=(style.PAGE, 4.4), sharex=True, sharey=True, layout="compressed")
     for row, (symbol, name, component) in zip(axes, COMPONENTS, strict=True):
         before, after = (_cells(run, frame, component) for frame in frames)
         change = Cells(after.corners, after.stress - _at_same_places(before, after))
@@ -58,7 +58,7 @@ def draw(run: Run) -> Any:
             if place is not row[0]:
                 bar = row[:2] if place is row[1] else place
                 words = "change of " if place is row[2] else ""
-                domain.colour_bar(figure, filled, bar, f"{words}{symbol}, tension + [{unit}]", extend="both")
+                domain.colour_bar(figure, filled, bar, f"{words}{symbol} [{unit}]\ntension +", extend="both")
         for place, frame in zip(row, (*frames, frames[1]), strict=True):
             domain.outline(place, run.gridpoints(frame).xy, run.zones(frame).corners)
             domain.finish(place, f"{name}: {style.moment(run.frames[frame])}")

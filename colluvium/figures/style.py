@@ -1,5 +1,6 @@
 """Common style of all figures: type, colour maps, units, titles."""
 
+import textwrap
 from collections.abc import Callable
 from functools import wraps
 from typing import Any
@@ -8,14 +9,19 @@ import numpy as np
 
 from coupler_protocol.files.vtkhdf import FrameInfo
 
+PAGE = 7.48  # [in], 190 mm: the widest picture, so that nothing is reduced in print
+SMALLEST = 7.0  # [pt], of any text
 RC = {
-    "font.size": 9.0,
-    "axes.titlesize": 9.0,
+    "font.size": 7.5,
+    "axes.titlesize": 7.5,
+    "legend.fontsize": 7.0,
+    "xtick.labelsize": 7.0,
+    "ytick.labelsize": 7.0,
     "axes.titlelocation": "left",
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.axisbelow": True,
-    "savefig.dpi": 160,
+    "figure.dpi": 160,  # belongs to the figure: "savefig.dpi" would end with the context
     "legend.frameon": False,
 }
 MAPS = {  # F. Crameri, Scientific colour maps, zenodo.org/records/1243862
@@ -42,9 +48,54 @@ def styled(draw: Callable[..., Any]) -> Callable[..., Any]:
 
         matplotlib.use("Agg")
         with matplotlib.rc_context(dict[Any, Any](RC)):
-            return draw(*args, **options)
+            figure = draw(*args, **options)
+            if figure is not None:  # a function that writes its picture itself returns none
+                fit_page(figure)
+                wrap_titles(figure)
+            return figure
 
     return in_style
+
+
+def fit_page(figure: Any) -> None:
+    """Makes a figure as wide as a page if it is wider, in proportion; texts keep their size."""
+    width, height = figure.get_size_inches()
+    if width > PAGE:
+        figure.set_size_inches(PAGE, height * PAGE / width)
+
+
+def wrap_titles(figure: Any) -> None:
+    """Breaks lines of titles that would reach the next axes or the edge of the figure; layouts reserve no width for titles."""
+    changed = True
+    for _ in range(2):  # more lines change the layout
+        if not changed:
+            return
+        changed = False
+        figure.draw_without_rendering()
+        boxes = [axes.get_window_extent() for axes in figure.axes]
+        for axes, box in zip(figure.axes, boxes, strict=True):
+            beside = [other.x0 for other in boxes if other.x0 >= box.x1 and other.y0 < box.y1 and other.y1 > box.y0]
+            for title in _titles(axes):
+                room = _room(title, box, min([*beside, figure.bbox.x1]))
+                if title.get_window_extent().width > room:
+                    title.set_text(_wrapped(title, room))
+                    changed = True
+
+
+def _titles(axes: Any) -> list[Any]:
+    return [text for text in (axes.title, axes._left_title, axes._right_title) if text.get_text()]
+
+
+def _room(title: Any, box: Any, end: float) -> float:
+    """Width [pixels] that a title may have: from its axes to `end`; a centred one on both sides alike."""
+    gap = 0.6 * title.get_fontsize()
+    return float(max(end - box.x0 if title.get_ha() == "left" else 2.0 * (end - 0.5 * (box.x0 + box.x1)), box.width) - gap)
+
+
+def _wrapped(title: Any, room: float) -> str:
+    lines = title.get_text().split("\n")
+    letters = max(10, int(max(map(len, lines)) * room / title.get_window_extent().width))
+    return "\n".join(part for line in lines for part in textwrap.wrap(line, letters, break_long_words=False))
 
 
 def colour_map(what: str) -> Any:

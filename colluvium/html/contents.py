@@ -4,15 +4,17 @@ Fields of zones are those recorded; fields of a window are means over bins as la
 so that discs can be coloured in the scale of the zones. Displacements belong to gridpoints and discs.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from colluvium.figures import chains, frames, plastic, style
+from colluvium.figures import chains, domain, frames, plastic, style
+from colluvium.html.histories import Axis
 from colluvium.html.packing import Packing
-from colluvium.results import stones, window_fields
+from colluvium.results import stones, walls, window_fields
 from colluvium.results.run import Run
+from coupler_protocol.files.quantities import PER_STEP
 
 DECADES = 3  # of a logarithmic scale
 POSITIVE = ("from zero", "logarithmic")
@@ -46,9 +48,11 @@ class Contents:
     def __init__(self, run: Run, packing: Packing) -> None:
         self.run, self.packing = run, packing
         self._starts: dict[int, np.ndarray] = {}  # by rank: initial positions of its discs
+        self._axis = Axis(run)
         self._values: dict[str, list[list[np.ndarray]]] = {q.key: [] for q in QUANTITIES}  # by frame
-        self._size = max(float(np.ptp(body.xy, axis=0).max()) for body in run.bodies(0))
-        self._box = [np.concatenate([body.xy for body in run.bodies(0)])]
+        seen = frames.before_run_out(run) if frames.has_true_positions(run) else [0]
+        self._box = [domain.gridpoints_now(run, i) for i in seen if run.has(i, 0)]
+        self._box += [run.discs(i, rank).xy for i in seen for rank in run.windows if run.has(i, rank)]
 
     def description(self) -> dict[str, Any]:
         """Frames, colour scales and the position of every array."""
@@ -68,21 +72,28 @@ class Contents:
                     "positive": quantity.scale in POSITIVE,
                     "logarithmic": quantity.scale == "logarithmic",
                     "colours": "".join(f"{r:02x}{g:02x}{b:02x}" for r, g, b in colours),
-                    "run": _envelope(quantity, values[:calm]),
-                    "frames": [_scale(quantity, frame) for frame in values],
+                    "run": _envelope(quantity, values[:calm], self._unit(quantity, range(calm))),
+                    "frames": [_scale(quantity, frame, self._unit(quantity, [i])) for i, frame in enumerate(values)],
                 }
             )
         return {
             "box": [*together.min(axis=0).tolist(), *together.max(axis=0).tolist()],
             "calm": calm - 1,
             "decades": DECADES,
-            "motion": "true" if _large_strain(self.run.scene) else "capped",
+            "motion": "true" if frames.has_true_positions(self.run) else "capped",
             "quantities": quantities,
+            "wall": domain.WALL,
             "plastic": {"states": plastic.STATES, "elastic": plastic.ELASTIC},
             "chains": {"compression": chains.COMPRESSION, "tension": chains.TENSION, "run": _widest(told[:calm])},
             "frames": told,
             "arrays": self.packing.arrays,
         }
+
+    def _unit(self, quantity: Quantity, shown: Sequence[int]) -> str:
+        """Unit in some frames: rates are per step in static stages."""
+        rate = quantity.unit in PER_STEP
+        static = {self.run.in_real_time(self.run.frames[i].stage) is False for i in shown} if rate else {False}
+        return " or ".join(PER_STEP[quantity.unit] if one else quantity.unit for one in sorted(static))
 
     def _frame(self, i: int) -> dict[str, Any]:
         info = self.run.frames[i]
@@ -91,10 +102,12 @@ class Contents:
             found.append([])
         return {
             "step": info.step,
+            "across": self._axis.across(info.step),
             "stage": info.stage,
             "gravity_factor": info.gravity_factor,
             "farthest": farthest if np.isfinite(farthest) else None,
-            "drawn": min(1.0, frames.REACH * self._size / farthest) if farthest > 0.0 else 1.0,
+            "drawn": frames.capped_part(self.run, i),
+            "walls": [ends.ravel().tolist() for ends in walls.ends(self.run, i).values()],
             "grid": self._grid(i) if self.run.has(i, 0) else None,
             "windows": [self._window(i, rank) for rank in self.run.windows if self._is_somewhere(i, rank)],
         }
@@ -189,17 +202,17 @@ def _border(corners: np.ndarray) -> np.ndarray:
     return edges[count == 1]
 
 
-def _scale(quantity: Quantity, values: list[np.ndarray]) -> dict[str, Any] | None:
+def _scale(quantity: Quantity, values: list[np.ndarray], unit: str) -> dict[str, Any] | None:
     """Colour scale of one frame: its ends in SI units, and the factor to the displayed unit."""
     if not values:
         return None
-    return _readable(quantity, *_ends(values))
+    return _readable(quantity, *_ends(values), unit)
 
 
-def _envelope(quantity: Quantity, values: list[list[np.ndarray]]) -> dict[str, Any] | None:
+def _envelope(quantity: Quantity, values: list[list[np.ndarray]], unit: str) -> dict[str, Any] | None:
     """One scale that contains those of all frames."""
     ends = np.array([_ends(frame) for frame in values if frame])
-    return _readable(quantity, ends[:, 0].min(), ends[:, 1].max()) if len(ends) else None
+    return _readable(quantity, ends[:, 0].min(), ends[:, 1].max(), unit) if len(ends) else None
 
 
 def _ends(values: list[np.ndarray]) -> tuple[float, float]:
@@ -209,7 +222,7 @@ def _ends(values: list[np.ndarray]) -> tuple[float, float]:
     return style.limits(*values) if high > low else (float(low), float(high))
 
 
-def _readable(quantity: Quantity, low: float, high: float) -> dict[str, Any]:
+def _readable(quantity: Quantity, low: float, high: float, unit: str) -> dict[str, Any]:
     if quantity.scale == "about zero":
         high = max(abs(low), abs(high))
         low = -high
@@ -217,13 +230,8 @@ def _readable(quantity: Quantity, low: float, high: float) -> dict[str, Any]:
         low = 0.0
     if not high > low:
         high = low + 1.0
-    factor, unit = style.readable(quantity.unit, np.array([low, high]))
+    factor, unit = style.readable(unit, np.array([low, high]))
     return {"low": float(low), "high": float(high), "factor": factor, "unit": unit}
-
-
-def _large_strain(scene: dict[str, Any]) -> bool:
-    always = bool((scene.get("grid") or {}).get("large_strain"))
-    return always or any(stage.get("large_strain") for stage in scene.get("stage", ()))
 
 
 def _strong(force: np.ndarray) -> float:

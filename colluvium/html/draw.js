@@ -45,6 +45,7 @@ function drawFrame(context, view, state) {
   if (frame.grid) drawGrid(context, frame.grid, part, view, state);
   for (const window of frame.windows) drawWindow(context, window, part, view, state);
   if (frame.grid) drawBorder(context, frame.grid, part, view);
+  drawWalls(context, frame.walls, view);
   context.setTransform(1, 0, 0, 1, 0, 0);
   drawAxes(context, view);
 }
@@ -78,6 +79,19 @@ function drawBorder(context, grid, part, view) {
   }
   context.lineWidth = (1.1 * view.ratio) / view.pixels;
   context.strokeStyle = INK;
+  context.stroke();
+}
+
+// Walls of discs alone, at their places in this frame.
+function drawWalls(context, walls, view) {
+  context.beginPath();
+  for (const [x0, y0, x1, y1] of walls) {
+    context.moveTo(x0, y0);
+    context.lineTo(x1, y1);
+  }
+  context.lineWidth = (2.2 * view.ratio) / view.pixels;
+  context.lineCap = "butt";
+  context.strokeStyle = run.wall;
   context.stroke();
 }
 
@@ -132,7 +146,8 @@ function widestForce(state) {
   return Math.max(...run.frames[state.frame].windows.map((window) => window.contacts.widest));
 }
 
-// Contacts as lines, in classes of width; the strongest on top. The widest line is as wide as a disc's radius.
+// Contacts as lines, in classes of width; the strongest on top. The widest line is as wide as a disc's radius; the width grows with
+// the root of the force, so that frames with low forces are not empty on the scale of the run.
 function drawChains(context, window, x, y, radius, view, state) {
   const [a, b] = window.contacts.ends.map((number) => data.array(number));
   const force = data.array(window.contacts.force);
@@ -140,7 +155,7 @@ function drawChains(context, window, x, y, radius, view, state) {
   const widest = radius[Math.floor(radius.length / 2)] || 0;
   const classes = 12, members = Array.from({ length: 2 * classes }, () => []);
   for (let i = 0; i < force.length; i++) {
-    const rank = Math.min(classes - 1, Math.floor((classes * Math.abs(force[i])) / strongest));
+    const rank = Math.min(classes - 1, Math.floor(classes * Math.sqrt(Math.abs(force[i]) / strongest)));
     members[2 * rank + (force[i] < 0 ? 1 : 0)].push(i);
   }
   context.lineCap = "round";
@@ -152,7 +167,7 @@ function drawChains(context, window, x, y, radius, view, state) {
       context.moveTo(x[a[i]], y[a[i]]);
       context.lineTo(x[b[i]], y[b[i]]);
     }
-    context.lineWidth = Math.max((widest * (Math.floor(number / 2) + 0.5)) / classes, 0.15 / view.pixels);
+    context.lineWidth = Math.max((widest * (Math.floor(number / 2) + 0.5)) / classes, (0.3 * view.ratio) / view.pixels);
     context.strokeStyle = number % 2 ? run.chains.tension : run.chains.compression;
     context.stroke();
   });

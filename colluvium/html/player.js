@@ -58,7 +58,7 @@ function draw() {
   element("caption").textContent = caption();
   element("keys").replaceChildren(...keys());
   for (const marker of document.querySelectorAll(".marker")) {
-    const across = (run.frames[state.frame].step / marker.dataset.end) * marker.dataset.inner;
+    const across = run.frames[state.frame].across * marker.dataset.inner;
     marker.setAttribute("transform", `translate(${across} 0)`);
   }
 }
@@ -98,8 +98,11 @@ function keys() {
   if (state.chains && frame.windows.length) {
     const force = widestForce(state);
     const [factor, unit] = force >= 1e6 ? [1e-6, "MN"] : force >= 1e3 ? [1e-3, "kN"] : [1, "N"];
-    const widest = `normal force: widest line ${Number((force * factor).toPrecision(3))} ${unit} per m`;
-    found.push(swatches([["line", run.chains.compression, `compression (${widest})`], ["line", run.chains.tension, "tension in a bond"]]));
+    const signs = [1, 0.1, 0.01].map((part) => {
+      const words = `${Number((force * part * factor).toPrecision(2))} ${unit} per m`;
+      return ["line", run.chains.compression, words, Math.max(1, 6 * Math.sqrt(part))];
+    });
+    found.push(swatches([...signs, ["line", run.chains.compression, "compression"], ["line", run.chains.tension, "tension in a bond"]]));
   }
   return found;
 }
@@ -137,10 +140,11 @@ function short(value) {
 function swatches(signs) {
   const box = document.createElement("div");
   box.className = "swatches";
-  for (const [kind, colour, words] of signs) {
+  for (const [kind, colour, words, height] of signs) {
     const line = document.createElement("span"), sign = document.createElement("i");
     sign.className = kind;
     sign.style.background = colour;
+    if (height) sign.style.height = `${height}px`;
     line.append(sign, words);
     box.append(line);
   }

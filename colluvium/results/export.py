@@ -11,7 +11,6 @@ import numpy as np
 
 from colluvium.results.run import Run, open_run
 from coupler_protocol.files import disc_csv
-from coupler_protocol.scene.tables.stages import is_real
 
 RING = 0  # number of the material of control discs
 
@@ -28,7 +27,7 @@ def write(
         discs, info = run.discs(number, rank), run.frames[number]
         free = discs.material != RING
         stone = discs.stone[free] if "stone" in discs else None
-        motion = np.column_stack([discs.velocity, discs.spin])[free] if _in_real_time(run, info.stage) else None
+        motion = np.column_stack([discs.velocity, discs.spin])[free] if run.in_real_time(info.stage) else None
         with contextlib.nullcontext(sys.stdout) if out is None else open(out, "w", encoding="utf-8", newline="") as file:
             disc_csv.write(file, discs.xy[free], discs.radius[free], stone, motion)
         return int(free.sum())
@@ -37,7 +36,3 @@ def write(
 def _last(run: Run, rank: int) -> int:
     """Number of the last frame that this rank recorded."""
     return max((i for i in range(len(run.frames)) if run.has(i, rank)), default=-1)
-
-
-def _in_real_time(run: Run, stage: str) -> bool:
-    return any(table["name"] == stage and is_real(table.get("time")) for table in run.scene.get("stage", ()))

@@ -6,6 +6,7 @@ killed.
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -15,6 +16,25 @@ from coupler_protocol.files.vtkhdf import FrameInfo
 
 class NotRecordedError(LookupError):
     """Data that the files of a run do not contain; the message names those that they contain."""
+
+
+class ClosedRunError(ValueError):
+    """An array was asked of a run after `close()`, or after the end of its `with` block."""
+
+
+class _Closed:
+    """In the place of a file that was closed: any access says so."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __getitem__(self, name: str) -> Any:
+        raise ClosedRunError(
+            f"{self.path}: this run is closed; read its arrays before `close()` and inside `with`, or open it again"
+        )
+
+    def __getattr__(self, name: str) -> Any:
+        return self[name]
 
 
 class Fields:
@@ -56,9 +76,9 @@ class RankFile:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._file = h5py.File(self.path, "r", locking=False)
-        self._vtk = self._file["VTKHDF"]
-        self._steps = self._vtk["Steps"]
+        self._file: Any = h5py.File(self.path, "r", locking=False)
+        self._vtk: Any = self._file["VTKHDF"]
+        self._steps: Any = self._vtk["Steps"]
         self.kind = str(self._file.attrs["kind"])
         kept = self._file.attrs.get("kept_stages")  # if the run continued another: names of stages that it did not compute
         self.kept_stages = None if kept is None else [str(name) for name in kept]
@@ -95,6 +115,11 @@ class RankFile:
         values = self._vtk[f"{place}/{name}"][start + rows.start : start + rows.stop]
         return values[:, :2] if values.shape[1:] == (3,) else values
 
+    def about(self, place: str, name: str) -> tuple[str, str]:
+        """Unit and meaning of a field."""
+        attributes = self._vtk[f"{place}/{name}"].attrs
+        return str(attributes["unit"]), str(attributes["long_name"])
+
     def constant(self, name: str) -> np.ndarray | None:
         """Array for all frames, or None."""
         data = self._file.get(f"Constants/{name}")
@@ -118,7 +143,9 @@ class RankFile:
 
     def close(self) -> None:
         """Closes the file; arrays that were read remain valid."""
-        self._file.close()
+        if not isinstance(self._file, _Closed):
+            self._file.close()
+        self._file = self._vtk = self._steps = _Closed(self.path)
 
     def _read_frames(self) -> Sequence[FrameInfo]:
         count = int(self._steps.attrs["NSteps"])

@@ -1,7 +1,8 @@
 """The files of one rank of a resumed run, read as one: `fdm.rank0.vtkhdf`, `fdm.rank0.part1.vtkhdf`, ...
 
 Each part names the stages whose results it continued. Frames and histories of later stages in the earlier files were computed
-again and do not count. A part begins with the restored State; this frame replaces the same frame of the earlier file.
+again and do not count. (Before version 0.2 a part began with a frame of the restored State, which replaces the same frame of the
+earlier file.)
 """
 
 from collections.abc import Sequence
@@ -39,6 +40,14 @@ class RankParts:
         """Contacts of a frame, as in RankFile."""
         part, row = self._order[frame]
         return self.parts[part].contacts(row)
+
+    def about(self, place: str, name: str) -> tuple[str, str]:
+        """Unit and meaning of a field."""
+        return next(part for part in self.parts if name in part.field_names(place)).about(place, name)
+
+    def field_names(self, place: str) -> list[str]:
+        """Names of the recorded fields of points ("PointData") or cells ("CellData")."""
+        return list(dict.fromkeys(name for part in self.parts for name in part.field_names(place)))
 
     def constant(self, name: str) -> np.ndarray | None:
         """Array for all frames, or None."""

@@ -11,17 +11,20 @@ from typing import Any
 
 import numpy as np
 
-from colluvium.results import averages
 from colluvium.results.fabric import Fabric, contact_fabric
 from colluvium.results.rank_file import Fields, NotRecordedError, RankFile
 from colluvium.results.rank_parts import RankParts
 from colluvium.results.ring_motion import RingMotion, ring_motion
-from colluvium.results.stones import outlines
 from coupler_protocol.files import run_json
+from coupler_protocol.files.quantities import PER_STEP
 from coupler_protocol.files.vtkhdf import FrameInfo
 from coupler_protocol.scene.stage_kinds import named
 
 _RANK_FILE = re.compile(r".+\.rank(\d+)(?:\.part(\d+))?\.vtkhdf")
+_PLACES = {  # of a file's fields: the method of Run that gives them
+    "continuum": {"PointData": "gridpoints", "CellData": "zones"},
+    "discrete": {"PointData": "discs", "CellData": "contacts"},
+}
 _ROOM = {"continuum": "zones, gridpoints", "discrete": "discs, contacts"}
 
 
@@ -35,6 +38,7 @@ class Run:
 
     def __init__(self, folders: list[Path]) -> None:
         self.folders = folders
+        self._closed = False
         paths = sorted(_rank_paths(folders).items())
         self.files = {rank: RankFile(found[0]) if len(found) == 1 else RankParts(found) for rank, found in paths}
         if not self.files:
@@ -46,6 +50,16 @@ class Run:
         self.scene = _first_json(folders, "scene.json")
         self.stages = self._order_stages()
         self.frames, self._rows = self._join_frames()
+
+    def __repr__(self) -> str:
+        name = self.info.get("title") or self.scene.get("title") or ""
+        ranks = ", ".join(f"rank {rank} {file.kind}" for rank, file in self.files.items())
+        end = self.info.get("reason") or "no run.json: not finished, or killed"
+        parts = [f"{len(self.frames)} frames of {', '.join(self.stages) or 'no stage'}", ranks, end]
+        if self.frames:
+            parts[0] += f" up to step {self.frames[-1].step:,}"
+        closed = "closed " if self._closed else ""
+        return f"<{closed}Run {' and '.join(map(str, self.folders))}: {'; '.join([name, *parts] if name else parts)}>"
 
     def gridpoints(self, frame: int, rank: int = 0) -> Fields:
         """Gridpoints: displacement, velocity (N, 2), .. and `xy`, the coordinates before any displacement [m]."""
@@ -79,10 +93,14 @@ class Run:
 
         Walls count for the discs inside that they touch; colluvium.results.averages has the equation. NaN if no disc is inside.
         """
+        from colluvium.results import averages
+
         return averages.average_stress(self.discs(frame, rank), self.contacts(frame, rank), region)
 
     def discs_inside(self, frame: int, region: Any, rank: int = 1) -> int:
         """Number of discs that share area with a circle (x, y, radius) or polygon (P, 2) [m]."""
+        from colluvium.results import averages
+
         return averages.discs_inside(self.discs(frame, rank), region)
 
     def porosity(self, frame: int, region: Any, rank: int = 1, solid_stones: bool = False) -> float:
@@ -90,6 +108,9 @@ class Run:
 
         Gaps between the discs of a stone count as voids. With solid stones, each stone is the polygon that gives its mass.
         """
+        from colluvium.results import averages
+        from colluvium.results.stones import outlines
+
         return averages.porosity(self.discs(frame, rank), region, outlines(self, frame, rank) if solid_stones else None)
 
     def ring_motion(self, frame: int, rank: int = 1) -> RingMotion:
@@ -113,17 +134,30 @@ class Run:
             raise NotRecordedError(f"rank {rank} has no history {name!r}{hint}; it has {', '.join(file.history_names())}")
         return file.history(name)
 
+    def histories(self, rank: int | None = None) -> list[str]:
+        """Names of the histories of one rank; rank None: as in `history`."""
+        return self._file(self._first() if rank is None else rank).history_names()
+
+    def fields(self) -> list[tuple[int, str, str, str, str]]:
+        """Table of all recorded fields: rank, method that has them, name, unit, meaning."""
+        found = []
+        for rank, file in self.files.items():
+            for place, room in _PLACES[file.kind].items():
+                found += [(rank, room, name, *file.about(place, name)) for name in file.field_names(place)]
+        return found
+
     def has_history(self, name: str, rank: int | None = None) -> bool:
         """Whether a rank has recorded a history; rank None: as in `history`."""
         rank = self._first() if rank is None else rank
         return rank in self.files and name in self.files[rank].history_names()
 
-    def units(self, name: str) -> str:
-        """Unit of a field or history."""
+    def units(self, name: str, frame: int | None = None) -> str:
+        """Unit of a field or history; in the stage of a frame: rates of a static stage are per step, not per second."""
         known = {key: unit for file in self.files.values() for key, unit in file.units().items()}
         if name not in known:
             raise NotRecordedError(f"nothing named {name!r} was recorded; there are {', '.join(sorted(known))}")
-        return known[name]
+        static = frame is not None and self.in_real_time(self.frames[frame].stage) is False
+        return PER_STEP.get(known[name], known[name]) if static else known[name]
 
     def last_frame(self, stage: str) -> int:
         """Number of the last frame of a stage."""
@@ -139,6 +173,13 @@ class Run:
         """
         kinds = {stage["name"]: stage.get("kind", stage["name"]) for stage in self.scene.get("stage", ())}
         return [name for name in self.stages if kinds.get(name, name) in named(**wanted)]
+
+    def in_real_time(self, stage: str) -> bool | None:
+        """Whether a stage computed in real time, with steps in seconds; None if scene.json does not have the stage."""
+        from coupler_protocol.scene.tables.stages import is_real
+
+        tables = {table["name"]: table for table in self.scene.get("stage", ())}
+        return is_real(tables[stage].get("time", "")) if stage in tables else None
 
     def has(self, frame: int, rank: int) -> bool:
         """Whether a rank recorded anything at a frame."""
@@ -157,6 +198,7 @@ class Run:
         """Closes the files; arrays that were read remain valid."""
         for file in self.files.values():
             file.close()
+        self._closed = True
 
     def __enter__(self) -> "Run":
         return self

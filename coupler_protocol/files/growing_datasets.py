@@ -9,7 +9,7 @@ place with the same bytes (`Rows`), or is not changed again, because every block
 import h5py
 import numpy as np
 
-from coupler_protocol.files.quantities import Quantity
+from coupler_protocol.files.quantities import PER_STEP, Quantity
 
 ROWS_CHUNK = 1024
 BLOCK_CHUNK = (512, 65536)  # fewest and most rows compressed together
@@ -79,6 +79,8 @@ def _create(
     if about is not None:
         data.attrs["unit"] = about.unit
         data.attrs["long_name"] = about.long_name
+        if about.unit in PER_STEP:
+            data.attrs["unit_static"] = PER_STEP[about.unit]
         if about.components:
             data.attrs["components"] = " ".join(about.components)
     return data

@@ -94,8 +94,19 @@ HISTORIES = {
     "max_displacement": Quantity("m", "largest displacement"),
     "reaction_x": Quantity("N", "force of a boundary on the ground per unit thickness, x; its name stands after a colon"),
     "reaction_y": Quantity("N", "force of a boundary on the ground per unit thickness, y; its name stands after a colon"),
+    "moved_x": Quantity("m", "mean displacement of the gridpoints that a boundary moves, x; its name stands after a colon"),
+    "moved_y": Quantity("m", "mean displacement of the gridpoints that a boundary moves, y; its name stands after a colon"),
     "bonds_broken": Quantity("-", "contact bonds broken since the start"),
     "velocity_caps": Quantity("-", "times the velocity of a disc was capped since the start"),
+}
+
+
+PER_STEP = {  # units of rates in static stages, whose step is 1 and not a second
+    "m/s": "m per step",
+    "rad/s": "rad per step",
+    "1/s": "1 per step",
+    "W": "J per step",
+    "s": "steps",
 }
 
 

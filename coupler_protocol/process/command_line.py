@@ -81,10 +81,11 @@ def plugin(options: argparse.Namespace) -> "Plugin | None":
 def prepare_folder(path: str | Path, own_files: Sequence[str], force: bool, origin: Origin | None = None) -> Path:
     """Makes the run directory; raises EnvironmentFailed if it contains results of this process and `force` is not given.
 
-    A run that continues in the directory of its `origin` keeps the files there. Returns the path.
+    A run that continues in the directory of its `origin` keeps the files there, except the report. Returns the path.
     """
     path = Path(path)
     if origin is not None and origin.continues(path):
+        remove_report(path)
         return path
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -93,9 +94,20 @@ def prepare_folder(path: str | Path, own_files: Sequence[str], force: bool, orig
             raise exits.EnvironmentFailed(f"{path} holds results already ({there[0]}): choose another --out or use --force")
         for name in there:
             (path / name).unlink()
+        if force:
+            remove_report(path)
     except OSError as error:
         raise exits.EnvironmentFailed(f"cannot write to {path}: {error}") from None
     return path
+
+
+def remove_report(run_dir: Path) -> None:
+    """Removes pictures and page that `colluvium report` drew in a run directory: they show a run that is computed again."""
+    folder = run_dir / "report"
+    for path in [*folder.glob("*.png"), folder / "report.html"]:
+        path.unlink(missing_ok=True)
+    if folder.is_dir() and not any(folder.iterdir()):
+        folder.rmdir()
 
 
 class _LogFile(logging.FileHandler):

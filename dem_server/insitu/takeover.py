@@ -24,7 +24,7 @@ def take_over(model, state, target, gravity, mesostructure=None, body="clump", m
     if stressed:
         aim = virtual_strain.aim_of(model, state, target)
         found = virtual_strain.bring_to_stress(model, state, target, gravity, note)
-        report |= found._asdict()
+        report |= found._asdict() | virtual_strain.against_zones(state, aim)
         if max(abs(found.imbalance_x), abs(found.imbalance_y)) > NOTICED:
             left = 100.0 * found.imbalance_x, 100.0 * found.imbalance_y
             log.warning("the zones' stress does not balance the weight: %+.1f %% of it remains along x, %+.1f %% along y", *left)
@@ -35,6 +35,7 @@ def take_over(model, state, target, gravity, mesostructure=None, body="clump", m
             report["ratio"] = unbalanced_ratio.unbalanced_ratio(model, state, gravity)
             errors = virtual_strain.stress_error(state, aim, mesostructure.outlines).tolist()
             report |= dict(zip(("error_xx", "error_yy", "error_xy"), errors, strict=True))
+            report |= virtual_strain.against_zones(state, aim, mesostructure.outlines)
         virtual_strain.reset_broken_bonds(state)
     bond(model, state)
     return model, report

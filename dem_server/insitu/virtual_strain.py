@@ -51,12 +51,14 @@ CIRCLE = 0.25  # radius of the measuring circles [m]; larger if too few discs fi
 class Aim(NamedTuple):
     """Target of the discs: measuring circles, and in each circle the stress that the packing could carry.
 
-    centres (q, 2), radius [m]; stress (q, 3) xx, yy, xy [Pa].
+    centres (q, 2), radius [m]; stress (q, 3) xx, yy, xy [Pa]; zones (q, 3): stress of the zones, of which `stress` is the part
+    within the strength of the packing.
     """
 
     centres: np.ndarray
     radius: float
     stress: np.ndarray
+    zones: np.ndarray
 
 
 class Report(NamedTuple):
@@ -142,7 +144,7 @@ def aim_of(model, state, target):
     size = BIN * float(state.radius[model.ring :].mean())
     centres, radius = measuring_circles(polygon, max(CIRCLE, size))
     wanted = stress_field(target)(centres)
-    return Aim(centres, radius, inside_cone(wanted, friction_sine(model), tensile_strength(model, state))[0])
+    return Aim(centres, radius, inside_cone(wanted, friction_sine(model), tensile_strength(model, state))[0], wanted)
 
 
 def come_to_rest(model, state, gravity, report=None):
@@ -205,12 +207,42 @@ def stress_error(state, aim, outlines=None):
 
     outlines: polygons of the clumps, where there are any.
     """
+    return _deviation(stress_in_circles(state, aim, outlines), aim.stress)
+
+
+def _deviation(found, wanted):
+    """Root mean square of found - wanted (q, 3), over the mean of |yy| of `wanted`."""
+    return np.sqrt(((found - wanted) ** 2).mean(axis=0)) / np.abs(wanted[:, 1]).mean()
+
+
+def stress_in_circles(state, aim, outlines=None):
+    """Stress (q, 3) xx, yy, xy [Pa] of the discs in the circles of an Aim; outlines: polygons of the clumps, if there are any."""
     if state.clumps is not None:
-        found = circle_stress_with_stones(state, outlines, aim.centres, aim.radius)
-    else:
-        pairs = contacts(state)
-        found = circle_stress(state.x[pairs.disc_a], pairs, aim.centres, aim.radius)
-    return np.sqrt(((found - aim.stress) ** 2).mean(axis=0)) / np.abs(aim.stress[:, 1]).mean()
+        return circle_stress_with_stones(state, outlines, aim.centres, aim.radius)
+    pairs = contacts(state)
+    return circle_stress(state.x[pairs.disc_a], pairs, aim.centres, aim.radius)
+
+
+def against_zones(state, aim, outlines=None):
+    """Entries of run.json that compare the discs with the zones, whatever the packing could carry.
+
+    zones_xx, zones_yy, zones_xy: as `stress_error`, but of the zones' own stress; sine_zones, sine_discs: mobilised sine
+    (s1 - s3) / (s1 + s3) of both, sums over the circles.
+    """
+    found = stress_in_circles(state, aim, outlines)
+    errors = _deviation(found, aim.zones).tolist()
+    names = ("zones_xx", "zones_yy", "zones_xy")
+    return dict(zip(names, errors, strict=True)) | {
+        "sine_zones": mobilised_sine(aim.zones),
+        "sine_discs": mobilised_sine(found),
+    }
+
+
+def mobilised_sine(stress):
+    """(s1 - s3) / (s1 + s3) [-] of stresses (q, 3), each part summed over the q places; NaN without compression."""
+    deviator = np.hypot(0.5 * (stress[:, 0] - stress[:, 1]), stress[:, 2]).sum()
+    mean = -0.5 * (stress[:, 0] + stress[:, 1]).sum()
+    return float(deviator / mean) if mean > 0.0 else float("nan")
 
 
 def reset_broken_bonds(state):

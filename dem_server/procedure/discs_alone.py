@@ -73,7 +73,8 @@ class DiscsAlone:
             self.watch.add_to("computing")
         constants = record.stones(self.stones.outlines, self.origin_of_places) if self.stones else None
         with Recorder(path, "discrete", self.scene.title, about, constants) as self.recorder:
-            self._frame(self.origin.stage if self.saved else self.scene.stage[0].name, 1.0)
+            if not (self.saved and self.origin.continues(self.out)):  # else an earlier part has the frame
+                self._frame(self.origin.stage if self.saved else self.scene.stage[0].name, 1.0)
             if not self.saved:
                 self.results.append(self._row(self.scene.stage[0], legs[0], 0, "", [], 0.0))
                 self._end_stage(self.scene.stage[0].name, 1.0)

@@ -130,7 +130,8 @@ class DiscreteSide:
         self.guard = RingGuard(self.model, self.state)
         self._prepare_talk(go.get("bin"))
         name, factor = self._starting_stage()
-        self.recorder.frame(FrameInfo(self.steps, self.time, name, factor), **record.frame(self.model, self.state))
+        if not (self.saved and self.origin.continues(self.out)):  # in the directory of its origin, an earlier part has the frame
+            self.recorder.frame(FrameInfo(self.steps, self.time, name, factor), **record.frame(self.model, self.state))
         if not self.saved:
             if self.plugin is not None:
                 self.plugin.stage(self._moment(name))

@@ -1,5 +1,7 @@
 """Content of a frame of the grid. Nothing here runs between frames."""
 
+import numpy as np
+
 from coupler_protocol.files.quantities import declare_field
 from fdm_server.ground import reactions as at_boundaries
 from fdm_server.observe import fields
@@ -34,6 +36,19 @@ def history(model, state, ratio, factor):
         "kinetic_energy": kinetic_energy(model, state),
         "max_displacement": farthest(state.displacement),
     }
+
+
+def movements(model, state, holders):
+    """Mean displacements of boundaries that move, as values of histories: moved_x:NAME, moved_y:NAME; none where none moves."""
+    if state.driven is None:
+        return {}
+    found = {}
+    for label, by_axis in holders.items():
+        for axis, points in enumerate(by_axis):
+            own = points[model.fixed[points, axis]]
+            if state.driven[own, axis].any() or state.displacement[own, axis].any():
+                found[f"moved_{'xy'[axis]}:{label}"] = float(np.mean(state.displacement[own, axis]))
+    return found
 
 
 def reactions(model, state, gravity, holders):

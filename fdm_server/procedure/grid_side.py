@@ -94,7 +94,7 @@ class ContinuumSide:
         if self.rims:
             resume = resume_from(self.origin.stage, self.saved.about["session"] if there else 0) if self.saved else None
             welcome_all(self.hub, self.scene, {rim.talk.rank: rim.xy for rim in self.rims}, resume)
-        if self.saved:
+        if self.saved and not self.origin.continues(self.out):  # in the directory of its origin, an earlier part has the frame
             self.frame(self.origin.stage, self.saved.about["gravity_factor"])
         for rim in self.rims if there else ():
             rim.receive_ready()
@@ -122,13 +122,17 @@ class ContinuumSide:
     # -- what a stage leaves -----------------------------------------------------------------------------------------
 
     def record(self, stage, order):
-        """Records histories and frames, and calls the plugin, by the flags of `order`."""
+        """Records histories and frames, and calls the plugin, by the flags of `order`.
+
+        The last frame of a stage of the grid alone is left to `finish`: what the stage does after its last step belongs to it.
+        """
         if self.steps % self.scene.record.history == 0:
             values = record.history(self.model, self.state, stage.ratio, order.gravity_factor)
             values |= record.reactions(self.model, self.state, stage.leg.gravity * order.gravity_factor, stage.sides.holders)
+            values |= record.movements(self.model, self.state, stage.sides.holders)
             values |= {"time": self.time} if self.state.in_real_time else {}
             self.recorder.history(self.steps, **values)
-        if int(order.flags) & messages.RECORD:
+        if int(order.flags) & messages.RECORD and (stage.rims or not stage.ended):
             self.frame(stage.stage.name, order.gravity_factor)
         if self.plugin is not None:
             self.plugin.step(Moment(0, stage.stage.name, self.steps, self.model, self.state))

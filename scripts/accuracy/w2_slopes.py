@@ -182,6 +182,6 @@ def draw(rows, path):
     for axes, title in zip(panels, ("zone size", "bracket and budget, one mesh"), strict=True):
         axes.axhline(1.0, color="#a0a0a0", linewidth=0.6)
         axes.set_title(title)
-        axes.legend(fontsize=6.5)
+        axes.legend(fontsize=7.0)
     figure.savefig(path)
     plt.close(figure)

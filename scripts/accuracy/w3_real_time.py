@@ -99,6 +99,6 @@ def draw(rows, path):
     for axes, case in zip(panels, REFERENCES, strict=True):
         curves(axes, [row for row in rows if row["case"] == case])
         axes.set_title(case)
-        axes.legend(fontsize=6.5)
+        axes.legend(fontsize=7.0)
     figure.savefig(path)
     plt.close(figure)

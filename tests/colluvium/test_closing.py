@@ -32,6 +32,21 @@ def test_windows_in_words(more, words, not_words):
     assert not any(w in said for w in not_words), said
 
 
+ZONES = {"zones_xx": 0.05, "zones_yy": 0.031, "zones_xy": 0.12, "sine_zones": 0.46, "sine_discs": 0.37}
+
+
+def test_the_error_of_a_window_is_that_against_the_zones():
+    window, warning, *_ = sentences({"windows": [WINDOW | ZONES]})
+    assert "stress within 5.0 % (xx), 3.1 % (yy), 12.0 % (xy) of that of the zones" in window
+    assert "mobilised sine 0.37 (0.46 in the zones)" in window
+    assert warning.startswith("warning: the discs of window band took over 80 % of the shear stress of the zones")
+
+
+def test_a_window_with_the_shear_stress_of_the_zones_is_not_warned_of():
+    said = sentences({"windows": [WINDOW | ZONES | {"sine_discs": 0.42}]})
+    assert not [text for text in said if text.startswith("warning")]
+
+
 def test_discs_alone_have_no_ring():
     assert "ring" not in next(sentences({"windows": [{"name": "dem.rank1", "discs": 7} | STONES]}))
 

@@ -19,7 +19,7 @@ ROOMS = {
     " > effects",
     "dem_server": "__main__ > procedure > run, packing, insitu > stones, observe, coupling > step > model, pairs > effects",
     "colluvium": "stones, timeline, window_fields > cli > report > html > closing, (lab) > forecast, (ensemble) > figures, api"
-    " > results, running",
+    " > results, running, examples",
 }
 BARRED = {  # room: what it must not import although the table lets it
     "colluvium/results": ("fdm_server", "dem_server"),

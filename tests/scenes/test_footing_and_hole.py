@@ -19,7 +19,10 @@ def test_bearing_capacity(tmp_path, configs):
     with outcome(configs / "footing.toml", tmp_path) as run:
         steps, force = run.history("reaction_y:footing")
         across = run.history("reaction_x:footing")[1][-1]
+        moved, settlement = run.history("moved_y:footing")
         carried = run.history("reaction_y:bottom")[1][-1]
+    assert moved.tolist() == steps.tolist()
+    assert settlement[-1] == pytest.approx(-1e-5 * (0.5 * 501 + 3500), rel=1e-9)  # at full speed after 500 steps
     pressure = -force / (1.0 + 0.125 / 2) / 0.1e6
     assert 0.0 < pressure[-1] / (2 + np.pi) - 1 < 0.03
     assert pressure[steps > 3500].std() < 5e-3  # it flows

@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection
 
 from colluvium import report
 from colluvium.figures import assembly, chains, mesh, moments, vectors
 from colluvium.figures import roses as contact_roses
 from colluvium.results.run import open_run
+from coupler_protocol.files.recorder import FrameInfo, Recorder
 
 plt = pytest.importorskip("matplotlib.pyplot")
 pytest.importorskip("cmcrameri")
@@ -28,19 +30,19 @@ def test_a_coupled_run_with_stones_gives_every_figure_of_the_table(stony_folder,
     assert sorted(named) == list(range(7, 18))
     assert all(named.values())
     written = report.write(stony_folder, tmp_path, skipped=lambda *what: skipped.append(what))
-    assert [name for name, _ in skipped] == ["timeline.png"]  # the run has no trace
+    assert [name for name, _ in skipped] == ["load_curves.png", "timeline.png"]  # nothing is moved, and the run has no trace
     names = {path.name for path in written}
     assert {file for files in named.values() for file in files} <= names
-    assert {f"{name}.png" for name, _, _ in report.FIGURES} == names - {"report.html"} | {"timeline.png"}
+    assert {f"{name}.png" for name, _, _ in report.FIGURES} == names - {"report.html"} | {"load_curves.png", "timeline.png"}
     assert all(path.stat().st_size > 15_000 for path in written)
 
 
 def test_moments_are_the_initial_coupled_state_and_the_states(stony_folder):
     with open_run(stony_folder) as run:
         shown = moments.of_run(run, 1)
-        assert [(words[0], frame) for words, frame in shown] == [("a", 3), ("b", 4)]
-        assert shown[-1].words.splitlines() == ["b enters the window", "c through the window", "d complete, toe to crest"]
-        assert [frame for _, frame in contact_roses.shown(run)] == [3, 4]
+        assert [(words[0], frame) for words, frame in shown] == [("a", 3), ("b", 4), ("l", 5)]
+        assert shown[1].words.splitlines() == ["b enters the window", "c through the window", "d complete, toe to crest"]
+        assert [frame for _, frame in contact_roses.shown(run)] == [3, 4, 5]
 
 
 def test_without_states_force_chains_show_the_ends_of_stages(run_folder):
@@ -50,23 +52,56 @@ def test_without_states_force_chains_show_the_ends_of_stages(run_folder):
         plt.close(figure)
 
 
+def test_force_chains_have_one_scale_and_show_something_in_each_panel(tmp_path):
+    """Forces fall to a thousandth from frame to frame: lines are thin there, not absent."""
+    start = np.array([[0.0, 0.0], [0.1, 0.0], [0.2, 0.0]])
+    with Recorder(tmp_path / "dem.rank1.vtkhdf", "discrete") as recorder:
+        for number, stage in enumerate(("fill", "fall", "rest")):
+            recorder.frame(
+                FrameInfo(number, float(number), stage, 1.0),
+                points=start,
+                cells=np.array([[0, 1], [1, 2]]),
+                point_fields={"radius": np.full(3, 0.05), "displacement": 0.0 * start, "velocity": 0.0 * start},
+                cell_fields={"normal_force": np.array([9e3, 0.0]) * 10.0 ** (-1.5 * number)},
+            )
+    with open_run(tmp_path) as run:
+        figure = chains.draw(run)
+    lines = [c for axes in figure.axes for c in axes.collections if isinstance(c, LineCollection) and c.get_label() != "walls"]
+    widths = [sorted(np.asarray(one.get_linewidths())) for one in lines]
+    np.testing.assert_allclose([width[1] for width in widths], [3.0, 3.0 * 10**-0.75, 0.15], rtol=0.01)
+    assert [width[0] for width in widths] == [0.0, 0.0, 0.0]  # no force, no line
+    (key,) = figure.legends
+    texts = [text.get_text() for text in key.get_texts()]
+    assert texts[3:] == ["compression", "tension in a bond"]
+    forces = [float(text.split()[0]) for text in texts[:3]]
+    assert forces == pytest.approx([forces[0], 0.1 * forces[0], 0.01 * forces[0]], rel=1e-2)
+    plt.close(figure)
+
+
 def test_vectors_are_thinned_and_point_where_the_points_went(stony_folder, slope):
     with open_run(stony_folder) as run:
         figure = vectors.draw(run)
         outline = 5.0  # the window's longer side [m]
-    arrows = [c for axes in figure.axes for c in axes.collections if hasattr(c, "U")]
-    assert len(arrows) == 2
-    for quiver, amount in zip(arrows, (0.002, 0.3), strict=True):
+    quivers = [c for axes in figure.axes for c in axes.collections if hasattr(c, "U")]
+    (key,) = [c for c in quivers if c.get_gid() == "key"]
+    arrows = [c for c in quivers if c is not key]
+    longest = np.quantile(np.hypot(*slope.slip_at(arrows[-1].XY, 0.8).T), 0.995)
+    scale = vectors.Scale(longest, 4, vectors.LONGEST * outline / vectors.CELLS)
+    np.testing.assert_allclose(key.U, scale.drawn * np.array([1.0, 0.75, 0.5, 0.25]), rtol=1e-9)
+    texts = [text.get_text() for text in figure.axes[0].texts]
+    assert [text.split()[1] for text in texts] == ["m", "mm", "mm", "mm"]
+    assert len(arrows) == 3
+    for quiver, amount in zip(arrows, (0.002, 0.3, 0.8), strict=True):
         assert 60 < quiver.N < 400
         moved = slope.slip_at(quiver.XY, amount)
         size = np.hypot(*moved.T)
         seen = size > 0.05 * size.max()
         turned = np.abs(np.angle(np.exp(1j * (np.arctan2(quiver.V, quiver.U) - np.arctan2(*moved.T[::-1])))))
         assert turned[seen].max() < 1e-9
-        scale = np.hypot(quiver.U, quiver.V)[seen] / size[seen]
-        np.testing.assert_allclose(scale, scale[0], rtol=1e-9)
-        longest = np.hypot(quiver.U, quiver.V).max()
-        assert longest == pytest.approx(vectors.LONGEST * outline / vectors.CELLS, rel=0.05)
+        drawn = np.hypot(quiver.U, quiver.V)
+        expected = scale.drawn * np.clip(1.0 + np.log10(size / scale.longest) / scale.decades, 0.0, 1.0)
+        np.testing.assert_allclose(drawn[seen], expected[seen], rtol=1e-9)  # one scale for all panels
+        assert scale.drawn / scale.decades * 0.95 < drawn.max() < scale.drawn * 1.001  # and something to see in each
     plt.close(figure)
 
 

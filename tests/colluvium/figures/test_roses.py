@@ -77,7 +77,7 @@ def test_initial_coupled_state_and_the_frames_of_the_shear_strain(run_folder):
         fabric = run.fabric(3)
     assert len(titles) == 6
     assert titles[0].startswith("couple, step 3,000\n")
-    assert f"a = {fabric.a:.3f} (95 %: {fabric.a_interval[0]:.3f} to {fabric.a_interval[1]:.3f})" in titles[0]
+    assert f"a = {fabric.a:.3f}, 95 %:\n{fabric.a_interval[0]:.3f} to {fabric.a_interval[1]:.3f}" in titles[0]
     assert f"a$_n$ = {fabric.a_n:.3f}" in titles[3]
     bars = [bar.get_height() for bar in figure.axes[0].patches]
     np.testing.assert_allclose(np.sum(bars) * np.pi / roses.BINS, 1.0, rtol=1e-9)

@@ -73,6 +73,18 @@ def test_one_file_without_a_network(page):
     assert "default-src 'none'" in page.text
 
 
+def test_the_page_fits_a_phone_and_prints_undistorted(page):
+    """Nothing has a least width beyond a phone's; on paper the canvas has the shape of its pixels."""
+    style = re.search("<style>(.*?)</style>", page.text, re.DOTALL)[1]
+    widths = [int(w) for rule in re.findall(r"[^-](?:min-)?width: ([^;]*)", style) for w in re.findall(r"^(\d+)px", rule)]
+    assert max(widths) <= 64
+    assert not re.search(r"minmax\(\d{3,}px", style)
+    stage = re.search(r"#stage \{(.*?)\}", style, re.DOTALL)[1]
+    assert "object-fit: contain" in stage
+    printed = re.search(r"@media print \{.*?#stage \{(.*?)\}", style, re.DOTALL)[1]
+    assert "width: auto; height: auto" in printed
+
+
 def test_all_frames_are_there(page, run_folder):
     with open_run(run_folder) as run:
         told = [(f["step"], f["stage"], f["gravity_factor"]) for f in page.run["frames"]]

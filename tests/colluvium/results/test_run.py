@@ -2,13 +2,17 @@
 
 import json
 import shutil
+import subprocess
+import sys
+from importlib.metadata import version
 
 import numpy as np
 import pytest
 
+import colluvium
 from colluvium.figures import moments, roses, stress
 from colluvium.results import failure
-from colluvium.results.rank_file import NotRecordedError
+from colluvium.results.rank_file import ClosedRunError, NotRecordedError
 from colluvium.results.run import open_run
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 
@@ -26,6 +30,43 @@ def test_frames_and_stages_of_all_ranks(run):
     assert run.last_frame("couple") == 3
     assert [run.has(frame, 1) for frame in range(6)] == [False, False, True, True, True, True]
     assert run.windows == [1]
+
+
+def test_a_run_says_what_it_is_and_what_it_has(run, run_folder):
+    assert repr(run) == (
+        f"<Run {run_folder}: a slope of closed forms; 6 frames of equilibrium, couple, overload up to step 5,000; "
+        "rank 0 continuum, rank 1 discrete; done>"
+    )
+    assert set(run.histories()) == {"unbalanced_ratio", "gravity_factor"}
+    assert set(run.histories(1)) == {"unbalanced_ratio", "bonds_broken"}
+    table = run.fields()
+    assert (0, "zones", "stress", "Pa", "stress, tension positive") in table
+    assert {(rank, place) for rank, place, *_ in table} == {(0, "gridpoints"), (0, "zones"), (1, "discs"), (1, "contacts")}
+    for rank, place, name, *_ in table:
+        assert name in getattr(run, place)(5, rank)
+
+
+def test_a_closed_run_says_so(run_folder):
+    opened = open_run(run_folder)
+    zones, read = opened.zones(5), opened.zones(5).stress
+    opened.close()
+    opened.close()  # a second time does nothing
+    assert read.shape[1] == 4  # arrays that were read remain
+    for ask in (lambda: zones.stress, lambda: opened.discs(5), lambda: opened.history("gravity_factor"), opened.fields):
+        with pytest.raises(ClosedRunError, match=r"this run is closed; .*open it again"):
+            ask()
+    assert repr(opened).startswith("<closed Run ")
+
+
+def test_large_libraries_are_loaded_when_they_are_used():
+    code = "import sys, colluvium.results.run, colluvium.cli; colluvium.cli.parser(); "
+    code += "sys.exit(' '.join({'scipy', 'shapely', 'numba', 'pydantic'} & set(sys.modules)) or 0)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_version_is_that_of_the_distribution():
+    assert colluvium.__version__ == version("colluvium")
 
 
 def test_stages_stand_in_the_order_of_the_scene(run_folder, tmp_path):

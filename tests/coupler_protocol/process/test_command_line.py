@@ -9,6 +9,7 @@ import pytest
 
 from coupler_protocol import exits
 from coupler_protocol.compiled import threads
+from coupler_protocol.files.restart import Origin
 from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest
@@ -90,6 +91,25 @@ def test_results_are_kept_unless_force_is_said(tmp_path):
         command_line.prepare_folder(out, ["run.json"], False)
     command_line.prepare_folder(out, ["run.json"], True)
     assert [path.name for path in out.iterdir()] == ["notes.txt"]
+
+
+@pytest.mark.parametrize("how", ["force", "continued"])
+def test_the_report_of_an_earlier_run_is_removed(tmp_path, how):
+    """Its pictures show the earlier run, or its end; files of the user stay."""
+    report = tmp_path / "report"
+    report.mkdir()
+    for name in ("stress.png", "report.html", "notes.txt"):
+        (report / name).write_text("old")
+    (tmp_path / "run.json").write_text("old")
+    if how == "force":
+        command_line.prepare_folder(tmp_path, ["run.json"], True)
+    else:
+        command_line.prepare_folder(tmp_path, ["run.json"], False, Origin(tmp_path, "fill"))
+    assert [path.name for path in report.iterdir()] == ["notes.txt"]
+    (report / "notes.txt").unlink()
+    command_line.remove_report(tmp_path)
+    assert not report.exists()
+    command_line.remove_report(tmp_path)
 
 
 def test_a_file_in_the_folders_place_is_a_fault_of_the_environment(tmp_path):

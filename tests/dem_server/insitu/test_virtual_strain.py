@@ -10,6 +10,7 @@ from coupler_protocol.problems import SceneError
 from dem_server.effects.bond import BONDED
 from dem_server.insitu import virtual_strain
 from dem_server.insitu.hat_bins import bins_over
+from dem_server.insitu.packing_strength import friction_sine
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.pairs import contacts
 from dem_server.step import bonds_made
@@ -107,6 +108,26 @@ def test_bonds_carry_what_friction_cannot():
     assert bonded.projected == 0.0
     assert max(bonded.error_xx, bonded.error_yy, bonded.error_xy) <= 0.06
     assert loose.projected == 1.0
+
+
+def test_stress_that_was_cut_off_is_an_error_against_the_zones():
+    """K = 0.36 has a sine of 0.47; without bonds the discs carry at most that of their friction, 0.41."""
+    target = level_ground(SQUARE, K=0.36)
+    model, state = packed(SQUARE, soil_discs(bond=None))
+    virtual_strain.match_weight(model, state, target)
+    aim = virtual_strain.aim_of(model, state, target)
+    report = virtual_strain.bring_to_stress(model, state, target, GRAVITY)
+    found = virtual_strain.against_zones(state, aim)
+    assert found["sine_zones"] == pytest.approx(0.64 / 1.36, abs=1e-3)
+    assert 0.25 < found["sine_discs"] < friction_sine(model) < 0.9 * found["sine_zones"]
+    assert found["zones_xx"] > 1.3 * report.error_xx
+    assert found["zones_yy"] > 1.3 * report.error_yy
+
+
+def test_the_mobilised_sine_does_not_depend_on_axes():
+    stress = np.array([[-1.0, -3.0, 0.0], [-2.0, -2.0, 1.0], [-2.0, -2.0, -1.0]])
+    assert virtual_strain.mobilised_sine(stress) == pytest.approx(0.5)
+    assert np.isnan(virtual_strain.mobilised_sine(-stress))
 
 
 def test_bins_share_out_the_whole_window():
