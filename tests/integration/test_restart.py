@@ -208,7 +208,7 @@ sys.exit(cli.main(sys.argv[2:]))
     [
         (60_000, "two", "the account of the run"),
         (300_000, "two", "the frame of step 50"),
-        (740_000, "two", "the frame of step 450"),
+        (740_000, "two", "the frame of step"),
         (740_000, "one", "the frame of step 450"),
         (1_000_000, "two", "the frame of step"),
     ],
@@ -220,7 +220,8 @@ def test_a_run_without_room_is_resumed_as_if_there_had_always_been_some(tmp_path
     done = finished([sys.executable, "-c", LIMITED, size, "run", scene, "--out", out, "--quiet", *mode, *overrides()])
     assert done.returncode == 4, done.stderr
     assert "Traceback" not in done.stderr
-    assert done.stderr.count("cannot be written to") == 1, done.stderr
+    told = done.stderr.count("cannot be written to")  # two processes may both find no room before either hears of the other
+    assert 1 <= told <= (2 if processes == "two" else 1), done.stderr
     assert f": {what}" in done.stderr
     assert "File too large; it needs " in done.stderr
     assert json.loads((out / "run.json").read_text())["exit_code"] == 4
