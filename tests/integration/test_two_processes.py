@@ -141,7 +141,9 @@ def test_ctrl_c_stops_both_sides_and_leaves_readable_files(launched):
         last = run.frames[-1]
         assert last.stage in ("couple", "overload")
         assert np.isfinite(run.zones(-1).stress).all()
-        assert np.isfinite(run.discs(-1).xy).all()
+        own = [i for i in range(len(run.frames)) if run.has(i, 1)]  # the signal may come between the frames of both sides
+        assert own[-1] >= len(run.frames) - 2
+        assert np.isfinite(run.discs(own[-1]).xy).all()
     assert json.loads((out / "run.json").read_text())["exit_code"] == 130
 
 
