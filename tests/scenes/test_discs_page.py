@@ -37,7 +37,9 @@ def test_the_scene_of_the_page_is_one(tmp_path, monkeypatch):
     (text,) = blocks("toml")
     (tmp_path / "discs.csv").write_text("x,y,radius\n0.0,0.5,0.03\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    build_scene(tomllib.loads(text))
+    scene = build_scene(tomllib.loads(text))
+    assert scene.grid is None
+    assert scene.discs.file == str(tmp_path / "discs.csv")
 
 
 def pulling(gravity):
