@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from coupler_protocol.problems import KeyPath, Problem, SceneError, dotted
+from coupler_protocol.scene.changes import CANNOT, CHANGING, FOR_ALL_STAGES
 from coupler_protocol.scene.named_files import located
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.scene import scene_class
@@ -113,6 +114,8 @@ def _problem(error: Any, file: str, lines: Lines) -> Problem:
         reason = "unknown key"
         remedy = f'did you mean "{close[0]}"?' if close else f"known here: {', '.join(sorted(known))}"
         remedy = f"{NOT_COMPUTED[key]}; {remedy}" if key in NOT_COMPUTED and not close else remedy
+        if path[0] == "stage" and path[2] in CHANGING and key in _keys_at(path[2:-1]):
+            reason, remedy = "this does not change between stages", CANNOT.get(key, FOR_ALL_STAGES)
     elif kind == "missing":
         reason, remedy = "missing", _meaning(path)
     elif kind == "literal_error":

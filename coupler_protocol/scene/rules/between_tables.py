@@ -11,6 +11,7 @@ from unicodedata import normalize
 import numpy as np
 
 from coupler_protocol.problems import Finding, dotted
+from coupler_protocol.scene.rules.changes import CHANGE_RULES
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
 from coupler_protocol.scene.rules.endings import DOUBTS_OF_ENDINGS, RULES_OF_ENDINGS
 from coupler_protocol.scene.rules.idle import DOUBTS_OF_IDLE
@@ -183,6 +184,7 @@ COMMON_RULES = (
     stones_are_drawn_or_mapped,
     pairs_name_what_there_is,
     largest_discs_fit,
+    *CHANGE_RULES,
 )
 GRID_RULES = (
     grid_needs_material,
