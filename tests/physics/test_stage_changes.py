@@ -7,7 +7,6 @@ import pytest
 from run_cases import compute, stage
 from verification.discrete import scenes
 
-from colluvium.results.run import open_run
 from fdm_server.effects.mohr_coulomb import passive_ratio
 
 G, R, KN = 9.81, 0.03, 5e7

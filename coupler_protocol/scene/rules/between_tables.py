@@ -71,6 +71,11 @@ def effects_of_discs_are_ours(scene: Any) -> Iterator[Finding]:
     holders: list[tuple[tuple, str, Any]] = [(("discs", key), "grain", table) for key, table in grains.items()]
     holders += [(("ring",), "grain", scene.ring), (("discs",), "discs", discs)]
     holders += [(("discs", "pair", i), "grain", pair) for i, pair in enumerate(discs.pair if discs else [])]
+    for s, stage in enumerate(scene.stage):
+        changes = stage.discs
+        holders += [(("stage", s, "discs", key), "grain", getattr(changes, key)) for key in grains if changes is not None]
+        holders += [(("stage", s, "discs", "pair", i), "grain", pair) for i, pair in enumerate(changes.pair if changes else [])]
+        holders += [(("stage", s, "ring"), "grain", stage.ring), (("stage", s, "discs"), "discs", changes)]
     for path, parent, table in holders:
         for place in declared_effects() if table is not None else ():
             key, owner = place.removeprefix(parent + "."), distribution_of(place)
