@@ -169,14 +169,13 @@ friction = { coefficient = 0.2 }
 every = 50
 ```
 
-Nothing jumps but what must. Stresses of the grid stay: they follow the new moduli from there on, and the first step reduces them
-to a lower strength. Contacts keep their forces, and the first step reduces their shear forces to a lower friction limit; a contact
-with a wall keeps its overlap instead, so that a changed spring changes its force. Masses and steps are those of the changed
-stiffness. Discs are bonded at closed contacts where their materials get their first bonds; with `bond_gap` all contacts up to this
-gap are bonded, also where bonds broke. The elastic energy jumps by the change of stiffness and bonds: `run.json` has it before and
-after the change, and the energy ledger of a stage begins after it. `damping` of a stage is for this stage only, `[stage.discs.damping]`
-lasts. What never changes is refused by name: densities, regions, sizes and packing of discs, whether springs belong to discs or
-contacts. Discs without friction pack denser: give `[discs.soil]` none, and `friction` in a later stage.
+Stresses of the grid do not jump: they follow the new moduli, and the first step reduces them to a lower strength. Contacts keep
+their forces, and the first step reduces their shear forces to a lower friction limit. A contact with a wall keeps its overlap
+instead: a changed spring changes its force. Masses and steps are those of the changed stiffness. Where materials of discs get
+their first bonds, closed contacts are bonded; with `bond_gap`, all contacts up to this gap are bonded, also where bonds broke.
+`run.json` has the elastic energy before and after a change, and the energy ledger of a stage begins after it. `damping` of a
+stage is for this stage only, `[stage.discs.damping]` lasts. Densities, regions, sizes and packing of discs never change and are
+refused by name. Discs without friction pack denser: give `[discs.soil]` none, and `friction` in a later stage.
 """
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from coupler_protocol.problems import Finding, KeyPath
+from coupler_protocol.problems import Finding, KeyPath, reason_and_remedy
 from coupler_protocol.scene.changes import GRAINS, changed, changes_in
 from coupler_protocol.scene.stage_kinds import number_of, of
 from coupler_protocol.scene.tables.changes import Change
@@ -135,9 +135,9 @@ def _faults(path: KeyPath, holder: Any, name: str, before: Any, change: Change) 
             if one["type"] == "missing":
                 yield at, "missing", f"{name} begins in this stage: give all keys that it needs"
             else:
-                reason, _, remedy = one["msg"].removeprefix("Value error, ").rpartition("; ")
-                remedy = one["ctx"]["remedy"] if one["type"] == "refused" else remedy
-                yield at, reason or remedy, remedy if reason else "the values after the change must fit together"
+                fits = one["ctx"]["remedy"] if one["type"] == "refused" else "the values after the change must fit together"
+                reason, remedy = reason_and_remedy(one["msg"].removeprefix("Value error, "), fits)
+                yield at, reason, remedy
 
 
 def bonds_that_can_be_made(scene: Any) -> Iterator[Finding]:
