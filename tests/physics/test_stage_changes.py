@@ -153,3 +153,44 @@ def test_stiffer_springs_keep_the_forces():
         changes = run.info["stages"][2]["changes"]
         stored = changes["stored_energy"]
         assert stored[1] < stored[0]
+
+
+WALL = [{"on": "left", "fix": "x"}, {"on": "right", "fix": "x"}, {"on": "bottom", "fix": "xy"}]
+GROUND = {"name": "soil", "density": 2000.0, "elastic": {"bulk": 2e7, "shear": 1e7}}
+PIT = {"excavate": {"columns": [0, 1], "rows": [3, 3], "over": 40}}
+FILL = {"surcharge": {"x": [0.0, 2.0], "pressure": 1e4, "over": 40}}
+
+
+@pytest.mark.parametrize(("kind", "change"), [("excavate", PIT), ("surcharge", FILL)])
+def test_boundaries_change_with_an_excavation_or_a_surcharge(tmp_path, kind, change):
+    """Elastic ground: a pressure beside and on the same gridpoints, in the same stage or after it, gives the same shape."""
+    grid = {"kind": "box", "length": 4.0, "height": 2.0, "zone_size": 0.5}
+    push = {"boundary": [{"on": "top", "x": [1.0, 3.0], "pressure": 2e4, "over": 60}]}
+    rest = stage("rest", steps=4000, ratio=1e-9, gravity=G)
+    both = [rest, stage("both", kind, steps=4000, ratio=1e-9, **change, **push)]
+    turns = [rest, stage("one", kind, steps=4000, ratio=1e-9, **change), stage("other", steps=4000, ratio=1e-9, **push)]
+    found = []
+    for name, stages in (("both", both), ("turns", turns)):
+        with compute(tmp_path / name, grid, *stages, boundary=WALL, material=[GROUND]) as run:
+            found.append(run.gridpoints(-1).displacement)
+            there = np.unique(run.zones(-1).corners)
+    scale = np.abs(found[1][there]).max()
+    np.testing.assert_allclose(found[0][there], found[1][there], atol=1e-4 * scale)
+
+
+def test_a_discarded_stage_leaves_materials_as_they_were(tmp_path):
+    """Strength that a discarded stage takes away is back in the next one, to the last bit; an equilibrium is discarded as well."""
+    strong = GROUND | {"mohr_coulomb": {"friction": 20.0, "cohesion": 1e4}}
+    grid = {"kind": "box", "length": 2.0, "height": 2.0, "zone_size": 0.5}
+    weak = stage("weak", "equilibrium", steps=100, discard=True, material=[{"name": "soil", "mohr_coulomb": False}])
+    weaker = stage("weaker", "locate", steps=100, discard=True, material=[{"name": "soil", "mohr_coulomb": {"cohesion": 10.0}}])
+    rest, load = (
+        stage("rest", "equilibrium", steps=200, gravity=G),
+        stage("load", steps=200, boundary=[{"on": "top", "pressure": 1e5}]),
+    )
+    found = []
+    for name, stages in (("with", [rest, weak, weaker, load]), ("without", [rest, load])):
+        with compute(tmp_path / name, grid, *stages, boundary=WALL, material=[strong], units="any") as run:
+            found.append(run.zones(-1).stress.tobytes() + run.gridpoints(-1).displacement.tobytes())
+            assert run.info["exit_code"] == 0
+    assert found[0] == found[1]
