@@ -103,9 +103,9 @@ def test_without_damping_a_bounce_keeps_its_energy():
     with scenes.of_file([[0.0, 0.05, R]], "x,y,radius", stages, discs, every=100000) as run:
         time = run.history("time", 1)[1]
         total = sum(run.history(f"{name}_energy", 1)[1] for name in ("kinetic", "elastic", "weight"))
-        late = time > 0.15
-        assert total[~late][-1] < 0.9 * total[0]
-        assert np.ptp(total[late]) < 1e-4 * total[late].mean()
+        late = (time > 0.15) & (run.history("elastic_energy", 1)[1] == 0.0)  # in flight: velocities are half a step behind
+        assert total[time < 0.15][-1] < 0.9 * total[0]
+        assert np.ptp(total[late]) < 2e-3 * total[late].mean()
         assert run.info["stages"][2]["changes"]["what"] == ["discs: damping ends"]
 
 
@@ -178,8 +178,22 @@ def test_boundaries_change_with_an_excavation_or_a_surcharge(tmp_path, kind, cha
     np.testing.assert_allclose(found[0][there], found[1][there], atol=1e-4 * scale)
 
 
+def test_a_pressure_of_the_scene_acts_beside_a_surcharge_in_the_first_stage(tmp_path):
+    grid = {"kind": "box", "length": 4.0, "height": 2.0, "zone_size": 0.5}
+    push = {"on": "top", "x": [1.0, 3.0], "pressure": 2e4}
+    fill = stage("fill up", "surcharge", steps=4000, ratio=1e-9, **FILL)
+    found = []
+    for name, stages, sides in (
+        ("both", [fill], [*WALL, push]),
+        ("turns", [stage("press", steps=4000, ratio=1e-9, boundary=[push]), fill], WALL),
+    ):
+        with compute(tmp_path / name, grid, *stages, boundary=sides, material=[GROUND]) as run:
+            found.append(run.gridpoints(-1).displacement)
+    np.testing.assert_allclose(*found, atol=1e-4 * np.abs(found[1]).max())
+
+
 def test_a_discarded_stage_leaves_materials_as_they_were(tmp_path):
-    """Strength that a discarded stage takes away is back in the next one, to the last bit; an equilibrium is discarded as well."""
+    """Strength that a discarded stage takes away is back in the next one, to the last bit; so it is after an equilibrium."""
     strong = GROUND | {"mohr_coulomb": {"friction": 20.0, "cohesion": 1e4}}
     grid = {"kind": "box", "length": 2.0, "height": 2.0, "zone_size": 0.5}
     weak = stage("weak", "equilibrium", steps=100, discard=True, material=[{"name": "soil", "mohr_coulomb": False}])

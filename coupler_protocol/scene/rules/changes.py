@@ -62,13 +62,14 @@ def changes_name_what_there_is(scene: Any) -> Iterator[Finding]:
             yield ("stage", i, "discs", "stone"), "the scene has no material stone", "add [discs.stone], or remove the table"
         pairs: set[frozenset[str]] = set()
         for k, pair in enumerate(stage.discs.pair):
-            path, between = ("stage", i, "discs", "pair", k, "between"), frozenset(pair.between)
+            at: KeyPath = ("stage", i, "discs", "pair", k, "between")
+            between = frozenset(pair.between)
             if between in pairs:
-                yield path, f"two tables for the pair {' and '.join(pair.between)}", "give each pair of materials one table"
+                yield at, f"two tables for the pair {' and '.join(pair.between)}", "give each pair of materials one table"
             elif "stone" in between and scene.discs.stone is None:
-                yield path, "the scene has no material stone", "add a [discs.stone] table or remove the pair"
+                yield at, "the scene has no material stone", "add a [discs.stone] table or remove the pair"
             elif between == {"ring"}:
-                yield path, "control discs have no contacts with each other", "remove the pair"
+                yield at, "control discs have no contacts with each other", "remove the pair"
             pairs.add(between)
 
 

@@ -35,8 +35,8 @@ def change_of(effect: type[Effect]) -> type[Change]:
     """The Change of an effect: its keys, none of them required."""
     fields: dict[str, Any] = {}
     for name, field in effect.model_fields.items():
-        kind = Optional[field.annotation]  # noqa: UP045 (an annotation that is known only when the class is made)
-        kind = Annotated[(kind, *field.metadata)] if field.metadata else kind
+        kind: Any = Optional.__getitem__(field.annotation)  # mypy cannot read types that are computed
+        kind = Annotated.__class_getitem__((kind, *field.metadata)) if field.metadata else kind
         fields[name] = (kind, Field(None, description=field.description, json_schema_extra=field.json_schema_extra))
     made = create_model(effect.__name__, __base__=Change, __doc__=f"Changes of: {_first_line(effect)}.", **fields)
     made.effect = effect
