@@ -20,7 +20,7 @@ def sledge(folder, *stages):
     rows = [",".join(map(repr, [*(R * normal - shift * along).tolist(), R])) + ",0" for shift in (0.0, 4.0 * R)]
     (folder / "discs.csv").write_text("\n".join(["x,y,radius,stone", *rows]) + "\n")
     wall = [{"ends": [(-along).tolist(), (3.0 * along).tolist()]}]
-    table = {"wall": wall, "soil": STONE, "stone": STONE, "file": str(folder / "discs.csv")}
+    table = {"wall": wall, "soil": STONE, "stone": STONE, "file": str(folder / "discs.csv"), "damping": {"local": 0.7}}
     return scenes.of_tables(scenes.tables([*stages], table, every=100000))
 
 
@@ -33,9 +33,10 @@ def friction(value):
 
 
 def test_a_block_slides_once_its_friction_is_below_the_slope(tmp_path):
-    """tan 20 deg = 0.364: it holds at 0.6 and 0.37, slides at 0.3 by g (sin - mu cos) t^2 / 2, and with the [ring] likewise."""
-    rest = {"name": "rest", "kind": "discs", "gravity": G, "damping": {"local": 0.7}, "until": {"ratio": 1e-9, "steps": 20000}}
-    stages = [rest, real("holds", 0.2, discs=friction(0.37)), real("slides", 0.2, discs=friction(0.3)), real("on", 0.2)]
+    """tan 20 deg = 0.364: it holds at 0.6 and 0.37, slides at 0.3 by g (sin - mu cos) t^2 / 2: damping has ended before."""
+    rest = {"name": "rest", "kind": "discs", "gravity": G, "until": {"ratio": 1e-9, "steps": 20000}}
+    undamped = friction(0.37) | {"damping": False}
+    stages = [rest, real("holds", 0.2, discs=undamped), real("slides", 0.2, discs=friction(0.3)), real("on", 0.2)]
     with sledge(tmp_path, *stages) as run:
         way = {name: np.hypot(*run.discs(run.last_frame(name)).displacement[0]) for name in ("rest", "holds", "slides", "on")}
         assert way["holds"] - way["rest"] < 1e-6
@@ -44,7 +45,7 @@ def test_a_block_slides_once_its_friction_is_below_the_slope(tmp_path):
         assert way["on"] - way["holds"] == pytest.approx(0.5 * a * 0.4**2, rel=1e-3)  # the change lasts
         changes = [row.get("changes") for row in run.info["stages"]]
         assert changes[:2] == [None, None]
-        assert changes[2]["what"] == ["discs.stone: friction.coefficient 0.6 -> 0.37"]
+        assert changes[2]["what"] == ["discs: damping ends", "discs.stone: friction.coefficient 0.6 -> 0.37"]
         assert changes[4] is None
 
 
@@ -95,20 +96,6 @@ def test_the_ledger_is_closed_after_a_change_of_strength_and_stiffness(tmp_path)
         assert zones.plastic_state.max() == 0
 
 
-def test_without_damping_a_bounce_keeps_its_energy():
-    """A disc falls, loses energy by local damping; from the stage on that ends the damping it loses none."""
-    soil = {"density": 2000.0, "spring": {"normal": KN, "shear": 2e7}}
-    discs = {"wall": [{"ends": [[-1.0, 0.0], [1.0, 0.0]]}], "soil": soil, "damping": {"local": 0.3}}
-    stages = [real("damped", 0.15, gravity=G), real("free", 0.15, discs={"damping": False})]
-    with scenes.of_file([[0.0, 0.05, R]], "x,y,radius", stages, discs, every=100000) as run:
-        time = run.history("time", 1)[1]
-        total = sum(run.history(f"{name}_energy", 1)[1] for name in ("kinetic", "elastic", "weight"))
-        late = (time > 0.15) & (run.history("elastic_energy", 1)[1] == 0.0)  # in flight: velocities are half a step behind
-        assert total[time < 0.15][-1] < 0.9 * total[0]
-        assert np.ptp(total[late]) < 2e-3 * total[late].mean()
-        assert run.info["stages"][2]["changes"]["what"] == ["discs: damping ends"]
-
-
 BOX = [[0.0, 0.0], [0.8, 0.0], [0.8, 0.8], [0.0, 0.8]]
 
 
@@ -116,7 +103,7 @@ def pressed(first, then, **discs):
     """The run of loose discs in a box of servo walls: pressed with the first change of their law, then again with the other."""
     sides = zip(BOX, BOX[1:] + BOX[:1], strict=True)
     wall = [{"name": str(k), "ends": [a, b], "servo": {"pressure": 50e3, "fastest": 2e-4}} for k, (a, b) in enumerate(sides)]
-    soil = {"density": 2000.0, "spring": {"normal": KN, "shear": 2e7}}
+    soil = {"density": 2000.0, "spring": {"normal": KN, "shear": 2e7}, "friction": {"coefficient": 0.0}}
     until = {"ratio": 2e-3, "steps": 20000}
     stages = [{"name": name, "kind": "discs", "until": until} | change for name, change in (("press", first), ("on", then))]
     table = {"radius": 0.04, "target": "porosity", "porosity": 0.23, "damping": {"local": 0.7}, "soil": soil, "wall": wall}
@@ -137,22 +124,7 @@ def test_discs_pressed_without_friction_are_denser():
         dense, loose = porosity(smooth, "press"), porosity(rough, "press")
         assert dense < loose - 0.01
         assert porosity(smooth, "on") == pytest.approx(dense, abs=1e-3)
-        assert smooth.info["stages"][2]["changes"]["what"] == ["discs.soil: friction begins (coefficient 1)"]
-        assert "shear_force" in smooth.contacts(0)
-
-
-def test_stiffer_springs_keep_the_forces():
-    """Ten times stiffer: the stress stays from the first step on; only walls, which press by their overlap, adjust."""
-    stiffer = {"discs": {"soil": {"spring": {"normal": 10.0 * KN, "shear": 2e8}}}}
-    with pressed({}, stiffer | {"record": {"every": 1}}) as run:
-        before, rest = run.last_frame("press"), run.last_frame("on")
-        region = (0.4, 0.4, 0.2)
-        stress = [run.average_stress(frame, region)[:2].mean() for frame in (before, before + 1, rest)]
-        assert stress[1] == pytest.approx(stress[0], rel=1e-3)
-        assert stress[2] == pytest.approx(stress[0], rel=0.02)
-        changes = run.info["stages"][2]["changes"]
-        stored = changes["stored_energy"]
-        assert stored[1] < stored[0]
+        assert smooth.info["stages"][2]["changes"]["what"] == ["discs.soil: friction.coefficient 0 -> 1"]
 
 
 WALL = [{"on": "left", "fix": "x"}, {"on": "right", "fix": "x"}, {"on": "bottom", "fix": "xy"}]
