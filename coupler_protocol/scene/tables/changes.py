@@ -65,7 +65,7 @@ class StageGrain(Table):
 class StageRing(Table):
     """Effects of contacts with control discs and walls that change from this stage on, as in `[[stage.material]]`.
 
-    If the scene has no `[ring]`, it begins here: these contacts then have the effects of this table only, and no bonds of the discs.
+    If the scene has no `[ring]`, it begins here: these contacts then have only the effects of this table, and no bonds.
     """
 
 
