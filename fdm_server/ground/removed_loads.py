@@ -49,7 +49,7 @@ def _share(acts, whole):
 
 
 def surcharge_edges(scene, model, index):
-    """Sides (E,2) of zones on which the surcharge of the stage with number `index` acts: of the surface then, those that are left."""
+    """Sides (E,2) of zones on which the surcharge of a stage acts: of the surface before that stage, those that are left."""
     there = np.ones(len(model.grid.zones), dtype=np.bool_)
     for stage in scene.stage[:index]:
         if stage.excavate is not None:
