@@ -16,9 +16,11 @@ from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a
 from coupler_protocol.scene.rules.endings import DOUBTS_OF_ENDINGS, RULES_OF_ENDINGS
 from coupler_protocol.scene.rules.idle import DOUBTS_OF_IDLE
 from coupler_protocol.scene.rules.polygons import polygons_are_outlines
+from coupler_protocol.scene.rules.signs import DOUBTS_OF_SIGNS
 from coupler_protocol.scene.rules.sizes import fewer_than_memory_holds
 from coupler_protocol.scene.rules.stages import STAGE_RULES
 from coupler_protocol.scene.rules.units import doubts_of_units, units_are_si
+from coupler_protocol.scene.rules.walls import DOUBTS_OF_WALLS
 from coupler_protocol.scene.rules.windows import WINDOW_RULES
 from coupler_protocol.scene.tables.stages import STOPPED
 
@@ -198,4 +200,4 @@ GRID_RULES = (
     *STAGE_RULES,
 )
 RULES_OF_VALUES = (units_are_si, fewer_than_memory_holds, *RULES_OF_ENDINGS)  # of scenes whose tables fit together
-DOUBTS = (doubts_of_units, *DOUBTS_OF_IDLE, *DOUBTS_OF_ENDINGS)
+DOUBTS = (doubts_of_units, *DOUBTS_OF_SIGNS, *DOUBTS_OF_WALLS, *DOUBTS_OF_IDLE, *DOUBTS_OF_ENDINGS)

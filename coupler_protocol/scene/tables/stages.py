@@ -1,5 +1,6 @@
 """The [[stage]] tables of a scene: the procedure, the changes of each stage, and its end."""
 
+from numbers import Real
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
@@ -16,7 +17,7 @@ STOPPED = "stopped"  # stands for a stage in the name of the State that is saved
 
 
 def _constant(value: Any) -> Any:
-    return {"to": value} if isinstance(value, int | float) and not isinstance(value, bool) else value
+    return {"to": value} if isinstance(value, Real) and not isinstance(value, bool) else value
 
 
 class Ramp(Table):
