@@ -56,12 +56,13 @@ def _tables(scene: Any, place: str) -> list[str]:
 def _holders_in_stages(scene: Any, parent: str) -> Iterator[tuple[str, Any]]:
     """Yields (name, table) of the tables of stages that change effects of this place and do not end them."""
     for stage in scene.stage:
-        tables = [(f"material {table.name!r}", table) for table in stage.material if parent == "material"]
-        if stage.discs is not None and parent == "grain":
-            tables += [("discs.soil", stage.discs.soil), ("discs.stone", stage.discs.stone)]
-            tables += [(f"discs.pair {' and '.join(p.between)}", p) for p in stage.discs.pair]
-        tables += [("ring", stage.ring)] if parent == "grain" else []
-        tables += [("discs", stage.discs)] if parent == "discs" else []
+        grains = [("ring", stage.ring)]
+        if stage.discs is not None:
+            grains += [("discs.soil", stage.discs.soil), ("discs.stone", stage.discs.stone)]
+            grains += [(f"discs.pair {' and '.join(p.between)}", p) for p in stage.discs.pair]
+        places = {"grain": grains, "discs": [("discs", stage.discs)]}
+        places["material"] = [(f"material {table.name!r}", table) for table in stage.material]
+        tables = places.get(parent, [])
         for name, table in tables:
             there = {key: change for key, change in changes_in(table).items() if not change.absent}
             if there:
