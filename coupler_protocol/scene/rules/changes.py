@@ -98,9 +98,8 @@ def changes_fit_their_effects(scene: Any) -> Iterator[Finding]:
 
 def _says_more(discs: Any) -> bool:
     """Whether a table is a [stage.discs] that holds tables of its materials, or a key of its own."""
-    if not isinstance(discs, StageDiscs):
-        return False
-    return discs.bond_gap is not None or bool(discs.pair) or any(getattr(discs, grain) is not None for grain in GRAINS)
+    own: Any = discs if isinstance(discs, StageDiscs) else None
+    return own is not None and (own.bond_gap is not None or bool(own.pair) or any(getattr(own, grain) for grain in GRAINS))
 
 
 def _tables(i: int, stage: Any) -> Iterator[tuple[KeyPath, Any, Any]]:
