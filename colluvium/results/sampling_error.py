@@ -1,0 +1,102 @@
+"""Sampling error of means over the contacts of a window: how much another packing of the same kind would differ.
+
+Contacts are not independent. Those of one disc exclude each other, so in a packing of discs of many sizes the directions scatter
+less than those of independent contacts; chains of force and crystals of equal discs make values scatter more. Therefore the
+error comes from sums over blocks of bodies (discs and whole stones), not from single contacts.
+
+A statistic z has from each contact the influence p_c, sum p_c = 0. Half of it belongs to each of the two bodies. With the
+sums P_k over square blocks k, and the shares w_k of the contacts,
+
+    V(L) = sum P_k P_k^T / (1 - sum w_k^2)                                       (1)
+
+is its covariance if blocks of side L are independent, with 1 / sum w_k^2 - 1 degrees of freedom. Neighbouring blocks are
+not: what V lacks shrinks with the perimeter of a block over its area, as 1/L, so
+
+    V = V(L) + max(V(L) - V(L/2), 0)                                             (2)
+
+(of the traces). V(L) is the mean over SHIFTS^2 shifted nets of blocks. L is SIDE mean distances of bodies, or less for at least
+about BLOCKS blocks. scripts/studies/fabric_study.py measures how often such intervals contain the true value. Sums over blocks:
+P. Hall, Resampling a coverage pattern, Stoch. Proc. Appl. 20 (1985) 231-246.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+SIDE = 8.0  # side of a block over the mean distance of bodies
+BLOCKS = 9.0  # smallest number of blocks
+SHIFTS = 4  # shifted nets along each axis
+OUTSIDE = 0.05  # share of samples outside an interval
+
+
+class Spread(NamedTuple):
+    """Covariance (2, 2) of the real and imaginary part of an estimate, and its degrees of freedom."""
+
+    covariance: np.ndarray
+    freedom: float
+
+    def half_width(self, direction: float) -> float:
+        """Half width of the 95 % interval of the component along `direction` [rad]."""
+        from scipy.special import stdtrit
+
+        axis = np.array([np.cos(direction), np.sin(direction)])
+        return float(stdtrit(self.freedom, 1.0 - OUTSIDE / 2.0) * np.sqrt(axis @ self.covariance @ axis))
+
+    def noise(self) -> float:
+        """Absolute value that 95 % of samples with mean zero do not exceed: Hotelling's T^2 of two components, in closed form."""
+        if self.freedom <= 1.0:
+            return float("inf")
+        squared = self.freedom * (OUTSIDE ** (-2.0 / (self.freedom - 1.0)) - 1.0)
+        return float(np.sqrt(squared * np.trace(self.covariance) / 2.0))
+
+
+def spreads(influences: list[np.ndarray], bodies: np.ndarray | None) -> list[Spread]:
+    """Spread of each estimate from its complex influences (C,); bodies (C, 2, 2): centres of both bodies of a contact [m].
+
+    Without bodies, contacts are taken as independent.
+    """
+    count = len(influences[0])
+    if bodies is None:
+        return [Spread(_outer(p) * count / (count - 1.0), count - 1.0) for p in influences]
+    points = np.concatenate((bodies[:, 0], bodies[:, 1]))
+    halves = [np.concatenate((p, p)) / 2.0 for p in influences]
+    side = block_side(points)
+    wide, blocks = _of_blocks(points, halves, side)
+    narrow, _ = _of_blocks(points, halves, side / 2.0)
+    return [Spread(V * _growth(V, half), max(blocks - 1.0, 1.0)) for V, half in zip(wide, narrow, strict=True)]
+
+
+def block_side(points: np.ndarray) -> float:
+    """Side of the blocks [m] for bodies at `points` (m, 2), which may be repeated."""
+    size = np.ptp(points, axis=0)
+    number = len(np.unique(points, axis=0))
+    side = float(np.sqrt(size.prod())) * min(SIDE / number**0.5, BLOCKS**-0.5)
+    return max(side, float(size.max()) / BLOCKS)  # the second: of bodies on a line
+
+
+def _of_blocks(points: np.ndarray, values: list[np.ndarray], side: float) -> tuple[list[np.ndarray], float]:
+    """Eq (1) for each of the values, and the effective number of blocks; means over the shifted nets."""
+    place = (points - points.min(axis=0)) / side
+    columns = int(place[:, 1].max()) + 2
+    number, total = 0.0, [np.zeros((2, 2)) for _ in values]
+    for shift in np.ndindex(SHIFTS, SHIFTS):
+        x, y = (place + np.array(shift) / SHIFTS).astype(int).T
+        block = x * columns + y
+        share = np.bincount(block) / len(points)
+        together = float(share @ share)
+        number += 1.0 / together
+        for V, value in zip(total, values, strict=True):
+            sums = np.bincount(block, value.real) + 1j * np.bincount(block, value.imag)
+            V += _outer(sums) / max(1.0 - together, 1e-12)
+    return [V / SHIFTS**2 for V in total], number / SHIFTS**2
+
+
+def _growth(wide: np.ndarray, narrow: np.ndarray) -> float:
+    """Factor of Eq (2)."""
+    return 2.0 - min(np.trace(narrow) / np.trace(wide), 1.0) if np.trace(wide) > 0.0 else 1.0
+
+
+def _outer(values: np.ndarray) -> np.ndarray:
+    """Sum of the products of real and imaginary parts (2, 2)."""
+    parts = np.stack((values.real, values.imag))
+    return np.asarray(parts @ parts.T)
