@@ -36,9 +36,11 @@ class Spread(NamedTuple):
     freedom: float
 
     def half_width(self, direction: float) -> float:
-        """Half width of the 95 % interval of the component along `direction` [rad]."""
+        """Half width of the 95 % interval of the component along `direction` [rad]; infinite with fewer than two blocks."""
         from scipy.special import stdtrit
 
+        if self.freedom <= 1.0:
+            return float("inf")
         axis = np.array([np.cos(direction), np.sin(direction)])
         return float(stdtrit(self.freedom, 1.0 - OUTSIDE / 2.0) * np.sqrt(axis @ self.covariance @ axis))
 
