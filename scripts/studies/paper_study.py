@@ -150,13 +150,20 @@ def mean_and_scatter(values, axial=False):
 
 
 def pair(rows, name, kind, size, direction):
-    """A cell of a table: size and direction, mean ± scatter over the runs that reached the moment with enough contacts."""
+    """A cell of a table: size and direction, mean ± scatter over the runs that reached the moment with enough contacts.
+
+    It also says in how many runs the size cannot be told from an isotropic packing; if in all, it has no direction.
+    """
     found = [row["moments"][name]["fabric"][kind] for row in rows if row["moments"][name]]
     found = [one for one in found if one]
     if not found:
         return "-"
     sizes, angles = ([one[key] for one in found] for key in (size, direction))
-    return f"{spread(sizes, '.2f')}, {spread(angles, '.0f', axial=True)}°"
+    isotropic = sum(one[size] <= one[f"{size}_noise"] for one in found)
+    if isotropic == len(found):
+        return f"{spread(sizes, '.2f')}, isotropic"
+    note = f" ({isotropic} of {len(found)} isotropic)" if isotropic else ""
+    return f"{spread(sizes, '.2f')}, {spread(angles, '.0f', axial=True)}°{note}"
 
 
 def spread(values, form, axial=False):
