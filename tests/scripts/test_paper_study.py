@@ -24,16 +24,17 @@ def study():
 def test_every_case_and_state_is_reported(tmp_path):
     pytest.importorskip("matplotlib")
     pytest.importorskip("cmcrameri")
-    words = ["--fast", "--seeds", "1", "--json", tmp_path / "study.json", "--pictures", tmp_path]
+    cases = "stressed", "unstressed", "paper's way", "light discs"  # the third has the paper's mapping as well
+    words = ["--fast", "--seeds", "1", "--cases", *cases, "--json", tmp_path / "study.json", "--pictures", tmp_path]
     done = run_script("studies/paper_study.py", *words)
     assert done.returncode == 0, done.stderr
     results = json.loads((tmp_path / "study.json").read_text())
-    assert list(results) == ["stressed", "unstressed", "paper's way", "paper mapping", "light discs"]
+    assert tuple(results) == cases
     stressed, unstressed = (results[case][0]["moments"]["a"]["fabric"]["all"] for case in ("stressed", "unstressed"))
     assert stressed["a_n"] > 0.4  # the slope's stress
     assert unstressed["a_n"] < 0.2  # the packing's, which is the same in all directions
     assert stressed["half_width"]["a_n"] < 0.1
-    assert len({results[case][0]["scene_hash"] for case in results}) == 5
+    assert len({results[case][0]["scene_hash"] for case in results}) == 4
     assert set(results["stressed"][0]["states"]) == set("abcd")
     assert {path.name for path in tmp_path.glob("*.png")} == {"paper_states.png", "paper_fabric.png"}
     for title in ("When the states are reached", "Contact normals", "Normal forces", "By kind of contact", "First seed, forces"):
