@@ -14,17 +14,23 @@ not: what V lacks shrinks with the perimeter of a block over its area, as 1/L, s
 
     V = V(L) + max(V(L) - V(L/2), 0)                                             (2)
 
-(of the traces). V(L) is the mean over SHIFTS^2 shifted nets of blocks. L is SIDE mean distances of bodies, or less for at least
-about BLOCKS blocks. scripts/studies/fabric_study.py measures how often such intervals contain the true value. Sums over blocks:
-P. Hall, Resampling a coverage pattern, Stoch. Proc. Appl. 20 (1985) 231-246.
+of the traces. V(L) is the mean over SHIFTS^2 shifted nets of blocks. L is SIDE mean distances of bodies, or less for at least
+about BLOCKS blocks. A slow change over the window (with depth, or along a band) is not an error: a polynomial of x and y, of first
+order or with at least MANY blocks of second order, is fitted to the influences and subtracted. Its m terms cost m of the f
+degrees of freedom, and V grows by f / (f - m).
+
+scripts/studies/fabric_study.py measures how often such intervals contain the true value. Sums over blocks: P. Hall, Resampling a
+coverage pattern, Stoch. Proc. Appl. 20 (1985) 231-246.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 SIDE = 8.0  # side of a block over the mean distance of bodies
 BLOCKS = 9.0  # smallest number of blocks
+MANY = 25.0  # blocks from which on a trend of second order is removed
 SHIFTS = 4  # shifted nets along each axis
 OUTSIDE = 0.05  # share of samples outside an interval
 
@@ -61,11 +67,16 @@ def spreads(influences: list[np.ndarray], bodies: np.ndarray | None) -> list[Spr
     if bodies is None:
         return [Spread(_outer(p) * count / (count - 1.0), count - 1.0) for p in influences]
     points = np.concatenate((bodies[:, 0], bodies[:, 1]))
-    halves = [np.concatenate((p, p)) / 2.0 for p in influences]
     side = block_side(points)
-    wide, blocks = _of_blocks(points, halves, side)
-    narrow, _ = _of_blocks(points, halves, side / 2.0)
-    return [Spread(V * _growth(V, half), max(blocks - 1.0, 1.0)) for V, half in zip(wide, narrow, strict=True)]
+    freedom = _blocks(points, side) - 1.0
+    trend = _trend(points, 2 if freedom + 1.0 >= MANY else 1)
+    halves = np.concatenate((influences, influences), axis=1).T / 2.0
+    halves -= trend @ np.linalg.lstsq(trend, halves, rcond=None)[0]
+    left = freedom - (trend.shape[1] - 1)
+    if left <= 1.0:
+        return [Spread(np.full((2, 2), np.inf), 1.0) for _ in influences]
+    both = zip(_of_blocks(points, halves.T, side), _of_blocks(points, halves.T, side / 2.0), strict=True)
+    return [Spread(wide * _growth(wide, narrow) * freedom / left, left) for wide, narrow in both]
 
 
 def block_side(points: np.ndarray) -> float:
@@ -76,21 +87,38 @@ def block_side(points: np.ndarray) -> float:
     return max(side, float(size.max()) / BLOCKS)  # the second: of bodies on a line
 
 
-def _of_blocks(points: np.ndarray, values: list[np.ndarray], side: float) -> tuple[list[np.ndarray], float]:
-    """Eq (1) for each of the values, and the effective number of blocks; means over the shifted nets."""
+def _nets(points: np.ndarray, side: float) -> Iterator[tuple[np.ndarray, float]]:
+    """Yields for each shifted net the block (2C,) of each point, and the sum of the squared shares of the blocks."""
     place = (points - points.min(axis=0)) / side
     columns = int(place[:, 1].max()) + 2
-    number, total = 0.0, [np.zeros((2, 2)) for _ in values]
     for shift in np.ndindex(SHIFTS, SHIFTS):
         x, y = (place + np.array(shift) / SHIFTS).astype(int).T
         block = x * columns + y
         share = np.bincount(block) / len(points)
-        together = float(share @ share)
-        number += 1.0 / together
+        yield block, float(share @ share)
+
+
+def _blocks(points: np.ndarray, side: float) -> float:
+    """Effective number of blocks, mean over the nets."""
+    return float(np.mean([1.0 / together for _, together in _nets(points, side)]))
+
+
+def _of_blocks(points: np.ndarray, values: np.ndarray, side: float) -> np.ndarray:
+    """Eq (1) for each row of the complex values (q, 2C), mean over the nets: (q, 2, 2)."""
+    total = np.zeros((len(values), 2, 2))
+    for block, together in _nets(points, side):
         for V, value in zip(total, values, strict=True):
             sums = np.bincount(block, value.real) + 1j * np.bincount(block, value.imag)
             V += _outer(sums) / max(1.0 - together, 1e-12)
-    return [V / SHIFTS**2 for V in total], number / SHIFTS**2
+    return total / SHIFTS**2
+
+
+def _trend(points: np.ndarray, order: int) -> np.ndarray:
+    """Polynomials of x and y up to an order, at points (m, 2): (m, 3) or (m, 6)."""
+    size = np.ptp(points, axis=0)
+    x, y = ((points - points.mean(axis=0)) / np.where(size > 0.0, size, 1.0)).T
+    terms = [np.ones_like(x), x, y] + ([x * x, x * y, y * y] if order == 2 else [])
+    return np.column_stack(terms)
 
 
 def _growth(wide: np.ndarray, narrow: np.ndarray) -> float:

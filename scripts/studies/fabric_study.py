@@ -2,7 +2,7 @@
 
     python scripts/studies/fabric_study.py [--seeds N] [--cases NAME ..] [--fast] [--json FILE]
 
-Packings of squares at 100 kPa in a ring that is held, then 1,000 steps with friction; bonds and stones as in the paper's Table 2.
+Packings at 100 kPa in a ring that is held, then 1,000 steps with friction; bonds and stones as in the paper's Table 2.
 *loaded*: the ring is shortened along y, and lengthened by half of that along x, in 40 increments. *thinned*: an isotropic
 packing of which a contact is kept with a probability of (1 + A cos 2(theta - 60 deg)) / (1 + A), and its force is multiplied by
 1 + A cos 2(theta - 60 deg), so that a = a_n = A exactly.
@@ -45,7 +45,6 @@ AXIS = 60.0  # of thinned packings [deg]
 QUANTITIES = ("a", "a_n")
 HEAD = (
     "packings",
-    "side [m]",
     "contacts",
     "true a, a_n",
     "scatter of a, a_n",
@@ -58,10 +57,11 @@ HEAD = (
 
 
 class Case(NamedTuple):
-    """One kind of packing. shortened: strain of the ring along y; thinned: A of a thinned packing."""
+    """One kind of packing. side, height [m]; shortened: strain of the ring along y; thinned: A of a thinned packing."""
 
     name: str
     side: float
+    height: float = 0.0  # 0: a square
     packing: str = "relaxed"
     spread: float = 0.25
     stones: bool = False
@@ -77,17 +77,15 @@ class Case(NamedTuple):
 
 CASES = (
     Case("graded, 1 m", 1.0),
-    Case("graded, 1.4 m", 1.4),
-    Case("graded, 2 m", 2.0),
+    Case("graded, 2 x 5.667 m", 2.0, 5.667),
     Case("inward, 1.4 m", 1.4, packing="inward"),
     Case("stones, 2 m", 2.0, stones=True),
     Case("one size, 1 m", 1.0, spread=0.0),
     Case("one size, 1.4 m", 1.4, spread=0.0),
-    Case("loaded", 1.4, shortened=0.01),
-    Case("loaded, bonded", 1.4, bonded=True, shortened=0.004),
-    Case("loaded, bonded, stones", 1.4, bonded=True, stones=True, shortened=0.004),
-    Case("thinned, 0.1", 1.0, thinned=0.1),
-    Case("thinned, 0.3", 1.0, thinned=0.3),
+    Case("loaded, 1.4 m", 1.4, shortened=0.01),
+    Case("loaded, bonded, stones, 1.4 m", 1.4, bonded=True, stones=True, shortened=0.004),
+    Case("thinned, 0.1, 1 m", 1.0, thinned=0.1),
+    Case("thinned, 0.3, 1 m", 1.0, thinned=0.3),
 )
 FAST = Case("graded, 0.7 m", 0.7), Case("thinned, 0.3, 0.7 m", 0.7, thinned=0.3)
 
@@ -100,7 +98,7 @@ def tables():
 
 def packed(case, seed):
     """Model and State of one packing."""
-    scene, corners = tables(), case.side * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    scene, corners = tables(), np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) * (case.side, case.height or case.side)
     materials = {}
     for name in ("soil", "stone"):
         material = getattr(scene.discs, name)
@@ -197,7 +195,7 @@ def measured(case, seeds):
     both = [fabrics(case, seed) for seed in seeds]
     found, independent = ([pair[k] for pair in both] for k in (0, 1))
     number = float(np.mean([one.contacts for one in found]))
-    row = {"case": case.name, "side": case.side, "seeds": len(found), "contacts": number}
+    row = {"case": case.name, "seeds": len(found), "contacts": number}
     for name in QUANTITIES:
         vector = vectors(found, name)
         true = 0.0 if case.isotropic else case.thinned * np.exp(2j * np.radians(AXIS)) if case.thinned else vector.mean()
@@ -223,7 +221,6 @@ def line_of(row):
     directions = [f"{one['direction_within']:.2f}" if one["true"] else "-" for one in (a, a_n)]
     return [
         row["case"],
-        f"{row['side']:g}",
         f"{row['contacts']:.0f}",
         f"{a['true']:.2f}, {a_n['true']:.2f}",
         f"{a['scatter']:.2f}, {a_n['scatter']:.2f}",

@@ -50,8 +50,8 @@ def test_a_loaded_packing_has_more_contacts_along_the_load():
 def test_a_line_of_the_table(isotropic):
     line = fabric_study.line_of(isotropic | {"case": "small"})
     assert len(line) == len(fabric_study.HEAD)
-    assert line[3] == "0.00, 0.00"
-    assert line[6] == "-"  # an isotropic packing has no direction
+    assert line[2] == "0.00, 0.00"
+    assert line[5] == "-"  # an isotropic packing has no direction
 
 
 def test_shares_of_intervals_that_contain_a_vector():
