@@ -15,9 +15,9 @@ not: what V lacks shrinks with the perimeter of a block over its area, as 1/L, s
     V = V(L) + max(V(L) - V(L/2), 0)                                             (2)
 
 of the traces. V(L) is the mean over SHIFTS^2 shifted nets of blocks. L is SIDE mean distances of bodies, or less for at least
-about BLOCKS blocks. A slow change over the window (with depth, or along a band) is not an error: a polynomial of x and y, of first
-order or with at least MANY blocks of second order, is fitted to the influences and subtracted. Its m terms cost m of the f
-degrees of freedom, and V grows by f / (f - m).
+about BLOCKS blocks. A slow change over the window (with depth, or along a band) is not an error: a polynomial of x and y, of
+first order or with at least MANY blocks of second order, is fitted to the influences and subtracted. Its m terms cost m of
+the f degrees of freedom, and V grows by f / (f - m).
 
 scripts/studies/fabric_study.py measures how often such intervals contain the true value. Sums over blocks: P. Hall, Resampling a
 coverage pattern, Stoch. Proc. Appl. 20 (1985) 231-246.
