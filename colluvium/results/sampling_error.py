@@ -82,7 +82,7 @@ def spreads(influences: list[np.ndarray], bodies: np.ndarray | None) -> list[Spr
 def block_side(points: np.ndarray) -> float:
     """Side of the blocks [m] for bodies at `points` (m, 2), which may be repeated."""
     size = np.ptp(points, axis=0)
-    number = len(np.unique(points, axis=0))
+    number = len(np.unique(points[:, 0] + 1j * points[:, 1]))
     side = float(np.sqrt(size.prod())) * min(SIDE / number**0.5, BLOCKS**-0.5)
     return max(side, float(size.max()) / BLOCKS)  # the second: of bodies on a line
 
