@@ -12,7 +12,8 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from coupler_protocol.problems import KeyPath, Problem, SceneError, dotted
+from coupler_protocol.problems import KeyPath, Problem, SceneError, dotted, reason_and_remedy
+from coupler_protocol.scene.changes import CANNOT, CHANGING, FOR_ALL_STAGES
 from coupler_protocol.scene.named_files import located
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.scene import scene_class
@@ -22,7 +23,6 @@ Lines = Mapping[KeyPath, int]  # line of each key
 
 FROM_SET = 0  # in place of a line, for values from the command line
 ALIKE = 0.7  # similarity of a mistyped key and the one that was probably meant
-IN_A_MESSAGE = re.compile(r"[:;] ((?:use|give|leave) .*)$")  # remedy at the end of a validator's message
 SYMBOLS = {
     "c": "cohesion", "phi": "friction", "psi": "dilation", "e": "young", "nu": "poisson", "k": "bulk", "g": "shear",
     "rho": "density", "gamma": "density", "unit_weight": "density", "kn": "normal", "ks": "shear", "mu": "coefficient",
@@ -142,6 +142,8 @@ def _problem(error: Any, file: str, lines: Lines) -> Problem:
         reason = "unknown key"
         remedy = f'did you mean "{close[0]}"?' if close else f"known here: {', '.join(sorted(known))}"
         remedy = f"{NOT_COMPUTED[key]}; {remedy}" if key in NOT_COMPUTED and not close else remedy
+        if path[0] == "stage" and path[2] in CHANGING and key in _keys_at(path[2:-1]):
+            reason, remedy = "this does not change between stages", CANNOT.get(key, FOR_ALL_STAGES)
     elif kind == "missing":
         reason, remedy = "missing", _meaning(path)
     elif kind == "literal_error":
@@ -155,9 +157,8 @@ def _problem(error: Any, file: str, lines: Lines) -> Problem:
         if not isinstance(error["input"], dict | list):
             reason += f", not {error['input']!r}"
         remedy = _within_bounds(error, path) + _meaning(path)
-        said = IN_A_MESSAGE.search(reason) if kind == "value_error" else None
-        if said:
-            reason, remedy = reason[: said.start()], said[1]
+        if kind == "value_error":
+            reason, remedy = reason_and_remedy(reason, remedy)
     return Problem(*_place(file, lines, path), dotted(path), reason, remedy)
 
 

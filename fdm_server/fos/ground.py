@@ -143,7 +143,7 @@ def _model(scene, materials):
     grid = build_grid(scene)
     fixed = fixed_components(grid, boundaries(scene))
     dug = np.zeros(len(grid.zones), dtype=np.bool_)
-    for mask in excavations(scene, grid, fixed, ()).values():
+    for mask in excavations(scene, grid, lambda _: fixed, ()).values():
         dug |= mask
     density = np.array([m.density for m in materials], dtype=np.float64)
     return model_of(grid, np.flatnonzero(~dug), density, _law(scene, materials), fixed)

@@ -30,6 +30,10 @@ class ForceRamp(NamedTuple):
     end: NDArray[np.float64]  # (n,2)
     ramp: Ramp
 
+    def begin(self, state):
+        """Sets the forces with which the ramp begins."""
+        state.applied[self.nodes] = self.start
+
     def apply(self, state):
         """Sets the forces of the coming step, if they change."""
         if self.ramp.moves:

@@ -1,6 +1,5 @@
 """Kinds of stages of the continuum. side: the fdm_server.procedure.grid_side.ContinuumSide, stage: its StageRun."""
 
-import copy
 import logging
 from functools import partial
 
@@ -18,14 +17,13 @@ def equilibrium(side, stage):
     side.compute(stage)
     side.state.displacement[:] = 0.0
     side.state.velocity[:] = 0.0
-    side.finish(stage)
+    side.finish(stage, stage.before)
 
 
 def locate(side, stage):
     """Computes the grid alone under other gravity; with `discard` the State before the stage is restored."""
-    before = copy.deepcopy(side.state) if stage.stage.discard else None
     side.compute(stage)
-    side.finish(stage, before)
+    side.finish(stage, stage.before)
 
 
 def fill(side, stage):
