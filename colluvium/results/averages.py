@@ -55,7 +55,10 @@ def discs_inside(discs: "Fields", region: Any) -> int:
 def share_reached(discs: "Fields", region: Any) -> float:
     """Share of a region's area that lies in discs, or not farther than a mean radius from one; by a grid of points."""
     circle, shape = _region(region)
-    low, high = (circle[:2] - circle[2], circle[:2] + circle[2]) if circle is not None else np.reshape(shape.bounds, (2, 2))
+    if circle is not None:
+        low, high = circle[:2] - circle[2], circle[:2] + circle[2]
+    else:
+        low, high = np.reshape(shapely.bounds(shape), (2, 2))
     lines = [a + (b - a) * (np.arange(POINTS) + 0.5) / POINTS for a, b in zip(low, high, strict=True)]
     points = np.stack(np.meshgrid(*lines), axis=-1).reshape(-1, 2)
     points = points[_points_inside(points, circle, shape)]
