@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from colluvium.results.rank_file import Fields
 
 ROUNDING = 1e-12  # of the squared radius: a smaller area of a disc is none
+POINTS = 64  # of the grid of `share_reached`, along x and along y
 CIRCLE_SIDES = 1024  # of a quarter of a circle that cuts stones
 
 
@@ -49,6 +50,24 @@ def average_stress(discs: "Fields", contacts: "Fields", region: Any) -> np.ndarr
 def discs_inside(discs: "Fields", region: Any) -> int:
     """Number of discs that share area with a region."""
     return int(np.count_nonzero(_areas_inside(discs, *_region(region)) > ROUNDING * discs.radius**2))
+
+
+def share_reached(discs: "Fields", region: Any) -> float:
+    """Share of a region's area that lies in discs, or not farther than a mean radius from one; by a grid of points."""
+    circle, shape = _region(region)
+    if circle is not None:
+        low, high = circle[:2] - circle[2], circle[:2] + circle[2]
+    else:
+        low, high = np.reshape(shapely.bounds(shape), (2, 2))
+    lines = [a + (b - a) * (np.arange(POINTS) + 0.5) / POINTS for a, b in zip(low, high, strict=True)]
+    points = np.stack(np.meshgrid(*lines), axis=-1).reshape(-1, 2)
+    points = points[_points_inside(points, circle, shape)]
+    reach, reached = discs.radius + discs.radius.mean(), np.zeros(len(points), dtype=np.bool_)
+    near = (np.abs(discs.xy - np.clip(discs.xy, low, high)) < reach[:, None]).all(axis=1)
+    tree = cKDTree(points)
+    for found in tree.query_ball_point(discs.xy[near], reach[near]):
+        reached[found] = True
+    return float(reached.mean())
 
 
 def porosity(discs: "Fields", region: Any, stones: list[np.ndarray] | None = None) -> float:
