@@ -10,7 +10,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests.commands import ROOT, run_colluvium
+from tests.commands import ROOT, command, finished, run_colluvium
+from tests.integration.short_runs import overrides
 
 TESTS = Path(__file__).resolve().parent
 FIRST = (  # dearest first, so that both workers end at about the same time; the first one also compiles for others
@@ -34,8 +35,13 @@ FIRST = (  # dearest first, so that both workers end at about the same time; the
 )
 
 
-def pytest_configure():
-    """What a shell starts in the background ignores SIGINT, and so would all processes that tests interrupt."""
+def pytest_configure(config):
+    """Leaves long tests out where none is named; processes that tests start can be interrupted.
+
+    What a shell starts in the background ignores SIGINT, and so would all processes that tests interrupt.
+    """
+    if config.args_source is not pytest.Config.ArgsSource.ARGS and not config.option.markexpr:
+        config.option.markexpr = "not long"  # workers get it from here
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -62,17 +68,27 @@ def configs():
 
 @pytest.fixture(scope="session")
 def quick_run(tmp_path_factory, configs):
-    """quick_slope.toml computed by two processes, as a user would: (run directory, what was printed).
+    """quick_slope.toml computed by two processes, as a user would: (run directory, what was printed)."""
+    words = command("colluvium.cli", "run", configs / "quick_slope.toml")
+    return _computed_once(tmp_path_factory, "quick_slope", lambda out: finished([*words, "--out", out]))
 
-    Both workers look at the same run: the second one waits until the first has computed it.
-    """
+
+@pytest.fixture(scope="session")
+def short_run(tmp_path_factory, configs):
+    """Directory of the short run (tests/integration/short_runs.py) in one process, without a stop; tests leave it as it is."""
+    words = ["run", configs / "quick_slope.toml", "--in-process", "--quiet", *overrides()]
+    return _computed_once(tmp_path_factory, "short_run", lambda out: run_colluvium(*words, "--out", out))[0]
+
+
+def _computed_once(tmp_path_factory, name, compute):
+    """(run directory, what was printed) of compute(run directory), by the worker that comes first; the other one waits for it."""
     base = tmp_path_factory.getbasetemp()
     shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
-    out, printed = shared / "quick_slope", shared / "quick_slope.json"
-    with (shared / "quick_slope.lock").open("w") as lock:
+    out, printed = shared / name, shared / f"{name}.json"
+    with (shared / f"{name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not printed.exists():
-            done = run_colluvium("run", configs / "quick_slope.toml", "--out", out, "--force")
+            done = compute(out)
             assert done.returncode == 0, done.stderr
             printed.write_text(json.dumps({"stdout": done.stdout, "stderr": done.stderr}))
     return out, SimpleNamespace(**json.loads(printed.read_text()))
