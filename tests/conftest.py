@@ -14,24 +14,35 @@ from tests.commands import ROOT, command, finished, run_colluvium
 from tests.integration.short_runs import overrides
 
 TESTS = Path(__file__).resolve().parent
-FIRST = (  # dearest first, so that both workers end at about the same time; the first one also compiles for others
-    "dem_server/step/test_compiled_code.py",
+FIRST = (  # dearest first, so that both workers end at about the same time
     "integration/test_two_processes.py",
-    "scripts/test_accuracy_w2.py",
     "integration/test_restart.py",
-    "scripts/test_accuracy_cost.py",
-    "hard/test_hard.py",
-    "scripts/test_paper_study.py",
-    "scripts/test_accuracy_w5.py",
-    "scripts/test_bench_step_discs.py",
-    "scenes/test_factors_of_safety.py",
-    "dem_server/step/test_without_jit.py",
-    "fdm_server/step/test_without_jit.py",
-    "scripts/test_interval_study.py",
+    "physics/test_interface_limit.py",
+    "dem_server/observe/test_energy_ledger.py",
     "integration/test_coupled_real_time.py",
     "scenes/test_quick_pile.py",
+    "dem_server/effects/test_every_effect.py",
+    "integration/test_large_strain.py",
     "scenes/test_footing_and_hole.py",
+    "integration/test_laws.py",
+    "integration/test_exchange_interval.py",
+    "physics/test_servo.py",
+    "physics/test_slope_safety.py",
     "colluvium/forecast/test_factor_of_safety.py",
+    "integration/test_plugin.py",
+    "integration/test_window_shapes.py",
+    # of the long ones
+    "dem_server/step/test_compiled_code.py",
+    "scripts/test_accuracy_w2.py",
+    "hard/test_hard.py",
+    "scenes/test_factors_of_safety.py",
+    "scripts/test_bench_step_discs.py",
+    "dem_server/step/test_without_jit.py",
+    "scenes/test_paper_slope_steps.py",
+    "fdm_server/step/test_without_jit.py",
+    "scripts/test_bench_exchange.py",
+    "scripts/test_accuracy_w5.py",
+    "scripts/test_accuracy_cost.py",
 )
 
 
