@@ -14,8 +14,8 @@ discs, with gaps between them, or its polygon, which is its mass. A region witho
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 import shapely
-from scipy.spatial import cKDTree
 
 from coupler_protocol.geometry import disc_in_polygon, share_inside
 
@@ -83,7 +83,7 @@ def porosity(discs: "Fields", region: Any, stones: list[np.ndarray] | None = Non
         solid, xy, radius = solid[soil], xy[soil], radius[soil]
         whole = shape if circle is None else shapely.Point(circle[:2]).buffer(circle[2], quad_segs=CIRCLE_SIDES)
         polygons = sum(_stone_inside(shapely.Polygon(stones[k]).intersection(whole), xy, radius) for k in held)
-    near = cKDTree(xy).query_pairs(2.0 * float(radius.max(initial=0.0)), output_type="ndarray")
+    near = scipy.spatial.cKDTree(xy).query_pairs(2.0 * float(radius.max(initial=0.0)), output_type="ndarray")
     a, b = xy[near].swapaxes(0, 1)
     distance, radii = np.hypot(*(b - a).T), radius[near]
     over = distance < radii.sum(axis=1)
