@@ -23,7 +23,7 @@ from tests.same_bits import differing
 
 STAGES = ("equilibrium", "fill", "couple", "overload")
 SIDES = ("fdm.rank0", "dem.rank1")
-LARGE = ("grid.large_strain=true", *STONES)
+LARGE = ("grid.large_strain=true", "grid.mixed=nodal", *STONES)
 
 
 def quietly(*words):

@@ -57,9 +57,9 @@ def test_launched_run_equals_the_in_process_twin_bit_for_bit(tmp_path, configs, 
         assert differing(tmp_path / "run" / name, twin / name) == [], name
 
 
-@pytest.mark.parametrize("body", ["clump", "cluster"])
-def test_stones_are_the_same_bits_in_one_process_and_two(tmp_path, configs, body):
-    words = ["run", configs / "quick_slope.toml", "--quiet", *overrides(*STONES, f"stones.body={body}")]
+@pytest.mark.parametrize(("body", "mixed"), [("clump", "zone"), ("cluster", "nodal")])
+def test_stones_are_the_same_bits_in_one_process_and_two(tmp_path, configs, body, mixed):
+    words = ["run", configs / "quick_slope.toml", "--quiet", *overrides(*STONES, f"stones.body={body}", f"grid.mixed={mixed}")]
     for more in (["--out", tmp_path / "two"], ["--out", tmp_path / "one", "--in-process"]):
         done = run_colluvium(*words, *more)
         assert done.returncode == 0, done.stderr
