@@ -12,6 +12,7 @@ from colluvium.figures import domain, style
 from colluvium.results.run import Run
 from colluvium.results.window_fields import bins, mean_stress
 
+TITLES = {False: "zones: stress averaged at gridpoints", True: "zones: stress of each zone"}  # by by_zone
 COMPONENTS = (("syy", "vertical stress", 1), ("sxx", "horizontal stress", 0))
 
 
@@ -45,8 +46,8 @@ def draw(run: Run, by_zone: bool = False) -> Any:
     import matplotlib.pyplot as plt
 
     frames = moments(run)
-    way = "of each zone" if by_zone else "averaged at gridpoints"
     figure, axes = plt.subplots(2, 3, figsize=(style.PAGE, 4.4), sharex=True, sharey=True, layout="compressed")
+    figure.suptitle(TITLES[by_zone], x=0.01, ha="left")
     for row, (symbol, name, component) in zip(axes, COMPONENTS, strict=True):
         before, after = (_cells(run, frame, component, by_zone) for frame in frames)
         change = Cells(after.corners, after.stress - _at_same_places(before, after))
@@ -63,7 +64,7 @@ def draw(run: Run, by_zone: bool = False) -> Any:
             if place is not row[0]:
                 bar = row[:2] if place is row[1] else place
                 words = "change of " if place is row[2] else ""
-                domain.colour_bar(figure, filled, bar, f"{words}{symbol} [{unit}], tension +\n{way}", extend="both")
+                domain.colour_bar(figure, filled, bar, f"{words}{symbol} [{unit}]\ntension +", extend="both")
         for place, frame in zip(row, (*frames, frames[1]), strict=True):
             domain.outline(place, run.gridpoints(frame).xy, run.zones(frame).corners)
             domain.finish(place, f"{name}: {style.moment(run.frames[frame])}")
