@@ -18,18 +18,7 @@ from fdm_server.step import present_shape as shape
 from fdm_server.step.blocks import LANES, to_blocks
 from fdm_server.step.forces import sum_all
 from fdm_server.step.large_strain import middle_shape, present_shape
-from fdm_server.step.strain import (
-    C0,
-    C1,
-    C2,
-    C3,
-    DILATION,
-    STRAIN_ROWS,
-    V,
-    gather_increments,
-    gather_velocities,
-    strain_increments,
-)
+from fdm_server.step.strain import C0, C1, C2, C3, V, gather_increments, gather_velocities
 from fdm_server.step.stress import SM, ZZ, pressure_increment
 from fdm_server.step.thread_parts import STRIP
 
@@ -58,6 +47,16 @@ def build_nodal(zones, material):
     )
 
 
+@jit(forceinline=True)
+def dilation(b, x, y, inverse, u, i):
+    """Volumetric strain increment e [-] of lane i of block b, as in fdm_server/step/strain.py; inverse = 1/2A [1/m2]."""
+    x2, y2 = x[b, C2 + i] - x[b, C0 + i], y[b, C2 + i] - y[b, C0 + i]
+    across, up = x[b, C3 + i] - x[b, C1 + i], y[b, C3 + i] - y[b, C1 + i]
+    u2, u13 = u[C2 + i] - u[C0 + i], u[C1 + i] - u[C3 + i]
+    v2, v13 = u[V + C2 + i] - u[V + C0 + i], u[V + C1 + i] - u[V + C3 + i]
+    return inverse * (u2 * up + u13 * y2 - v2 * across - v13 * x2)
+
+
 @jit
 def volume_kernel(first, last, corner, x, y, inverse_double_area, velocity, dt, xy, displacement, grid_share, area, volume):
     """Sets areas (B,16) [m2] of the zones of strips first..last, and their changes of volume (B,16) [m2] in a step.
@@ -65,7 +64,6 @@ def volume_kernel(first, last, corner, x, y, inverse_double_area, velocity, dt, 
     dt, xy: as in fdm_server/step/zone_pass.py.
     """
     u = np.empty(8 * LANES)
-    strain = np.empty(STRAIN_ROWS * LANES)
     if xy is not None:
         end_x, end_y, end_share = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES))
         mid_x, mid_y, mid_inverse = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 5 * LANES))
@@ -75,18 +73,17 @@ def volume_kernel(first, last, corner, x, y, inverse_double_area, velocity, dt, 
         else:
             gather_increments(b, corner, velocity, dt, u)
         if xy is None:
-            strain_increments(b, x, y, inverse_double_area, u, strain)
             for i in range(LANES):
                 inverse = inverse_double_area[b, 4 * LANES + i]
                 area[b, i] = 0.5 / inverse if inverse > 0.0 else 0.0
+                volume[b, i] = area[b, i] * dilation(b, x, y, inverse, u, i)
         else:
             present_shape(b, corner, grid_share, xy, displacement, end_x, end_y, end_share)
             middle_shape(end_x, end_y, u, mid_x, mid_y, mid_inverse)
-            strain_increments(0, mid_x, mid_y, mid_inverse, u, strain)
             for i in range(LANES):
-                area[b, i] = 0.5 / mid_inverse[0, 4 * LANES + i] if inverse_double_area[b, 4 * LANES + i] > 0.0 else 0.0
-        for i in range(LANES):
-            volume[b, i] = area[b, i] * strain[DILATION + i]
+                inverse = mid_inverse[0, 4 * LANES + i]
+                area[b, i] = 0.5 / inverse if inverse_double_area[b, 4 * LANES + i] > 0.0 else 0.0
+                volume[b, i] = area[b, i] * dilation(0, mid_x, mid_y, inverse, u, i)
 
 
 @jit
