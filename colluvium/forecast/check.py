@@ -1,12 +1,13 @@
 """`colluvium check`: description of the computation of a scene, its effects that act and those that do not."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from coupler_protocol.files import disc_csv
 from coupler_protocol.geometry import polygon_area
+from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.rules.between_tables import listed_doubts
 from coupler_protocol.scene.rules.sizes import memory_of
 from coupler_protocol.scene.rules.units import as_written
@@ -57,6 +58,7 @@ def sizes(scene: Any) -> dict[str, Any]:
     from fdm_server.mesh.grid import build_grid
     from fdm_server.mesh.window_zones import rim_of, window_zones
 
+    scene = local(scene)
     grid = build_grid(scene)
     windows = []
     for window in scene.window:
@@ -68,7 +70,8 @@ def sizes(scene: Any) -> dict[str, Any]:
     stones = scene.stones.model_dump(mode="json") if scene.stones else None
     counts: dict[str, Any] = {"columns": int(grid.column.max()) + 1, "rows": int(grid.row.max()) + 1}
     counts |= {"zones": len(grid.zones), "gridpoints": len(grid.xy), "materials": materials(scene, grid)}
-    return {**counts, "windows": windows, "stones": stones}
+    begins = {"begins": list(scene.origin)} if any(scene.origin) else {}
+    return {**counts, **begins, "windows": windows, "stones": stones}
 
 
 def materials(scene: Any, grid: Any) -> list[dict[str, Any]]:
@@ -122,7 +125,7 @@ def file_of_discs(scene: Any) -> dict[str, Any]:
 def describe(scene: Any) -> dict[str, Any]:
     """All of the above in one dictionary."""
     found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
-    found |= {"memory_MB": memory_of(scene), "effects": effects(scene), "stages": stages(scene)}
+    found |= {"memory_MB": memory_of(local(scene)), "effects": effects(scene), "stages": stages(scene)}
     return found | {"doubts": listed_doubts(scene)}
 
 
@@ -131,9 +134,17 @@ def opening(scene: Any) -> Iterator[str]:
     if scene.grid is not None:
         from fdm_server.mesh.grid import build_grid
 
-        yield from materials_as_text(materials(scene, build_grid(scene)))
+        here = local(scene)
+        yield from [beginning(here.origin)] if any(here.origin) else []
+        yield from materials_as_text(materials(here, build_grid(here)))
     for doubt in listed_doubts(scene):
         yield f"worth a second look: {doubt['key']}: {doubt['what']}; {doubt['remedy']}"
+
+
+def beginning(origin: Sequence[float]) -> str:
+    """A sentence for a grid that does not begin at (0, 0)."""
+    x, y = origin
+    return f"the grid begins at x = {x:.12g}, y = {y:.12g} m, about which the scene is computed"
 
 
 def print_description(found: dict[str, Any], console: Any) -> None:
@@ -148,6 +159,8 @@ def print_description(found: dict[str, Any], console: Any) -> None:
             f"grid of {found['zones']} zones in {found['columns']} columns and {found['rows']} rows, "
             f"{found['gridpoints']} gridpoints"
         )
+        if "begins" in found:
+            console.print(beginning(found["begins"]))
         for line in materials_as_text(found["materials"]):
             console.print(line, markup=False)
     else:

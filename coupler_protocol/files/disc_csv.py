@@ -33,7 +33,7 @@ class DiscFile(NamedTuple):
 
     def counted_from(self, origin: np.ndarray) -> "DiscFile":
         """The same discs with positions counted from the point `origin` (2,) [m]."""
-        return self._replace(xy=self.xy - origin)
+        return self._replace(xy=self.xy - origin) if np.any(origin) else self
 
 
 def read(path: str | Path, key: str = "discs.file") -> DiscFile:

@@ -17,13 +17,17 @@ from coupler_protocol.files.restart import FUNCTIONS
 
 
 class Moment(NamedTuple):
-    """One side after a step. model, state: of fdm_server.model or dem_server.model; their arrays may be changed."""
+    """One side after a step. model, state: of fdm_server.model or dem_server.model; their arrays may be changed.
+
+    origin: point [m] of the scene from which their positions count.
+    """
 
     rank: int
     stage: str
     step: int  # since the run began
     model: Any
     state: Any
+    origin: tuple[float, float] = (0.0, 0.0)
 
 
 Function = Callable[[Moment], None]

@@ -72,14 +72,18 @@ def quantity(
     meaning: str,
     usual: tuple[float, float] | None = None,
     remedy: str = "",
+    place: str = "",
     **bounds: Any,
 ) -> Any:
     """Declares one key: its unit, its meaning and its bounds (pydantic's ge, gt, le, lt, min_length, ...).
 
     usual: smallest and largest value of soil and rock, beside 0; others are doubted (coupler_protocol.scene.rules.units).
     remedy: what to use instead of a value outside the bounds.
+    place: the value is a place in the scene: "x" or "y" of coordinates along one axis, "xy" of points
+    (coupler_protocol.scene.local_origin).
     """
     extra: dict[str, Any] = {"unit": unit} | ({"usual": list(usual)} if usual else {}) | ({"remedy": remedy} if remedy else {})
+    extra |= {"place": place} if place else {}
     return Field(default, description=meaning, json_schema_extra=extra, **bounds)
 
 

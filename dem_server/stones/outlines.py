@@ -15,6 +15,7 @@ import numpy as np
 import shapely
 
 from coupler_protocol.geometry import outline_fault, polygon_area
+from coupler_protocol.scene.local_origin import counted_points
 from coupler_protocol.scene.named_files import remedy_for
 
 OVERLAP = 1e-9  # share of the smaller stone that may lie in another one: round-off of shared edges
@@ -37,8 +38,11 @@ class OutlineError(ValueError):
         super().__init__("\n".join(f"{why} ({remedy})" for why, remedy in self.problems))
 
 
-def read_outlines(path, scale=1.0, origin=(0.0, 0.0), flip_y=False):
-    """Reads all stones of a file as Outlines, Eq (1); raises OutlineError with all problems of the file."""
+def read_outlines(path, scale=1.0, origin=(0.0, 0.0), flip_y=False, start=(0.0, 0.0)):
+    """Reads all stones of a file as Outlines, Eq (1); raises OutlineError with all problems of the file.
+
+    start (2,) [m]: point from which their corners count (coupler_protocol.scene.local_origin).
+    """
     rings, problems = _rings(Path(path))
     shapes = {}
     for name, ring in rings:
@@ -50,7 +54,7 @@ def read_outlines(path, scale=1.0, origin=(0.0, 0.0), flip_y=False):
     if problems or not shapes:
         raise OutlineError(path, problems or [("there is no stone in it", REMEDY)])
     stretch = np.array([scale, -scale if flip_y else scale])
-    return [Outline(name, _upright(origin + shape * stretch)) for name, shape in shapes.items()]
+    return [Outline(name, _upright(counted_points(origin + shape * stretch, start))) for name, shape in shapes.items()]
 
 
 def overlapping(outlines):
@@ -64,7 +68,7 @@ def overlapping(outlines):
 
 
 def _upright(corners):
-    return corners if polygon_area(corners) > 0.0 else corners[::-1].copy()
+    return corners if polygon_area(corners - corners[0]) > 0.0 else corners[::-1].copy()  # also far from the origin
 
 
 def _simple(name, ring):

@@ -163,6 +163,6 @@ def advance(model, state):
     if len(parts.strips) > 1:  # one thread leaves no seam
         sum_at_gridpoints(parts.order, *parts.ready[-2:], model.start, model.place, state.corner_force, state.force)
     if inverted:
-        check_zones(shape.present(model, state), model.zones, model.zone)
+        check_zones(shape.present(model, state), model.zones, model.zone, model.grid.origin)
     if state.mass is not None:
         shape.count_step(model, state)

@@ -11,6 +11,7 @@ from unicodedata import normalize
 import numpy as np
 
 from coupler_protocol.problems import Finding, dotted
+from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
 from coupler_protocol.scene.rules.endings import DOUBTS_OF_ENDINGS, RULES_OF_ENDINGS
 from coupler_protocol.scene.rules.idle import DOUBTS_OF_IDLE
@@ -25,18 +26,23 @@ LEAST = 4.0  # largest discs that must fit side by side into the shorter side of
 
 
 def broken_rules(scene: Any) -> list[Finding]:
-    """All broken rules of a scene whose single tables are valid: (path, problem, remedy)."""
+    """All broken rules of a scene whose single tables are valid: (path, problem, remedy). Rules get the local scene."""
+    here = local(scene)
     for rules in (COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES), RULES_OF_VALUES):
-        broken = [found for rule in rules for found in rule(scene)]
+        broken = [found for rule in rules for found in rule(here)]
         if broken:
             return broken
-    return [found for point in entry_points(group="colluvium.rules") for found in point.load()(scene)]
+    return [found for point in entry_points(group="colluvium.rules") for found in point.load()(here)]
 
 
 def doubts(scene: Any) -> list[Finding]:
-    """Doubts about a valid scene, (path, what, remedy): of this package and of the entry-point group `colluvium.doubts`."""
-    own = [found for doubt in DOUBTS for found in doubt(scene)]
-    return own + [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
+    """Doubts about a valid scene, (path, what, remedy): of this package and of the entry-point group `colluvium.doubts`.
+
+    They get the local scene.
+    """
+    here = local(scene)
+    own = [found for doubt in DOUBTS for found in doubt(here)]
+    return own + [found for point in entry_points(group="colluvium.doubts") for found in point.load()(here)]
 
 
 def listed_doubts(scene: Any) -> list[dict[str, str]]:
