@@ -9,8 +9,9 @@ from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.reader import build_scene, read_scene
 from coupler_protocol.scene.rules.between_tables import doubts
 from coupler_protocol.scene.rules.units import as_written, units_are_si
+from tests.small_grounds import SIDES
 
-SLOPE = """
+SLOPE = f"""
 format = 1
 seed = 1
 [grid]
@@ -23,27 +24,16 @@ profile = [[0.0, 5.0], [10.0, 5.0], [20.0, 15.0], [35.0, 15.0]]
 [[material]]
 name = "soil"
 density = 2000.0
-elastic = { bulk = 100e6, shear = 46e6 }
-mohr_coulomb = { friction = 20.0, cohesion = 12.4e3, dilation = 0.0 }
-[[boundary]]
-on = "left"
-fix = "x"
-[[boundary]]
-on = "right"
-fix = "x"
-[[boundary]]
-on = "bottom"
-fix = "xy"
-[damping]
-local = 0.8
-[[stage]]
+elastic = {{ bulk = 100e6, shear = 46e6 }}
+mohr_coulomb = {{ friction = 20.0, cohesion = 12.4e3, dilation = 0.0 }}
+{SIDES}[[stage]]
 name = "equilibrium"
 gravity = 10.0
-until = { ratio = 1e-5, steps = 4000 }
+until = {{ ratio = 1e-5, steps = 4000 }}
 [[stage]]
 name = "push"
 kind = "load"
-until = { steps = 4000 }
+until = {{ steps = 4000 }}
 """
 
 
