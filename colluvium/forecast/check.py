@@ -1,15 +1,17 @@
 """`colluvium check`: description of the computation of a scene, its effects that act and those that do not."""
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from coupler_protocol.files import disc_csv
+from coupler_protocol.files.room import disk_free, megabytes
 from coupler_protocol.geometry import polygon_area
 from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.rules.between_tables import listed_doubts
-from coupler_protocol.scene.rules.sizes import memory_of
+from coupler_protocol.scene.rules.sizes import files_of, frames_of, memory_of
 from coupler_protocol.scene.rules.units import as_written
 from coupler_protocol.scene.scene import declared_effects
 from coupler_protocol.scene.schedule import large_strain, new_boundaries, plan
@@ -125,19 +127,30 @@ def file_of_discs(scene: Any) -> dict[str, Any]:
 def describe(scene: Any) -> dict[str, Any]:
     """All of the above in one dictionary."""
     found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
-    found |= {"memory_MB": memory_of(local(scene)), "effects": effects(scene), "stages": stages(scene)}
-    return found | {"doubts": listed_doubts(scene)}
+    found |= {"memory_MB": memory_of(local(scene)), "frames": frames_of(scene), "files_MB": files_of(local(scene))}
+    found |= {"effects": effects(scene), "stages": stages(scene)}
+    return found | {"doubts": [*listed_doubts(scene), *lack_of_disk(scene)]}
 
 
-def opening(scene: Any) -> Iterator[str]:
-    """What a run says before it starts: zones and areas of materials, and doubts."""
+def lack_of_disk(scene: Any, folder: str | Path = ".") -> list[dict[str, str]]:
+    """A doubt, as a row of `listed_doubts`, if the disk of `folder` has no room for the files of the scene."""
+    needed, free = 1e6 * files_of(local(scene)), disk_free(folder)
+    if free is None or needed <= free:
+        return []
+    what = f"up to {frames_of(scene):,} frames and the checkpoints need about {megabytes(int(needed))} before compression, "
+    remedy = f"record fewer frames: record.every = {int(scene.record.every * max(needed / max(free, 1), 2.0)) + 1}"
+    return [{"key": "record.every", "what": f"{what}{megabytes(free)} are free", "remedy": remedy}]
+
+
+def opening(scene: Any, folder: str | Path = ".") -> Iterator[str]:
+    """What a run into `folder` says before it starts: zones and areas of materials, and doubts."""
     if scene.grid is not None:
         from fdm_server.mesh.grid import build_grid
 
         here = local(scene)
         yield from [beginning(here.origin)] if any(here.origin) else []
         yield from materials_as_text(materials(here, build_grid(here)))
-    for doubt in listed_doubts(scene):
+    for doubt in [*listed_doubts(scene), *lack_of_disk(scene, folder)]:
         yield f"worth a second look: {doubt['key']}: {doubt['what']}; {doubt['remedy']}"
 
 
@@ -177,6 +190,10 @@ def print_description(found: dict[str, Any], console: Any) -> None:
     if any(found["memory_MB"].values()):
         parts = [f"{name} {size:.2g} MB" for name, size in found["memory_MB"].items() if size]
         console.print(f"memory, approximately: {', '.join(parts)}, beside that of the programs")
+    if found["frames"]:
+        console.print(
+            f"files: up to {found['frames']:,} frames, about {megabytes(int(1e6 * found['files_MB']))} before compression"
+        )
     if found["stones"]:
         console.print(_stones_as_text(found["stones"]), markup=False)
     console.print("effects that act:")

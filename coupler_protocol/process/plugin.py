@@ -66,9 +66,13 @@ def from_functions(on_stage: Function | None = None, on_step: tuple[int, Functio
     if on_stage is None and on_step is None:
         return None
     every, function = on_step or (1, None)
-    if not isinstance(every, int) or every < 1:
+    if not _is_count(every):
         raise ValueError(f"on_step is (steps between calls, function), at least 1 step, not {on_step!r}")
     return Plugin(FUNCTIONS, function, on_stage, every)
+
+
+def _is_count(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 1
 
 
 def from_file(path: str | Path) -> Plugin:
@@ -88,6 +92,6 @@ def from_file(path: str | Path) -> Plugin:
     every = getattr(module, "EVERY", 1)
     if not (callable(on_step) or callable(on_stage)):
         raise EnvironmentFailed(f"the plugin {path} has neither on_step nor on_stage")
-    if not isinstance(every, int) or every < 1:
+    if not _is_count(every):
         raise EnvironmentFailed(f"the plugin {path}: EVERY is a whole number of steps from 1, not {every!r}")
     return Plugin(str(path), on_step, on_stage, every)

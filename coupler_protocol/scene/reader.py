@@ -58,7 +58,9 @@ def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Any:
 def _parsed(path: Path, text: str) -> tuple[dict[str, Any], dict[tuple[Any, ...], int]]:
     """Plain data of a TOML or JSON text, and the lines of its keys; raises SceneError."""
     try:
-        data = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+        data = json.loads(text, object_pairs_hook=_each_once) if path.suffix == ".json" else tomllib.loads(text)
+    except _TwiceError as error:
+        raise SceneError([Problem(str(path), None, str(error), "the key is given twice", "remove one of them")]) from None
     except tomllib.TOMLDecodeError as error:
         raise SceneError([_syntax_problem(path, error)]) from None
     except json.JSONDecodeError as error:
@@ -69,6 +71,20 @@ def _parsed(path: Path, text: str) -> tuple[dict[str, Any], dict[tuple[Any, ...]
     if not isinstance(data, dict):
         raise SceneError([Problem(str(path), None, "", f"not a scene, but a {type(data).__name__}", "a scene is an object")])
     return data, {} if path.suffix == ".json" else locate(text)
+
+
+class _TwiceError(Exception):
+    """A key that an object of a JSON text has twice; TOML refuses it as well."""
+
+
+def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of a JSON text; raises _TwiceError."""
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise _TwiceError(key)
+        found[key] = value
+    return found
 
 
 def build_scene(data: Mapping[str, Any], file: str = "scene", lines: Lines | None = None, folder: str | Path = ".") -> Any:

@@ -43,7 +43,17 @@ def declared_effects() -> dict[str, Any]:
     ]
     if twice:
         raise EnvironmentFailed(f"{'; '.join(twice)}: uninstall one of them, or let it declare another place")
-    return {point.name: point.load() for point in found}
+    return {point.name: loaded(point) for point in found}
+
+
+def loaded(point: EntryPoint) -> Any:
+    """What an entry point names; raises EnvironmentFailed if it cannot be imported, with the distribution that declares it."""
+    try:
+        return point.load()
+    except (ImportError, AttributeError, SyntaxError) as error:
+        owner = f"of the installed distribution {_distribution(point)!r}" if _distribution(point) else "of no distribution"
+        why = f"the entry point {point.name!r} ({point.group}) {owner}, {point.value}, cannot be imported: {error}"
+        raise EnvironmentFailed(f"{why}. Repair or uninstall the distribution, or install it again") from error
 
 
 def distribution_of(place: str) -> str:

@@ -120,12 +120,20 @@ def _from_geojson(data):
             continue
         try:
             parts = [geometry["coordinates"]] if kind == "Polygon" else geometry["coordinates"]
-            found = [np.array([corner[:2] for corner in part[0]], dtype=float).reshape(-1, 2) for part in parts]
+            found = [np.array([_corner(corner) for corner in part[0]], dtype=float).reshape(-1, 2) for part in parts]
         except (KeyError, TypeError, ValueError, IndexError):
             problems.append((f"the coordinates of {name} are not those of a {kind}", "RFC 7946, section 3.1"))
             continue
         rings += [(name if len(found) == 1 else f"{name}, part {k}", ring) for k, ring in enumerate(found, start=1)]
     return rings, problems
+
+
+def _corner(values):
+    """The first two numbers of a position; raises ValueError for texts and truth values, which numpy would convert."""
+    x, y = values[:2]
+    if any(isinstance(v, bool) or not isinstance(v, int | float) for v in (x, y)):
+        raise ValueError("not a number")
+    return x, y
 
 
 def _name_of(feature, number):
@@ -145,8 +153,16 @@ def _from_table(text):
         return [], [(f"column {missing[0]!r} is missing", "a head line with stone, x, y, and one corner a line")]
     rings, problems = {}, []
     for row in table:
+        if None in row:
+            why = f"line {table.line_num} has more columns than the head line"
+            problems.append((why, "stone, x, y: decimals have a point, not a comma"))
+            continue
+        if not row["stone"]:
+            problems.append((f"line {table.line_num} has no stone", "give every corner the number or the name of its stone"))
+            continue
         try:
-            rings.setdefault(row["stone"], []).append((float(row["x"]), float(row["y"])))
+            corner = float(row["x"]), float(row["y"])
+            rings.setdefault(row["stone"], []).append(corner)
         except (TypeError, ValueError):
             problems.append((f"line {table.line_num} holds no corner", "stone, x, y"))
     return [(f"stone {name}", ring) for name, ring in rings.items()], problems

@@ -17,69 +17,10 @@ from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.reader import build_scene
 from fdm_server.fos.study import Study
 from fdm_server.mesh.grid import build_grid
+from tests.integration.drawn_slopes import GROUND, slope_with_a_window
 from tests.same_bits import differing
 
 UTM = (412345.0, 5300000.0)
-SOIL = {
-    "density": 2000.0,
-    "spring": {"normal": 5e7, "shear": 2e7},
-    "friction": {"coefficient": 0.5},
-    "bond": {"tension": 1e5, "shear": 1e5},
-}
-GROUND = {"density": 2000.0, "elastic": {"bulk": 5e7, "shear": 2e7}, "mohr_coulomb": {"friction": 30.0, "cohesion": 50e3}}
-
-
-def coupled(x=0.0, y=0.0):
-    """A slope with places in every table that has any, drawn from (x, y) on."""
-
-    def at(*points):
-        return [[px + x, py + y] for px, py in points]
-
-    sides = [{"on": side, "fix": "xy" if side == "bottom" else "x"} for side in ("left", "right", "bottom")]
-    gradient = {"xx": -8e3, "yy": -2e4, "zz": -8e3}
-    return {
-        "format": 1,
-        "seed": 2,
-        "grid": {
-            "length": 12.0,
-            "height": 7.5,
-            "zone_size": 0.5,
-            "fit": "profile",
-            "profile": at((0.0, 4.0), (2.5, 4.0), (6.0, 7.5), (12.0, 7.5)),
-        },
-        "material": [
-            {"name": "soil"} | GROUND,
-            {"name": "clay", "top": at((0.0, 1.0), (6.0, 1.5), (12.0, 1.0))} | GROUND,
-            {"name": "sand", "region": at((9.0, 5.0), (11.0, 5.0), (11.0, 6.5), (9.0, 6.5))} | GROUND,
-        ],
-        "boundary": [
-            *sides,
-            {"on": "top", "x": [9.0 + x, 11.0 + x], "pressure": 5e3},
-            {"on": "left", "y": [y, y + 2.0], "fix": "y"},
-        ],
-        "initial_stress": {"level": 6.0 + y, "gradient": gradient},
-        "window": [{"name": "w", "polygon": at((4.0, 1.9), (8.1, 1.9), (8.1, 4.6), (4.0, 4.6))}],
-        "discs": {"radius": 0.12, "damping": {"local": 0.7}, "soil": SOIL},
-        "damping": {"local": 0.8},
-        "record": {"every": 20, "history": 10},
-        "stage": [
-            {"name": "equilibrium", "gravity": 9.81, "until": {"steps": 40}},
-            {
-                "name": "pit",
-                "kind": "excavate",
-                "excavate": {"polygon": at((0.1, 3.4), (1.6, 3.4), (1.6, 4.1), (0.1, 4.1)), "over": 10, "ratio": 0.0},
-                "until": {"steps": 20},
-            },
-            {
-                "name": "load",
-                "kind": "surcharge",
-                "surcharge": {"x": [7.0 + x, 9.0 + x], "pressure": 1e4},
-                "until": {"steps": 20},
-            },
-            {"name": "fill"},
-            {"name": "couple", "handover": 10, "until": {"steps": 40}},
-        ],
-    }
 
 
 def computed(data, out, origin=None, plugin=None):
@@ -93,7 +34,10 @@ def runs(tmp_path_factory):
     """The same slope at the origin and at UTM coordinates; and the origins that its functions were told."""
     folder, told = tmp_path_factory.mktemp("runs"), set()
     plugin = from_functions(on_stage=lambda moment: told.add((moment.rank, moment.origin)))
-    near, far = computed(coupled(), folder / "near"), computed(coupled(*UTM), folder / "far", plugin=plugin)
+    near, far = (
+        computed(slope_with_a_window(), folder / "near"),
+        computed(slope_with_a_window(*UTM), folder / "far", plugin=plugin),
+    )
     return near, far, told
 
 
@@ -139,13 +83,13 @@ def test_what_a_run_says_has_the_coordinates_of_the_scene(runs):
 
 def test_a_run_far_away_goes_on_with_the_same_bits(runs, tmp_path):
     _, far, _ = runs
-    branch = computed(coupled(*UTM), tmp_path / "branch", origin=Origin(far, "fill"))
+    branch = computed(slope_with_a_window(*UTM), tmp_path / "branch", origin=Origin(far, "fill"))
     for name in ("fdm.rank0", "dem.rank1"):
         assert differing(far / f"{name}.couple.h5", branch / f"{name}.couple.h5") == []
 
 
 def test_check_names_the_point_and_the_scene_keeps_its_numbers():
-    near, far = build_scene(coupled()), build_scene(coupled(*UTM))
+    near, far = build_scene(slope_with_a_window()), build_scene(slope_with_a_window(*UTM))
     assert local(near) is near
     here = local(far)
     assert local(here) is here
@@ -178,7 +122,7 @@ def test_check_names_the_point_and_the_scene_keeps_its_numbers():
     ],
 )
 def test_where_a_grid_begins(grid, origin):
-    data = coupled() | {"window": [], "boundary": [{"on": "bottom", "fix": "xy"}]}
+    data = slope_with_a_window() | {"window": [], "boundary": [{"on": "bottom", "fix": "xy"}]}
     data |= {"material": [{"name": "soil"} | GROUND], "stage": data["stage"][:1]}
     del data["discs"], data["initial_stress"]
     data["grid"] = {"length": 10.0, "height": 8.0, "zone_size": 1.0} | grid
@@ -191,7 +135,7 @@ def test_where_a_grid_begins(grid, origin):
 
 
 def test_a_ring_has_its_hole_at_its_origin():
-    data = coupled() | {"window": [], "boundary": [{"on": "outer", "fix": "xy"}]}
+    data = slope_with_a_window() | {"window": [], "boundary": [{"on": "outer", "fix": "xy"}]}
     data |= {"material": [{"name": "soil"} | GROUND], "stage": data["stage"][:1]}
     del data["discs"], data["initial_stress"]
     data["grid"] = {"kind": "ring", "inner": 1.0, "outer": 4.0, "around": 12, "origin": list(UTM)}
@@ -219,7 +163,7 @@ def test_a_ring_has_its_hole_at_its_origin():
     ],
 )
 def test_refusals_have_the_coordinates_of_the_scene(change, words):
-    data = copy.deepcopy(coupled(*UTM))
+    data = copy.deepcopy(slope_with_a_window(*UTM))
     change(data)
     with pytest.raises(SceneError, match=words):
         build_scene(data)
@@ -228,7 +172,7 @@ def test_refusals_have_the_coordinates_of_the_scene(change, words):
 def test_a_factor_of_safety_is_that_at_the_origin(tmp_path):
     found = []
     for place in ((0.0, 0.0), UTM):
-        data = coupled(*place) | {"window": [], "fos": {"resolution": 0.2, "ratio": 1e-4, "steps": 6000}}
+        data = slope_with_a_window(*place) | {"window": [], "fos": {"resolution": 0.2, "ratio": 1e-4, "steps": 6000}}
         data["stage"] = [data["stage"][0]]
         del data["discs"]
         for soil in data["material"]:
@@ -238,6 +182,9 @@ def test_a_factor_of_safety_is_that_at_the_origin(tmp_path):
         study = Study(build_scene(data), out, lambda *a, **k: None, lambda: None)
         study.stop = type("Never", (), {"check": staticmethod(lambda: None)})
         found.append(study.run())
+    assert found[0]["doubts"] == found[1]["doubts"]
+    (doubt,) = found[1]["doubts"]
+    assert doubt["key"] == "stage[0].until"
     (a,), (b,) = found[0]["meshes"], found[1]["meshes"]
     assert (a["low"], a["high"]) == (b["low"], b["high"])
     assert differing(tmp_path / "0" / "mesh1" / "fdm.rank0.vtkhdf", tmp_path / "1" / "mesh1" / "fdm.rank0.vtkhdf") == [

@@ -16,10 +16,11 @@ from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a
 from coupler_protocol.scene.rules.endings import DOUBTS_OF_ENDINGS, RULES_OF_ENDINGS
 from coupler_protocol.scene.rules.idle import DOUBTS_OF_IDLE
 from coupler_protocol.scene.rules.polygons import polygons_are_outlines
-from coupler_protocol.scene.rules.sizes import fewer_than_memory_holds
+from coupler_protocol.scene.rules.sizes import fewer_than_memory_holds, many_frames, meshes_of_a_search_fit
 from coupler_protocol.scene.rules.stages import STAGE_RULES
 from coupler_protocol.scene.rules.units import doubts_of_units, units_are_si
 from coupler_protocol.scene.rules.windows import WINDOW_RULES
+from coupler_protocol.scene.scene import declared_effects, distribution_of, loaded
 from coupler_protocol.scene.tables.stages import STOPPED
 
 LEAST = 4.0  # largest discs that must fit side by side into the shorter side of a window
@@ -32,7 +33,7 @@ def broken_rules(scene: Any) -> list[Finding]:
         broken = [found for rule in rules for found in rule(here)]
         if broken:
             return broken
-    return [found for point in entry_points(group="colluvium.rules") for found in point.load()(here)]
+    return [found for point in entry_points(group="colluvium.rules") for found in loaded(point)(here)]
 
 
 def doubts(scene: Any) -> list[Finding]:
@@ -42,7 +43,7 @@ def doubts(scene: Any) -> list[Finding]:
     """
     here = local(scene)
     own = [found for doubt in DOUBTS for found in doubt(here)]
-    return own + [found for point in entry_points(group="colluvium.doubts") for found in point.load()(here)]
+    return own + [found for point in entry_points(group="colluvium.doubts") for found in loaded(point)(here)]
 
 
 def listed_doubts(scene: Any) -> list[dict[str, str]]:
@@ -69,8 +70,6 @@ def grid_needs_material(scene: Any) -> Iterator[Finding]:
 
 def effects_of_discs_are_ours(scene: Any) -> Iterator[Finding]:
     """Laws of discs are those of this distribution: the kernels of discs compute no others."""
-    from coupler_protocol.scene.scene import declared_effects, distribution_of
-
     discs = scene.discs
     grains = {"soil": discs and discs.soil, "stone": discs and discs.stone}
     holders: list[tuple[tuple, str, Any]] = [(("discs", key), "grain", table) for key, table in grains.items()]
@@ -196,5 +195,10 @@ GRID_RULES = (
     only_without_a_grid,
     *STAGE_RULES,
 )
-RULES_OF_VALUES = (units_are_si, fewer_than_memory_holds, *RULES_OF_ENDINGS)  # of scenes whose tables fit together
-DOUBTS = (doubts_of_units, *DOUBTS_OF_IDLE, *DOUBTS_OF_ENDINGS)
+RULES_OF_VALUES = (
+    units_are_si,
+    fewer_than_memory_holds,
+    meshes_of_a_search_fit,
+    *RULES_OF_ENDINGS,
+)  # of scenes whose tables fit together
+DOUBTS = (doubts_of_units, *DOUBTS_OF_IDLE, *DOUBTS_OF_ENDINGS, many_frames)

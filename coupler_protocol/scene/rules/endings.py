@@ -14,6 +14,7 @@ from coupler_protocol.scene.rules.units import height_of, least_zone, overburden
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.stages import Until
 
+HANDOVER = 500  # steps, if the stage has none
 MANY = 1e8  # steps of a stage: days
 EPS = 2.2e-16
 GRID = 1e-14  # ratio that a grid at rest still reaches; measured: 2e-16 .. 6e-15
@@ -76,6 +77,18 @@ def only_at_rest(scene: Any) -> Iterator[Finding]:
             yield ("stage", i, "until"), what, "add steps as a second limit, or ratio"
 
 
+def ramps_cut_short(scene: Any) -> Iterator[Finding]:
+    """Ramps of gravity and hand-overs that take more steps than their stage."""
+    for i, stage in enumerate(scene.stage):
+        steps = stage.until.steps if stage.until is not None else None
+        handover = (stage.handover or HANDOVER) if of(stage).couples else 0
+        ramp = stage.gravity_factor.over if stage.gravity_factor is not None else 0
+        for length, key, what in ((handover, "handover", "hand-over"), (ramp, "gravity_factor", "ramp of gravity")):
+            if steps is not None and steps < length:
+                why = f"stage {stage.name!r} ends after {steps} steps, inside its {what} of {length}"
+                yield ("stage", i, key), why, f"give the stage more than {length} steps, or the {what} fewer"
+
+
 def displacements_beyond_the_ground(scene: Any) -> Iterator[Finding]:
     """Displacements that the ground has no room for."""
     height = height_of(scene)
@@ -108,4 +121,10 @@ def _real_step(scene: Any, stage: Any) -> float:
 
 
 RULES_OF_ENDINGS = (ratios_never_reached,)
-DOUBTS_OF_ENDINGS = (ratios_below_round_off, only_at_rest, displacements_beyond_the_ground, seconds_of_too_many_steps)
+DOUBTS_OF_ENDINGS = (
+    ratios_below_round_off,
+    only_at_rest,
+    ramps_cut_short,
+    displacements_beyond_the_ground,
+    seconds_of_too_many_steps,
+)

@@ -38,6 +38,8 @@ def test_values_of_the_command_line_replace_those_of_a_json_file(resolved, confi
         ("null", "not a scene, but a NoneType"),
         ("[" * 100_000, "nested too deeply"),
         ('{"format": 1, "seed": NaN}', r"scene\.json: seed"),
+        ('{"format": 1, "seed": 1, "seed": 2}', r"scene\.json: seed: the key is given twice"),
+        ('{"record": {"every": 1, "every": 2}}', r"scene\.json: every: the key is given twice"),
         ('{"grid": null, "stage": null}', r"scene\.json: stage"),
     ],
 )

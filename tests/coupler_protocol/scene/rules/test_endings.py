@@ -82,3 +82,14 @@ def test_more_seconds_than_steps_can_take_are_doubted(configs, slope):
     pile = tomllib.loads((configs / "quick_pile.toml").read_text(encoding="utf-8"))
     pile["stage"][1]["until"] = {"time": 1e6}
     assert "takes about" in said(pile)
+
+
+def test_ramps_longer_than_their_stage_are_doubted(slope, configs):
+    data = copy.deepcopy(slope)
+    data["stage"][0] |= {"gravity_factor": {"to": 2.0, "over": 300}, "until": {"steps": 200, "ratio": 1e-5}}
+    assert "ends after 200 steps, inside its ramp of gravity of 300" in said(data)
+    coupled = tomllib.loads((configs / "quick_slope.toml").read_text(encoding="utf-8"))
+    coupled["stage"][2] = {"name": "couple", "until": {"steps": 499}}
+    assert "ends after 499 steps, inside its hand-over of 500" in said(coupled)
+    coupled["stage"][2]["handover"] = 499
+    assert "hand-over" not in said(coupled)
