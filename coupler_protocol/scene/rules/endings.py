@@ -11,6 +11,7 @@ from typing import Any
 from coupler_protocol.problems import Finding
 from coupler_protocol.scene.local_origin import FAR
 from coupler_protocol.scene.rules.units import height_of, least_zone, overburden
+from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.stages import Until
 
@@ -77,16 +78,14 @@ def only_at_rest(scene: Any) -> Iterator[Finding]:
             yield ("stage", i, "until"), what, "add steps as a second limit, or ratio"
 
 
-def ramps_cut_short(scene: Any) -> Iterator[Finding]:
-    """Ramps of gravity and hand-overs that take more steps than their stage."""
+def handovers_cut_short(scene: Any) -> Iterator[Finding]:
+    """Hand-overs that take more steps than their stage."""
     for i, stage in enumerate(scene.stage):
         steps = stage.until.steps if stage.until is not None else None
-        handover = (stage.handover or HANDOVER) if of(stage).couples else 0
-        ramp = stage.gravity_factor.over if stage.gravity_factor is not None else 0
-        for length, key, what in ((handover, "handover", "hand-over"), (ramp, "gravity_factor", "ramp of gravity")):
-            if steps is not None and steps < length:
-                why = f"stage {stage.name!r} ends after {steps} steps, inside its {what} of {length}"
-                yield ("stage", i, key), why, f"give the stage more than {length} steps, or the {what} fewer"
+        handover = stage.handover or HANDOVER
+        if of(stage).couples and steps is not None and steps < handover:
+            why = f"stage {stage.name!r} ends after {steps} steps, inside its hand-over of {handover}"
+            yield ("stage", i, "handover"), why, f"give the stage more than {handover} steps, or the hand-over fewer"
 
 
 def displacements_beyond_the_ground(scene: Any) -> Iterator[Finding]:
@@ -120,11 +119,24 @@ def _real_step(scene: Any, stage: Any) -> float:
     return min(found)
 
 
+def gravity_that_stops_on_its_way(scene: Any) -> Iterator[Finding]:
+    """Stages whose steps end before their ramp of gravity."""
+    for i, (stage, leg) in enumerate(zip(scene.stage, plan(scene), strict=True)):
+        steps = stage.until.steps if stage.until is not None else None
+        if steps is not None and steps < leg.over:
+            reached = leg.factor(steps - 1)
+            what = (
+                f"stage {stage.name!r} ends after {steps} steps, within its ramp of gravity over {leg.over}: the factor reaches "
+            )
+            yield ("stage", i, "gravity_factor"), f"{what}{reached:.4g}, not {leg.end:g}", f"use at least {leg.over} steps"
+
+
 RULES_OF_ENDINGS = (ratios_never_reached,)
 DOUBTS_OF_ENDINGS = (
     ratios_below_round_off,
     only_at_rest,
-    ramps_cut_short,
+    handovers_cut_short,
     displacements_beyond_the_ground,
     seconds_of_too_many_steps,
+    gravity_that_stops_on_its_way,
 )

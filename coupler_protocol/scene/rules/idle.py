@@ -1,21 +1,18 @@
 """Doubts about tables and keys that act on nothing, one a function: what they would act on is not there."""
 
 from collections.abc import Iterator
-from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from coupler_protocol.problems import Finding
+from coupler_protocol.scene.changes import in_stage
 from coupler_protocol.scene.declare import Table
 from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import of
-from coupler_protocol.scene.tables.discs import names_of_walls
-from coupler_protocol.scene.tables.grading import grading_of
 
 PACKED = ("spread", "packing", "target", "porosity", "confinement")  # keys of [discs] that only a packing uses
 FAR_WALL = 10.0  # times the size of the window
-THIN_PLATE = 0.1  # of the smallest radius: contacts overlap by less
 FALLING = 0.4  # local damping in real time: more slows what falls to less than 0.6 g
 
 
@@ -93,7 +90,7 @@ def damping_of_falling_bodies(scene: Any) -> Iterator[Finding]:
     for i, (stage, leg) in enumerate(zip(scene.stage, plan(scene), strict=True)):
         if not stage.in_real_time:
             continue
-        of_scene = scene.damping if scene.grid is not None else scene.discs and scene.discs.damping
+        of_scene = scene.damping if scene.grid is not None else scene.discs and in_stage(scene, i).discs.damping
         table = stage.damping or of_scene
         alpha = getattr(table, "local", None) or 0.0
         if scene.grid is None and alpha > 0.0 and leg.gravity > 0.0:
@@ -175,29 +172,6 @@ def _distance(ends: Any, low: Any, high: Any) -> float:
     return float(np.hypot(*np.maximum(np.maximum(low - points, points - high), 0.0).T).min())
 
 
-def walls_close_together(scene: Any) -> Iterator[Finding]:
-    """Faces of a plate that is thinner than overlaps: a disc that is pressed into one touches the other as well."""
-    walls = scene.discs.wall if scene.discs is not None else []
-    if not walls:
-        return
-    thin = THIN_PLATE * grading_of(scene.discs).smallest
-    for i, j in combinations(range(len(walls)), 2):
-        a, b = np.array(walls[i].ends), np.array(walls[j].ends)
-        along = a[1] - a[0]
-        length = float(np.hypot(*along))
-        across = np.array([-along[1], along[0]]) / length
-        gap, place = (b - a[0]) @ across, np.sort((b - a[0]) @ along / length)
-        beside = min(place[1], length) - max(place[0], 0.0)
-        same = (gap > 0.0).all() or (gap < 0.0).all()  # walls that meet or cross are one surface
-        if same and np.abs(gap).max() < thin and beside > thin:
-            names = names_of_walls(walls)
-            what = (
-                f"walls {names[i]!r} and {names[j]!r} are parallel, {np.abs(gap).max():.2g} m apart and do not meet: a disc that "
-            )
-            what += "overlaps by more than that touches both, with the stiffness of two walls"
-            yield ("discs", "wall", j, "ends"), what, f"draw a thin plate as one wall, or its faces at least {thin:.2g} m apart"
-
-
 DOUBTS_OF_IDLE = (
     tables_without_a_window,
     ring_without_contacts,
@@ -211,5 +185,4 @@ DOUBTS_OF_IDLE = (
     sides_that_change_nothing,
     histories_without_a_point,
     walls_out_of_reach,
-    walls_close_together,
 )

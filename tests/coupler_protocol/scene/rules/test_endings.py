@@ -84,12 +84,17 @@ def test_more_seconds_than_steps_can_take_are_doubted(configs, slope):
     assert "takes about" in said(pile)
 
 
-def test_ramps_longer_than_their_stage_are_doubted(slope, configs):
-    data = copy.deepcopy(slope)
-    data["stage"][0] |= {"gravity_factor": {"to": 2.0, "over": 300}, "until": {"steps": 200, "ratio": 1e-5}}
-    assert "ends after 200 steps, inside its ramp of gravity of 300" in said(data)
+def test_hand_overs_longer_than_their_stage_are_doubted(configs):
     coupled = tomllib.loads((configs / "quick_slope.toml").read_text(encoding="utf-8"))
     coupled["stage"][2] = {"name": "couple", "until": {"steps": 499}}
     assert "ends after 499 steps, inside its hand-over of 500" in said(coupled)
     coupled["stage"][2]["handover"] = 499
     assert "hand-over" not in said(coupled)
+
+
+def test_a_ramp_of_gravity_that_the_steps_cut_off_is_doubted(slope):
+    data = until(slope, 0, steps=2000)
+    data["stage"][0]["gravity_factor"] = {"to": 3.0, "over": 5000}
+    assert "within its ramp of gravity over 5000: the factor reaches 1.8, not 3" in said(data)
+    data["stage"][0]["gravity_factor"]["over"] = 2000
+    assert "ramp of gravity" not in said(data)
