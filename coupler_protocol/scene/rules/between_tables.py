@@ -4,13 +4,13 @@ Rules of the servers are added through the entry-point group `colluvium.rules`.
 """
 
 from collections.abc import Iterator
-from importlib.metadata import entry_points
 from typing import Any
 from unicodedata import normalize
 
 import numpy as np
 
 from coupler_protocol.problems import Finding, dotted
+from coupler_protocol.scene.installed import installed, loaded
 from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.rules.changes import CHANGE_RULES
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
@@ -23,7 +23,7 @@ from coupler_protocol.scene.rules.stages import STAGE_RULES
 from coupler_protocol.scene.rules.units import doubts_of_units, units_are_si
 from coupler_protocol.scene.rules.walls import DOUBTS_OF_WALLS
 from coupler_protocol.scene.rules.windows import WINDOW_RULES
-from coupler_protocol.scene.scene import declared_effects, distribution_of, loaded
+from coupler_protocol.scene.scene import declared_effects, distribution_of
 from coupler_protocol.scene.tables.stages import STOPPED
 
 LEAST = 4.0  # largest discs that must fit side by side into the shorter side of a window
@@ -36,7 +36,7 @@ def broken_rules(scene: Any) -> list[Finding]:
         broken = [found for rule in rules for found in rule(here)]
         if broken:
             return broken
-    return [found for point in entry_points(group="colluvium.rules") for found in loaded(point)(here)]
+    return [found for point in installed("colluvium.rules") for found in loaded(point)(here)]
 
 
 def doubts(scene: Any) -> list[Finding]:
@@ -46,7 +46,7 @@ def doubts(scene: Any) -> list[Finding]:
     """
     here = local(scene)
     own = [found for doubt in DOUBTS for found in doubt(here)]
-    return own + [found for point in entry_points(group="colluvium.doubts") for found in loaded(point)(here)]
+    return own + [found for point in installed("colluvium.doubts") for found in loaded(point)(here)]
 
 
 def listed_doubts(scene: Any) -> list[dict[str, str]]:
