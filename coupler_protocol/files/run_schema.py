@@ -132,6 +132,9 @@ class RunJson(_Part):
     steps: int | None = quantity(None, unit="steps", meaning="with a grid: steps of the run")
     gridpoints: int | None = quantity(None, meaning="with a grid: number of gridpoints")
     zones: int | None = quantity(None, meaning="with a grid: number of zones")
+    computed_about: list[float] | None = quantity(
+        None, unit="m", meaning="with a grid that does not begin at (0, 0): the point about which the scene is computed"
+    )
     windows: list[dict[str, Any]] = quantity(
         [],
         meaning="for each window: name, packing, stones, initial stress, gaps of the ring, step limits, changes of the discs by "

@@ -14,6 +14,7 @@ from coupler_protocol.files.run_json import peak_memory
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
 from coupler_protocol.scene.changes import in_stage, record_in
+from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import number_of
 from coupler_protocol.wire import messages, payloads
@@ -38,7 +39,8 @@ class DiscreteSide:
     """One window, its discs and its conversation with the continuum."""
 
     def __init__(self, scene, rank, conversation, out, progress, origin=None, plugin=None):
-        self.scene, self.rank, self.conversation, self.plugin = scene, rank, conversation, plugin
+        self.scene = scene = local(scene)
+        self.rank, self.conversation, self.plugin = rank, conversation, plugin
         self.out, self.progress, self.origin = Path(out), progress, origin
         self.watch = stopwatch(scene.record.trace)
         self.answer = self.looked = messages.Answer(1.0, *[1.0] + [0.0] * 6)  # with the next FORCE, and after it
@@ -62,7 +64,7 @@ class DiscreteSide:
         """Runs from HELLO to FAREWELL; returns the continuum's reason for the end."""
         nodes = join(self.conversation, self.scene, self._resume())
         self.stones = drawn_stones(self.scene, self.rank, nodes, self._note)
-        constants = record.stones(self.stones.outlines) if self.stones else None
+        constants = record.stones(self.stones.outlines, self.scene.origin) if self.stones else None
         about = {} if self.origin is None else {"kept_stages": kept_stages(self.scene, self.origin)}
         path = part_file(self.scene, self.out, restart.name(self.rank), self.origin)
         with Recorder(path, "discrete", self.scene.title, about, constants) as self.recorder:
@@ -130,13 +132,11 @@ class DiscreteSide:
         self.watch.add_to("waiting")
         go = content_of(frame)
         self.gravity, self.steps, self.time = go["gravity"], go["step"], float(go["time"])
-        self.guard = RingGuard(self.model, self.state)
+        self.guard = RingGuard(self.model, self.state, self.scene.origin)
         self._prepare_talk(go.get("bin"))
         name, factor = self._starting_stage()
         if not (self.saved and self.origin.continues(self.out)):  # in the directory of its origin, an earlier part has the frame
-            self.recorder.frame(
-                FrameInfo(self.steps, self.time, name, factor), **record.frame(self.model, self.state, also=self.recorded)
-            )
+            self._frame(FrameInfo(self.steps, self.time, name, factor))
         if not self.saved:
             if self.plugin is not None:
                 self.plugin.stage(self._moment(name))
@@ -280,8 +280,7 @@ class DiscreteSide:
         flags = int(order.flags)
         name = self._name_of(int(order.stage))
         if flags & messages.RECORD:
-            info = FrameInfo(self.steps, self.time, name, order.gravity_factor)
-            self.recorder.frame(info, **record.frame(self.model, self.state, also=self.recorded))
+            self._frame(FrameInfo(self.steps, self.time, name, order.gravity_factor))
         if self.plugin is not None:
             self.plugin.step(self._moment(name))
             if flags & messages.END_OF_STAGE:
@@ -298,7 +297,7 @@ class DiscreteSide:
 
     def _note_limit(self, name):
         """Stores the safe limit of the step at the end of a stage; sub-steps do not change it (clock.py)."""
-        found = stable_limit.safe_limit(self.model, self.state, self.rim)
+        found = stable_limit.safe_limit(self.model, self.state, self.rim, self.scene.origin)
         if self.substeps > 1:
             found |= {"share": found["share"] / self.substeps, "dt": self.step}
         self.limits.append({"stage": name} | found)
@@ -311,7 +310,10 @@ class DiscreteSide:
         self.guard.begin()
 
     def _moment(self, stage):
-        return Moment(self.rank, stage, self.steps, self.model, self.state)
+        return Moment(self.rank, stage, self.steps, self.model, self.state, self.scene.origin)
+
+    def _frame(self, info):
+        self.recorder.frame(info, **record.frame(self.model, self.state, self.scene.origin, also=self.recorded))
 
     # -- what is left behind -----------------------------------------------------------------------------------------
 
