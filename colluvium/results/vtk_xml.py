@@ -1,4 +1,4 @@
-"""Meshes and their series as VTK XML files (.vtu, .pvd), which ParaView reads since version 5.0.
+"""Meshes and their series as VTK XML files (.vtu, .pvd).
 
 Arrays are raw bytes at the end of the file, each deflated in one block with a head of four 64-bit numbers: number of blocks,
 bytes of the block, of a shorter last block (0: there is none) and bytes deflated.
