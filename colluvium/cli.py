@@ -63,21 +63,21 @@ def parser() -> argparse.ArgumentParser:
     export.add_argument("run_dir", metavar="RUN_DIR")
     export.add_argument(
         "--format",
-        choices=("discs", "csv", "vtu", "pvd"),
-        default="discs",
-        help="discs: CSV that a scene can begin with (default); csv: tables of a frame and of all histories, with units; "
+        choices=("scene", "csv", "vtu", "pvd"),
+        default="scene",
+        help="scene: CSV of discs that a scene can begin with (default); csv: tables of a frame and of all histories with units; "
         "vtu: a frame for ParaView before 5.12 and other VTK programs; pvd: all frames for them, on one axis of time",
     )
     when = export.add_mutually_exclusive_group()
     when.add_argument("--frame", type=int, metavar="F", help="number of the frame, from the end if negative (default: the last)")
     when.add_argument("--stage", metavar="NAME", help="the last frame of this stage")
     export.add_argument(
-        "--rank", type=command_line.positive, metavar="N", help="with --format discs: their window, from 1 (default 1)"
+        "--rank", type=command_line.positive, metavar="N", help="with --format scene: their window, from 1 (default 1)"
     )
     export.add_argument(
         "--out",
         metavar="PATH",
-        help="with --format discs the file to write (default: standard output), otherwise the folder (default RUN_DIR/export)",
+        help="with --format scene the file to write (default: standard output), otherwise the folder (default RUN_DIR/export)",
     )
     export.set_defaults(work=export_command)
 
@@ -313,7 +313,7 @@ def export_command(options: argparse.Namespace) -> None:
 
     _check_export(options)
     try:
-        if options.format == "discs":
+        if options.format == "scene":
             count = export.write(options.run_dir, options.frame, options.stage, options.rank or 1, options.out)
             print(f"{count} discs", file=sys.stderr)
         else:
@@ -325,8 +325,8 @@ def export_command(options: argparse.Namespace) -> None:
 
 def _check_export(options: argparse.Namespace) -> None:
     """Ends with exit code 2 for options that a format does not have."""
-    if options.format != "discs" and options.rank is not None:
-        parser().error(f"--rank belongs to --format discs; {options.format} has all ranks")
+    if options.format != "scene" and options.rank is not None:
+        parser().error(f"--rank belongs to --format scene; {options.format} has all ranks")
     if options.format == "pvd" and (options.frame is not None or options.stage is not None):
         parser().error("pvd has all frames; for one frame use --format vtu")
 

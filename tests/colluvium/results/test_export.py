@@ -222,7 +222,7 @@ def test_histories_at_different_steps_share_a_table(tmp_path):
     ("words", "told"),
     [
         (["--format", "pvd", "--frame", "2"], "pvd has all frames; for one frame use --format vtu"),
-        (["--format", "csv", "--rank", "1"], "--rank belongs to --format discs"),
+        (["--format", "csv", "--rank", "1"], "--rank belongs to --format scene"),
     ],
 )
 def test_options_that_a_format_does_not_have(stony_folder, capsys, words, told):
