@@ -101,8 +101,8 @@ class VtkHdfFile:
         self._frames += 1
         self._steps.attrs.modify("NSteps", self._frames)  # in place, unlike an assignment
         self.flush(what)
-        place = float(getattr(frame.info, self._axis))
-        self._append_one("Steps/Values", place)  # more times than NSteps would overrun VTK's memory
+        now = float(getattr(frame.info, self._axis))
+        self._append_one("Steps/Values", now)  # more times than NSteps would overrun VTK's memory
         self.flush(what)
 
     def append_history(self, name: str, steps: list[int], values: list[float]) -> None:
