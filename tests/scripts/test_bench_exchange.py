@@ -2,7 +2,11 @@
 
 import json
 
+import pytest
+
 from tests.commands import run_script
+
+pytestmark = pytest.mark.long
 
 
 def test_all_four_times_are_measured(tmp_path, configs):
