@@ -59,15 +59,26 @@ def parser() -> argparse.ArgumentParser:
     report.add_argument("--out", metavar="DIR", help="folder of the pictures (default RUN_DIR/report)")
     report.set_defaults(work=report_command)
 
-    export = commands.add_parser("export", help="write the discs of a frame as a CSV file that a scene can begin with")
+    export = commands.add_parser("export", help="write frames for other programs, or the discs of a frame to begin a scene with")
     export.add_argument("run_dir", metavar="RUN_DIR")
+    export.add_argument(
+        "--format",
+        choices=("scene", "csv", "vtu", "pvd"),
+        default="scene",
+        help="scene: CSV of discs that a scene can begin with (default); csv: tables of a frame and of all histories with units; "
+        "vtu: a frame for ParaView before 5.12 and other VTK programs; pvd: all frames for them, on one axis of time",
+    )
     when = export.add_mutually_exclusive_group()
     when.add_argument("--frame", type=int, metavar="F", help="number of the frame, from the end if negative (default: the last)")
     when.add_argument("--stage", metavar="NAME", help="the last frame of this stage")
     export.add_argument(
-        "--rank", type=command_line.positive, default=1, metavar="N", help="window of the discs, from 1 (default 1)"
+        "--rank", type=command_line.positive, metavar="N", help="with --format scene: their window, from 1 (default 1)"
     )
-    export.add_argument("--out", metavar="FILE", help="file to write (default: standard output)")
+    export.add_argument(
+        "--out",
+        metavar="PATH",
+        help="with --format scene the file to write (default: standard output), otherwise the folder (default RUN_DIR/export)",
+    )
     export.set_defaults(work=export_command)
 
     status = commands.add_parser("status", help="print how a run ended, or its last frame")
@@ -297,15 +308,28 @@ def report_command(options: argparse.Namespace) -> None:
 
 
 def export_command(options: argparse.Namespace) -> None:
-    """Writes the discs of a frame as CSV."""
+    """Writes the discs of a frame as CSV, or frames for other programs."""
     from colluvium.results import export
     from colluvium.results.rank_file import NotRecordedError
 
+    _check_export(options)
     try:
-        count = export.write(options.run_dir, options.frame, options.stage, options.rank, options.out)
+        if options.format == "scene":
+            count = export.write(options.run_dir, options.frame, options.stage, options.rank or 1, options.out)
+            print(f"{count} discs", file=sys.stderr)
+        else:
+            paths = export.write_folder(options.run_dir, options.format, options.frame, options.stage, options.out)
+            print(f"{len(paths)} files in {paths[0].parent}", file=sys.stderr)
     except (FileNotFoundError, NotRecordedError, IndexError) as error:
         raise exits.EnvironmentFailed(str(error)) from None
-    print(f"{count} discs", file=sys.stderr)
+
+
+def _check_export(options: argparse.Namespace) -> None:
+    """Ends with exit code 2 for options that a format does not have."""
+    if options.format != "scene" and options.rank is not None:
+        parser().error(f"--rank belongs to --format scene; {options.format} has all ranks")
+    if options.format == "pvd" and (options.frame is not None or options.stage is not None):
+        parser().error("pvd has all frames; for one frame use --format vtu")
 
 
 def status_command(options: argparse.Namespace) -> int:

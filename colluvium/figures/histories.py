@@ -116,7 +116,7 @@ def _draw_lines(run: Run, part: clock.Part, row: Row, axes: Any, factor: float) 
         colour = COLOURS[(number if len(row.lines) > len(run.files) else line.rank) % len(COLOURS)]
         axes.plot(clock.places(run, part, steps[own]), factor * values[own], color=colour, label=line.words, linewidth=1.0)
     if row.logarithmic:
-        axes.set_yscale("log")
+        axes.set_yscale("log", nonpositive="mask")  # a ratio of zero has no place there
     axes.grid(color=style.PALE, linewidth=0.3)
     for place in clock.places(run, part, np.array([step for step, _ in part.starts])):
         axes.axvline(place, color=style.PALE, linewidth=0.8, zorder=0)

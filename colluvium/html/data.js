@@ -1,5 +1,6 @@
 "use strict";
 // The arrays of the page. value = low + step * code, codes in byte planes, lowest bytes first; the largest code is "no number".
+// With step 0 the codes are float32.
 
 const run = JSON.parse(document.getElementById("description").textContent);
 
@@ -20,11 +21,16 @@ const data = {
   },
 
   decode(first, count, width, low, step, logarithmic) {
-    const values = new Float64Array(count);
+    const values = new Float64Array(count), bits = new DataView(new ArrayBuffer(4));
     const nothing = 256 ** width - 1;
     for (let i = 0; i < count; i++) {
       let code = 0;
       for (let plane = width - 1; plane >= 0; plane--) code = 256 * code + this.bytes[first + plane * count + i];
+      if (step === 0) {
+        bits.setUint32(0, code);
+        values[i] = bits.getFloat32(0);
+        continue;
+      }
       const value = code === nothing ? NaN : low + step * code;
       values[i] = logarithmic ? 10 ** value : value;
     }

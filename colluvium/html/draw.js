@@ -140,24 +140,46 @@ function stonePath(context, stones, part) {
   }
 }
 
+// Factor and unit with which a length [m] or a force [N per m thickness] has few digits.
+function lengthUnit(metres) {
+  return metres >= 0.5 ? [1, "m"] : metres >= 5e-4 ? [1e3, "mm"] : [1e6, "µm"];
+}
+
+function forceWords(force, step = 0) {
+  const size = Math.abs(force), [factor, unit] = size >= 1e6 ? [1e-6, "MN"] : size >= 1e3 ? [1e-3, "kN"] : [1, "N"];
+  return `${digits(force * factor, step * factor)} ${unit} per m`;
+}
+
 // The force that is drawn widest.
 function widestForce(state) {
   if (state.scale === "run") return run.chains.run;
   return Math.max(...run.frames[state.frame].windows.map((window) => window.contacts.widest));
 }
 
-// Contacts as lines, in classes of width; the strongest on top. The widest line is as wide as a disc's radius; the width grows with
-// the root of the force, so that frames with low forces are not empty on the scale of the run.
+// Contacts are lines in classes of width. The widest line is as wide as a disc's radius; the width grows with the root of the force,
+// so that frames with low forces are not empty on the scale of the run.
+const CLASSES = 12;
+
+function chainClass(force, strongest) {
+  return Math.min(CLASSES - 1, Math.floor(CLASSES * Math.sqrt(Math.abs(force) / strongest)));
+}
+
+function chainWidth(rank, widest, view) {
+  return Math.max((widest * (rank + 0.5)) / CLASSES, (0.3 * view.ratio) / view.pixels);
+}
+
+function middleRadius(window) {
+  const radius = data.array(window.radius);
+  return radius[Math.floor(radius.length / 2)] || 0;
+}
+
+// The strongest contacts are on top.
 function drawChains(context, window, x, y, radius, view, state) {
   const [a, b] = window.contacts.ends.map((number) => data.array(number));
   const force = data.array(window.contacts.force);
   const strongest = widestForce(state);
-  const widest = radius[Math.floor(radius.length / 2)] || 0;
-  const classes = 12, members = Array.from({ length: 2 * classes }, () => []);
-  for (let i = 0; i < force.length; i++) {
-    const rank = Math.min(classes - 1, Math.floor(classes * Math.sqrt(Math.abs(force[i]) / strongest)));
-    members[2 * rank + (force[i] < 0 ? 1 : 0)].push(i);
-  }
+  const widest = middleRadius(window), members = Array.from({ length: 2 * CLASSES }, () => []);
+  for (let i = 0; i < force.length; i++) members[2 * chainClass(force[i], strongest) + (force[i] < 0 ? 1 : 0)].push(i);
   context.lineCap = "round";
   members.forEach((contacts, number) => {
     context.beginPath();
@@ -167,7 +189,7 @@ function drawChains(context, window, x, y, radius, view, state) {
       context.moveTo(x[a[i]], y[a[i]]);
       context.lineTo(x[b[i]], y[b[i]]);
     }
-    context.lineWidth = Math.max((widest * (Math.floor(number / 2) + 0.5)) / classes, (0.3 * view.ratio) / view.pixels);
+    context.lineWidth = chainWidth(Math.floor(number / 2), widest, view);
     context.strokeStyle = number % 2 ? run.chains.tension : run.chains.compression;
     context.stroke();
   });

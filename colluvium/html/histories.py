@@ -1,14 +1,18 @@
-"""Histories as small SVG plots, each with a marker that the page moves to the displayed step."""
+"""Histories as small SVG plots, each with a marker that the page moves to the displayed step, and the values of their points.
+
+Point k of a line of a plot is entry k of its two arrays in the page: step or horizontal value, and value.
+"""
 
 from collections.abc import Callable, Iterator
 from html import escape
 from math import ceil, floor, log10
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from colluvium.figures import style
-from colluvium.figures.histories import COLOURS, NARROWEST, recorded_rows
+from colluvium.figures.histories import COLOURS, NARROWEST, Row, recorded_rows
+from colluvium.html.packing import Packing
 from colluvium.results import clock, load_curves
 from colluvium.results.run import Run
 
@@ -42,6 +46,15 @@ class Axis:
             found[own] = low + (high - low) * np.clip(inside, 0.0, 1.0)
         return found
 
+    def parts_of_time(self) -> list[dict[str, Any]]:
+        """For the page: mode, ends on the axis and first and last time or step of each part."""
+        found = []
+        for number, part in enumerate(self.parts):
+            start, end = self._ends[number : number + 2].tolist()
+            first, last = self._span[number].tolist()
+            found.append({"real": part.real, "start": start, "end": end, "first": first, "last": last})
+        return found
+
     def ticks(self) -> Iterator[tuple[float, str]]:
         """Yields places and texts of round numbers: seconds since the part began, or steps."""
         for number, part in enumerate(self.parts):
@@ -58,19 +71,31 @@ class Axis:
             yield start, end, name
 
 
-def plots(run: Run) -> str:
-    """SVG plots of all histories that change, and of loads over displacements."""
+class Plot(NamedTuple):
+    """SVG of a plot, and its description for the page: unit, names of the lines, arrays of their points, and its axis."""
+
+    svg: str
+    told: dict[str, Any]
+
+
+def plots(run: Run, packing: Packing) -> list[Plot]:
+    """Plots of all histories that change, and of loads over displacements; values of their points are stored in `packing`."""
     axis = Axis(run)
     found = []
     for row in recorded_rows(run):
         lines = [(line.words, *_thin(*run.history(line.name, line.rank))) for line in row.lines]
-        found.append(_plot(axis, f"{row.words} [{row.unit}]", lines, row.logarithmic))
-    found += [_curve(curve) for curve in load_curves.curves(run)]
-    return "\n".join(found)
+        found.append(_plot(axis, row, lines, packing))
+    return found + [_curve(curve, packing) for curve in load_curves.curves(run)]
 
 
-def _plot(axis: Axis, label: str, lines: list[tuple[str, np.ndarray, np.ndarray]], logarithmic: bool) -> str:
+def description(run: Run, drawn: list[Plot]) -> dict[str, Any]:
+    """Plots and the axis of time for the page."""
+    return {"plots": [plot.told for plot in drawn], "time": Axis(run).parts_of_time()}
+
+
+def _plot(axis: Axis, row: Row, lines: list[tuple[str, np.ndarray, np.ndarray]], packing: Packing) -> Plot:
     inner, tall = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
+    label, logarithmic = f"{row.words} [{row.unit}]", row.logarithmic
     up, parts = _vertical(np.concatenate([values for _, _, values in lines]), logarithmic, label)
     for start, end, stage in axis.stages():
         x, room = LEFT + inner * start, inner * (end - start)
@@ -78,17 +103,22 @@ def _plot(axis: Axis, label: str, lines: list[tuple[str, np.ndarray, np.ndarray]
         parts.append(f'<text x="{x + 3:.1f}" y="{TOP - 3}">{escape(stage)}</text>' if room > 6 * len(stage) else "")
     parts.append(f'<text x="{LEFT - 14}" y="{HEIGHT - 7}" class="left">{_axis_words(axis)}</text>')
     parts += [f'<text x="{LEFT + inner * x:.1f}" y="{HEIGHT - 7}" class="below">{words}</text>' for x, words in axis.ticks()]
+    points = []
     for number, (_, steps, values) in enumerate(lines):
-        parts.append(_line(number, LEFT + inner * axis.of(steps), values, up, logarithmic))
+        known = _known(values, logarithmic)
+        parts.append(_line(number, LEFT + inner * axis.of(steps[known]), up(values[known])))
+        points.append([packing.whole(steps[known]), packing.floats(values[known])])
     parts.append(f'<path class="marker" d="M{LEFT} {TOP}v{tall}" data-inner="{inner}"/>')
-    return _svg(label, parts, [words for words, _, _ in lines])
+    names = [words for words, _, _ in lines]
+    told = {"unit": row.unit, "names": names, "lines": points, "curve": False, "left": LEFT, "inner": inner}
+    return Plot(_svg(label, parts, names), told)
 
 
 def _axis_words(axis: Axis) -> str:
     return "step" if not any(part.real for part in axis.parts) else "time" if all(part.real for part in axis.parts) else ""
 
 
-def _curve(curve: load_curves.Curve) -> str:
+def _curve(curve: load_curves.Curve, packing: Packing) -> Plot:
     """Loads over a motion as an SVG plot."""
     inner = WIDTH - LEFT - RIGHT
     factor, unit = style.readable(curve.y_unit, *curve.y.values())
@@ -102,8 +132,13 @@ def _curve(curve: load_curves.Curve) -> str:
         return LEFT + inner * (value - low) / (high - low)
 
     parts += [f'<text x="{across(tick):.1f}" y="{HEIGHT - 7}" class="below">{tick:g}</text>' for tick in ticks]
-    parts += [_line(number, across(x), factor * values, up, False) for number, values in enumerate(curve.y.values())]
-    return _svg(label, parts, list(curve.y))
+    points = []
+    for number, values in enumerate(curve.y.values()):
+        known = _known(values, False)
+        parts.append(_line(number, across(x[known]), up(factor * values[known])))
+        points.append([packing.floats(x[known]), packing.floats(factor * values[known])])
+    told = {"unit": unit, "names": list(curve.y), "lines": points, "curve": True}
+    return Plot(_svg(label, parts, list(curve.y)), told | {"x": {"name": curve.x_label, "unit": x_unit}})
 
 
 def _vertical(values: np.ndarray, logarithmic: bool, label: str) -> tuple[Callable[[Any], Any], list[str]]:
@@ -124,9 +159,13 @@ def _vertical(values: np.ndarray, logarithmic: bool, label: str) -> tuple[Callab
     return up, parts
 
 
-def _line(number: int, x: np.ndarray, values: np.ndarray, up: Callable[[Any], Any], logarithmic: bool) -> str:
-    known = np.isfinite(values) & ((values > 0.0) | (not logarithmic))
-    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x[known], up(values[known]), strict=True))
+def _known(values: np.ndarray, logarithmic: bool) -> np.ndarray:
+    """(n,) whether a value has a place on its axis."""
+    return np.isfinite(values) & ((values > 0.0) | (not logarithmic))
+
+
+def _line(number: int, x: np.ndarray, y: np.ndarray) -> str:
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
     return f'<polyline points="{points}" stroke="{COLOURS[number % len(COLOURS)]}"/>'
 
 

@@ -1,7 +1,8 @@
 """Numbers as compact bytes for the page of a run.
 
 An array is a row of codes of 1, 2 or 4 bytes: value = low + step * code (logarithmic: 10 to this power). The largest code means
-NaN. Bytes are stored in planes, all lowest bytes first, because this compresses better.
+NaN. Codes with step 0 are float32, for values that need all their digits beside much larger ones. Bytes are stored in planes, all
+lowest bytes first, because this compresses better.
 """
 
 import base64
@@ -39,6 +40,10 @@ class Packing:
         low, high = (int(values.min()), int(values.max())) if len(values) else (0, 0)
         width = next(width for width in (1, 2, 4) if high - low < 256**width - 1)
         return self._keep(values - low, width, low, 1, False)
+
+    def floats(self, values: np.ndarray) -> int:
+        """Stores real numbers (n,) as float32; returns the number of the array."""
+        return self._keep(np.asarray(values, dtype="<f4").view("<u4"), 4, 0.0, 0.0, False)
 
     def text(self) -> str:
         """All bytes, deflated, in base 64."""

@@ -56,7 +56,7 @@ function draw() {
   element("log").disabled = !quantity?.positive;
   element("play").textContent = clock ? "pause" : "play";
   element("caption").textContent = caption();
-  element("keys").replaceChildren(...keys());
+  element("keys").replaceChildren(...legend(state, view).map(asElement));
   for (const marker of document.querySelectorAll(".marker")) {
     const across = run.frames[state.frame].across * marker.dataset.inner;
     marker.setAttribute("transform", `translate(${across} 0)`);
@@ -79,76 +79,55 @@ function caption() {
 
 function readableLength(metres) {
   if (metres === null) return "beyond all numbers";
-  const [factor, unit] = metres >= 0.5 ? [1, "m"] : metres >= 5e-4 ? [1e3, "mm"] : [1e6, "µm"];
+  const [factor, unit] = lengthUnit(metres);
   return `${Number((metres * factor).toPrecision(3))} ${unit}`;
 }
 
-// Colour bars and signs for what the canvas shows now.
-function keys() {
-  const frame = run.frames[state.frame], found = [];
-  const discs = frame.windows.length ? discQuantity(state) : null;
-  if (quantities.has(state.zones)) found.push(bar(state.zones, discs && discs !== state.zones ? "zones: " : ""));
-  if (discs && discs !== state.zones) found.push(bar(discs, "discs: "));
-  if (state.zones === "plastic") {
-    const signs = run.plastic.states.map(([, words, colour]) => ["", colour, words]);
-    signs.push(["", run.plastic.elastic, "never yielded"]);
-    if (frame.windows.some((window) => window.contacts.bond !== undefined)) signs.push(["dot", INK, "broken bond, still in contact"]);
-    found.push(swatches(signs));
-  }
-  if (state.chains && frame.windows.length) {
-    const force = widestForce(state);
-    const [factor, unit] = force >= 1e6 ? [1e-6, "MN"] : force >= 1e3 ? [1e-3, "kN"] : [1, "N"];
-    const signs = [1, 0.1, 0.01].map((part) => {
-      const words = `${Number((force * part * factor).toPrecision(2))} ${unit} per m`;
-      return ["line", run.chains.compression, words, Math.max(1, 6 * Math.sqrt(part))];
-    });
-    found.push(swatches([...signs, ["line", run.chains.compression, "compression"], ["line", run.chains.tension, "tension in a bond"]]));
-  }
-  return found;
+// Words beside the pointer; none hide them.
+function point(words, event) {
+  const box = element("pointed");
+  box.hidden = !words || !words.length;
+  if (box.hidden) return;
+  box.replaceChildren(...words.map((line) => Object.assign(document.createElement("div"), { textContent: line })));
+  const { clientWidth, clientHeight } = document.documentElement, { width, height } = box.getBoundingClientRect();
+  const beside = event.clientX + 16 + width < clientWidth ? event.clientX + 16 : Math.max(4, event.clientX - 16 - width);
+  box.style.left = `${Math.max(4, Math.min(beside, clientWidth - width - 4))}px`;
+  box.style.top = `${event.clientY + 16 + height < clientHeight ? event.clientY + 16 : Math.max(4, event.clientY - 16 - height)}px`;
 }
 
-function bar(key, before) {
-  const quantity = quantities.get(key), { low, high, factor, unit } = scaleOf(key, state);
-  const box = document.createElement("div"), picture = document.createElement("canvas"), ticks = document.createElement("div");
-  box.className = "bar";
-  ticks.className = "ticks";
-  picture.width = 256;
-  picture.height = 1;
-  const pen = picture.getContext("2d");
-  quantity.table.forEach((colour, i) => {
-    pen.fillStyle = colour;
-    pen.fillRect(i, 0, 1, 1);
-  });
-  const count = quantity.logarithmic ? run.decades : 4;
-  for (let i = 0; i <= count; i++) {
-    const part = i / count;
-    const value = quantity.logarithmic ? high * 10 ** (i - count) : low + part * (high - low);
-    const tick = document.createElement("span");
-    tick.textContent = Math.abs(value) < 1e-9 * high ? "0" : short(value * factor);
-    tick.style.left = `${100 * part}%`;
-    ticks.append(tick);
-  }
-  box.append(`${before}${quantity.name} [${unit}]`, picture, ticks);
-  return box;
+function pointAtDrawing(event) {
+  const { left, top } = canvas.getBoundingClientRect(), px = (event.clientX - left) * view.ratio, py = (event.clientY - top) * view.ratio;
+  point(valuesAt((px - view.x) / view.pixels, (view.y - py) / view.pixels, state), event);
 }
 
-function short(value) {
-  const small = Math.abs(value) < 1e-3 || Math.abs(value) >= 1e5;
-  return small ? value.toExponential(1).replace(".0e", "e") : String(Number(value.toPrecision(2)));
+// Values of a plot under the pointer, with a spot on each line.
+function pointAtPlot(box, plot, lines, event) {
+  const svg = box.querySelector("svg"), { left, top, width } = svg.getBoundingClientRect();
+  const times = svg.viewBox.baseVal.width / width;
+  const { words, spots } = plotValuesAt(plot, lines, (event.clientX - left) * times, (event.clientY - top) * times);
+  forgetSpots();
+  for (const [x, y] of spots) {
+    const spot = document.createElementNS(svg.namespaceURI, "circle");
+    for (const [name, value] of Object.entries({ class: "spot", cx: x, cy: y, r: 3 })) spot.setAttribute(name, value);
+    svg.append(spot);
+  }
+  point(words, event);
 }
 
-function swatches(signs) {
-  const box = document.createElement("div");
-  box.className = "swatches";
-  for (const [kind, colour, words, height] of signs) {
-    const line = document.createElement("span"), sign = document.createElement("i");
-    sign.className = kind;
-    sign.style.background = colour;
-    if (height) sign.style.height = `${height}px`;
-    line.append(sign, words);
-    box.append(line);
-  }
-  return box;
+function forgetSpots() {
+  for (const spot of document.querySelectorAll(".spot")) spot.remove();
+}
+
+function leave() {
+  forgetSpots();
+  point(null);
+}
+
+// The drawing on paper has the resolution and the letters of a saved picture.
+function printed() {
+  const shown = viewFor(PICTURE.width, PICTURE.ratio);
+  [canvas.width, canvas.height] = [PICTURE.width, shown.height];
+  drawFrame(context, shown, state);
 }
 
 function show(frame) {
@@ -201,9 +180,14 @@ function listen() {
     view.pixels *= times;
     draw();
   }, { passive: false });
-  canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    pointAtDrawing(event);
+  });
+  canvas.addEventListener("pointerleave", leave);
   canvas.addEventListener("pointermove", (event) => {
-    if (!event.buttons) return;
+    if (!event.buttons) return pointAtDrawing(event);
+    leave();
     view.x += event.movementX * view.ratio;
     view.y += event.movementY * view.ratio;
     draw();
@@ -214,6 +198,16 @@ function listen() {
   };
   canvas.addEventListener("dblclick", reset);
   addEventListener("resize", reset);
+  addEventListener("scroll", leave, { passive: true });
+  element("save").addEventListener("click", savePicture);
+  document.querySelectorAll(".plot").forEach((box, number) => {
+    const lines = [...box.querySelectorAll("polyline")].map((line) => pointsOf(line.getAttribute("points")));
+    box.addEventListener("pointermove", (event) => pointAtPlot(box, run.plots[number], lines, event));
+    box.addEventListener("pointerdown", (event) => pointAtPlot(box, run.plots[number], lines, event));
+    box.addEventListener("pointerleave", leave);
+  });
+  addEventListener("beforeprint", printed);
+  addEventListener("afterprint", reset);
 }
 
 async function start() {

@@ -14,13 +14,14 @@ from colluvium.html.contents import Contents
 from colluvium.html.packing import Packing
 from colluvium.results.run import Run
 
-SCRIPTS = ("data.js", "draw.js", "player.js")
+SCRIPTS = ("data.js", "draw.js", "values.js", "legend.js", "picture.js", "player.js")
 
 
 def write(run: Run, path: Path) -> Path:
     """Writes the page of a run with frames; returns its path."""
     packing = Packing()
-    description = Contents(run, packing).description()
+    drawn = histories.plots(run, packing)
+    description = Contents(run, packing).description() | histories.description(run, drawn)
     page = Template(_part("page.html")).substitute(
         title=escape(_title(run)),
         facts=escape(_facts(run)),
@@ -29,7 +30,7 @@ def write(run: Run, path: Path) -> Path:
         description=json.dumps(description, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
         arrays=packing.text(),
         last=len(run.frames) - 1,
-        histories=histories.plots(run),
+        histories="\n".join(plot.svg for plot in drawn),
         closing=_closing(run.info),
         scene=escape(json.dumps(run.scene, indent=1, ensure_ascii=False)),
     )

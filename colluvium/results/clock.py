@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from colluvium.results.run import Run
+from coupler_protocol.scene.tables.stages import time_axis
 
 
 class Part(NamedTuple):
@@ -47,6 +48,12 @@ def places(run: Run, part: Part, steps: np.ndarray) -> np.ndarray:
     at = np.array(sorted(known))
     times = np.interp(np.append(part.first, steps), at, [known[step] for step in at.tolist()])
     return times[1:] - times[0] if part.first > 0 else times[1:]
+
+
+def axis(run: Run) -> str:
+    """What ParaView takes for the time of a frame of this run: "time" [s] or "step"."""
+    tables = run.scene.get("stage", ())
+    return time_axis((table.get("kind", table["name"]), table.get("time", "")) for table in tables)
 
 
 def label(part: Part) -> str:

@@ -32,7 +32,8 @@ Arrays = Mapping[str, np.ndarray]
 class Recorder:
     """One VTKHDF file of one rank.
 
-    `kind` is "continuum" or "discrete"; `attributes` are those of the file's root, `constants` are arrays for all frames.
+    `kind` is "continuum" or "discrete"; `attributes` are those of the file's root, `constants` are arrays for all frames,
+    `axis` is what ParaView takes for the time of a frame: its "time" or its "step".
     `seconds` is the time that calls have taken, `writer_seconds` the time that the thread has worked.
     """
 
@@ -43,12 +44,13 @@ class Recorder:
         title: str = "",
         attributes: Mapping[str, Any] | None = None,
         constants: Arrays | None = None,
+        axis: str = "time",
     ) -> None:
         if kind not in TOPOLOGIES:
             raise ValueError(f"kind {kind!r} is not one of {', '.join(TOPOLOGIES)}")
         self.seconds = 0.0
         self.writer_seconds = 0.0
-        self._file = VtkHdfFile(Path(path), kind, {"title": title, **(attributes or {})}, constants or {})
+        self._file = VtkHdfFile(Path(path), kind, {"title": title, **(attributes or {})}, constants or {}, axis)
         self._last: Frame | None = None
         self._histories: dict[str, tuple[list[int], list[float]]] = {}
         self._failure: Exception | None = None

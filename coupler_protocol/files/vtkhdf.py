@@ -49,8 +49,10 @@ class Frame(NamedTuple):
 class VtkHdfFile:
     """Frames of a continuum (quads and triangles) or of discs (vertices) and their contacts (lines)."""
 
-    def __init__(self, path: Path, kind: str, attributes: Mapping[str, Any], constants: Mapping[str, np.ndarray]) -> None:
-        self._kind = kind
+    def __init__(
+        self, path: Path, kind: str, attributes: Mapping[str, Any], constants: Mapping[str, np.ndarray], axis: str = "time"
+    ) -> None:
+        self._kind, self._axis = kind, axis
         self._disk = WholeWrites(path)
         self._file = h5py.File(self._disk, "w", libver=("v108", "v114"))
         self._file.attrs.update({**attributes, "kind": kind})
@@ -99,7 +101,8 @@ class VtkHdfFile:
         self._frames += 1
         self._steps.attrs.modify("NSteps", self._frames)  # in place, unlike an assignment
         self.flush(what)
-        self._append_one("Steps/Values", frame.info.time)  # more times than NSteps would overrun VTK's memory
+        now = float(getattr(frame.info, self._axis))
+        self._append_one("Steps/Values", now)  # more times than NSteps would overrun VTK's memory
         self.flush(what)
 
     def append_history(self, name: str, steps: list[int], values: list[float]) -> None:

@@ -111,12 +111,13 @@ def prepare_folder(path: str | Path, own_files: Sequence[str], force: bool, orig
 
 
 def remove_report(run_dir: Path) -> None:
-    """Removes pictures and page that `colluvium report` drew in a run directory: they show a run that is computed again."""
-    folder = run_dir / "report"
-    for path in [*folder.glob("*.png"), folder / "report.html"]:
-        path.unlink(missing_ok=True)
-    if folder.is_dir() and not any(folder.iterdir()):
-        folder.rmdir()
+    """Removes what `colluvium report` and `colluvium export` wrote in a run directory: it shows a run that is computed again."""
+    for name, kinds in (("report", ("*.png", "report.html")), ("export", ("*.vtu", "*.pvd", "*.csv"))):
+        folder = run_dir / name
+        for path in [path for kind in kinds for path in folder.glob(kind)]:
+            path.unlink()
+        if folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()
 
 
 class _LogFile(logging.FileHandler):

@@ -23,7 +23,7 @@ from coupler_protocol.scene.tables.discs import Discs
 from coupler_protocol.scene.tables.fos import FactorOfSafety
 from coupler_protocol.scene.tables.grid import Grid, Point, Span
 from coupler_protocol.scene.tables.materials import Grain, Material, Pair, Ring
-from coupler_protocol.scene.tables.stages import Stage
+from coupler_protocol.scene.tables.stages import Stage, time_axis
 from coupler_protocol.scene.tables.stones import Stones
 
 FORMAT = 1
@@ -252,6 +252,11 @@ class SceneBase(Table):
     def digest(self) -> str:
         """Hash of the resolved scene: equal for scenes with the same results."""
         return hashlib.sha256(json.dumps(without_paths(self.resolved()), sort_keys=True).encode()).hexdigest()
+
+    @property
+    def time_axis(self) -> str:
+        """What ParaView takes for the time of a frame: "time" [s] if all stages compute in real time, else "step"."""
+        return time_axis((stage.kind, stage.time) for stage in self.stage)
 
     def name_of_stage(self, index: int) -> str:
         """Name of the stage with this number."""

@@ -74,7 +74,7 @@ class DiscsAlone:
             self._fill()
             self.watch.add_to("computing")
         constants = record.stones(self.stones.outlines, self.origin_of_places) if self.stones else None
-        with Recorder(path, "discrete", self.scene.title, about, constants) as self.recorder:
+        with Recorder(path, "discrete", self.scene.title, about, constants, self.scene.time_axis) as self.recorder:
             if not (self.saved and self.origin.continues(self.out)):  # else an earlier part has the frame
                 self._frame(self.origin.stage if self.saved else self.scene.stage[0].name, 1.0)
             if not self.saved:

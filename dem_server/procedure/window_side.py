@@ -67,7 +67,7 @@ class DiscreteSide:
         constants = record.stones(self.stones.outlines, self.scene.origin) if self.stones else None
         about = {} if self.origin is None else {"kept_stages": kept_stages(self.scene, self.origin)}
         path = part_file(self.scene, self.out, restart.name(self.rank), self.origin)
-        with Recorder(path, "discrete", self.scene.title, about, constants) as self.recorder:
+        with Recorder(path, "discrete", self.scene.title, about, constants, self.scene.time_axis) as self.recorder:
             if self.saved:
                 self.restore(nodes)
             else:

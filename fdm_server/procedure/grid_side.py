@@ -76,7 +76,7 @@ class ContinuumSide:
         """Computes all remaining stages; returns the reason for the end."""
         about = {} if self.origin is None else {"kept_stages": kept_stages(self.scene, self.origin)}
         path = part_file(self.scene, self.out, restart.NAME, self.origin)
-        with Recorder(path, "continuum", self.scene.title, about) as self.recorder:
+        with Recorder(path, "continuum", self.scene.title, about, axis=self.scene.time_axis) as self.recorder:
             begin = self.connect_discs()
             for index, stage in enumerate(self.scene.stage):
                 if index >= begin:

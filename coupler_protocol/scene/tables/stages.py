@@ -1,5 +1,6 @@
 """The [[stage]] tables of a scene: the procedure, the changes of each stage, and its end."""
 
+from collections.abc import Iterable
 from numbers import Real
 from typing import Annotated, Any, Literal
 
@@ -75,6 +76,12 @@ class Surcharge(Table):
 def is_real(time: str) -> bool:
     """Whether this value of `time` means real masses and seconds; else scaled masses (static mode)."""
     return time == "real"
+
+
+def time_axis(stages: Iterable[tuple[str, str]]) -> str:
+    """Axis of the frames of stages (kind, time): "time" [s] if all that compute are in real time, otherwise "step"."""
+    modes = [is_real(time) for kind, time in stages if kind in stage_kinds.named(computes=True)]
+    return "time" if modes and all(modes) else "step"
 
 
 class Stage(Table):

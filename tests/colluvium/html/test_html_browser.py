@@ -69,13 +69,46 @@ const pause = (milliseconds) => new Promise((done) => setTimeout(done, milliseco
   found.later = state.frame;
   await pause(2000);
   found.end = [state.frame, element("play").textContent];
+  const { left, top } = canvas.getBoundingClientRect();
+  const hover = (box, clientX, clientY, type = "pointermove") => {
+    box.dispatchEvent(new PointerEvent(type, { clientX, clientY, bubbles: true }));
+    return element("pointed").hidden ? null : element("pointed").innerText.split("\\n");
+  };
+  const pixel = ([x, y]) => [left + (view.x + view.pixels * x) / view.ratio, top + (view.y - view.pixels * y) / view.ratio];
+  choose("zones", "syy");
+  choose("discs", "same");
+  choose("view", "all");
   const { grid, windows: [window] } = run.frames.at(-1);
+  const { x, y } = places(grid, 1), corner = data.array(grid.corners[0])[0], across = data.array(grid.corners[2])[0];
+  found.pointed = {
+    zone: hover(canvas, ...pixel([(x[corner] + x[across]) / 2, (y[corner] + y[across]) / 2])),
+    disc: hover(canvas, ...pixel([places(window, 1).x[200], places(window, 1).y[200]])),
+    beside: hover(canvas, left + 3, top + 30),
+  };
+  const plot = document.querySelector(".plot"), svg = plot.querySelector("svg").getBoundingClientRect();
+  found.pointed.plot = hover(plot, svg.left + svg.width / 2, svg.top + svg.height / 2);
+  found.spots = document.querySelectorAll(".spot").length;
+  found.pointed.left = hover(plot, 0, 0, "pointerleave");
+  found.forgotten = document.querySelectorAll(".spot").length;
+  choose("chains", true);
+  const sheet = picture(), pixels = sheet.getContext("2d").getImageData(0, 0, sheet.width, sheet.height).data;
+  let inked = 0;
+  for (let i = 0; i < pixels.length; i += 4) inked += pixels[i] < 250 || pixels[i + 1] < 250 || pixels[i + 2] < 250;
+  const size = (sheet.getContext("2d").font.match(/([\\d.]+)px/) || [])[1];
+  const { width, height } = sheet;
+  found.picture = { width, height, inked: inked / (width * height), name: fileName(), size };
+  const shape = [canvas.width, canvas.height];
+  dispatchEvent(new Event("beforeprint"));
+  found.print = { width: canvas.width, distorted: (canvas.width / canvas.height) / (shape[0] / shape[1]) };
+  dispatchEvent(new Event("afterprint"));
+  found.print.back = canvas.width === shape[0] && canvas.height === shape[1];
   const total = (values) => values.reduce((sum, value) => sum + value, 0);
   found.sums = {
     stress: total(zoneValues(grid, "syy")),
     displacement: total(lengths(window)),
     force: total(data.array(window.contacts.force)),
   };
+  found.widths = [document.documentElement.scrollWidth, innerWidth];
   found.loaded = performance.getEntriesByType("resource").map(({ name }) => name);
   return found;
 })().catch((error) => ({ error: String(error) })).then((found) => {
@@ -94,11 +127,12 @@ def page(run_folder, tmp_path_factory):
         return Page(player.write(run, path))
 
 
-def open_in_browser(text, folder):
+def open_in_browser(text, folder, width=1366):
     """Open a page from a file, move everything there is to move, return what was seen."""
     path = folder / "tried.html"
     path.write_text(text.replace("<style>", LISTEN + "<style>", 1).replace("</body>", TRY + "</body>"), encoding="utf-8")
-    options = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--window-size=1366,768"]
+    options = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", f"--window-size={width},768"]
+    options += ["--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run"]
     options += ["--virtual-time-budget=20000", f"--user-data-dir={folder / 'profile'}", "--dump-dom"]
     done = subprocess.run([BROWSER, *options, path.as_uri()], capture_output=True, text=True, timeout=60, check=True)
     note = re.search(r'<pre id="found">(.*?)</pre>', done.stdout, re.DOTALL)
@@ -135,6 +169,27 @@ def test_the_page_lives_in_a_browser(page, run_folder, tmp_path):
             "force": force.sum(),
         }
     assert found["sums"] == pytest.approx(sums, rel=1e-5)
+    pointed = found["pointed"]
+    assert pointed["zone"][1] == "zone 0"
+    assert pointed["disc"][1] == "disc, radius 50 mm"
+    assert pointed["disc"][2].endswith(" MPa (mean of its bin)")
+    assert pointed["beside"] is pointed["left"] is None
+    assert [line.split(", ")[0] for line in pointed["plot"]] == ["continuum", "discrete"]
+    assert (found["spots"], found["forgotten"]) == (2, 0)
+    picture = found["picture"]
+    assert picture["width"] == 2244
+    assert 0.2 < picture["height"] / picture["width"] < 2.0
+    assert 0.1 < picture["inked"] < 0.9
+    assert picture["name"] == "a_slope_of_closed_forms_frame_6_syy_chains.png"
+    assert float(picture["size"]) * 72.0 / 300.0 > 7.0  # points at 300 dpi
+    assert found["print"] == {"width": 2244, "distorted": pytest.approx(1.0, abs=2e-3), "back": True}
+
+
+def test_a_phone_shows_the_page_without_a_sideways_scroll(page, tmp_path):
+    found = open_in_browser(page.text, tmp_path, width=360)
+    assert found["complaints"] == []
+    width, window = found["widths"]
+    assert width == window <= 500  # some versions open no narrower window
 
 
 def test_a_broken_page_is_noticed(page, tmp_path):

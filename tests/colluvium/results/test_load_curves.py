@@ -1,6 +1,7 @@
 """Load-settlement and stress-strain curves are those of the recorded histories, over a true time axis; rates have true units."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from colluvium.figures import histories
 from colluvium.figures import load_curves as figure
 from colluvium.html.histories import Axis, plots
+from colluvium.html.packing import Packing
 from colluvium.results import clock, load_curves
 from colluvium.results.run import open_run
 from coupler_protocol.files.recorder import FrameInfo, Recorder
@@ -87,7 +89,7 @@ def test_settlement_of_a_boundary_that_is_pressed_down(tmp_path):
         assert (run.units("velocity"), run.units("velocity", 0)) == ("m/s", "m per step")
         assert run.units("shear_strain_rate", 0) == "1 per step"
         assert run.units("stress", 0) == "Pa"
-        assert "load [kN] over settlement [mm], boundary footing" in plots(run)
+        assert "load [kN] over settlement [mm], boundary footing" in plots(run, Packing())[-1].svg
 
 
 def test_without_motion_there_is_no_curve(run_folder):
@@ -122,3 +124,23 @@ def test_files_name_the_unit_of_static_stages(biaxial):
     assert "unit_static" not in biaxial.files[1]._vtk["PointData/displacement"].attrs
     assert biaxial.units("velocity", 2) == "m/s"
     assert biaxial.units("velocity", 3) == "m per step"
+
+
+def test_a_ratio_of_zero_has_no_place_on_a_logarithmic_axis(tmp_path):
+    """Before the first force the ratio is zero: no line comes up from below the axis."""
+    with Recorder(tmp_path / "dem.rank1.vtkhdf", "discrete") as recorder:
+        for step, ratio in enumerate((0.0, 0.1, 0.01)):
+            recorder.history(50 * (step + 1), unbalanced_ratio=ratio)
+        recorder.frame(
+            FrameInfo(150, 150.0, "rest", 1.0),
+            points=np.zeros((1, 2)),
+            cells=np.empty((0, 2), int),
+            point_fields={"radius": np.ones(1), "displacement": np.zeros((1, 2))},
+            cell_fields={"normal_force": np.empty(0)},
+        )
+    with open_run(tmp_path) as run:
+        axes = histories.draw(run).axes[0]
+        (drawn,) = re.findall(r'<polyline points="(.*?)"', plots(run, Packing())[0].svg)
+    places = axes.transScale.transform([(50.0, 0.0), (100.0, 0.1)])[:, 1]
+    assert np.isfinite(places).tolist() == [False, True]
+    assert len(drawn.split(" ")) == 2
