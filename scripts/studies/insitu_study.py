@@ -234,6 +234,7 @@ def case(scene, field, stony, seed):
         "coordination": told["coordination"],
         "projected": told["projected"],
         "beyond_friction": told["beyond_friction"],
+        "further_rounds": told["further_rounds"],
         "imbalance": [told["imbalance_x"], told["imbalance_y"]],
     }
 
