@@ -23,7 +23,8 @@ from coupler_protocol.compiled.cache_files import lock_cache
 
 _ROOT = Path(__file__).resolve().parents[2]
 _SHARED = tuple(
-    _ROOT / "coupler_protocol" / name for name in ("compiled/jit.py", "compiled/waiting_words.py", "interface/mapping.py")
+    _ROOT / "coupler_protocol" / name
+    for name in ("compiled/jit.py", "compiled/waiting_words.py", "compiled/lane.py", "interface/mapping.py")
 )
 
 

@@ -20,6 +20,7 @@ from coupler_protocol.wire.frames import content_of
 from coupler_protocol.wire.handshake import join, resume_from
 from dem_server import run
 from dem_server.coupling.grid_talk import GridTalk
+from dem_server.coupling.plain_steps import PlainSteps
 from dem_server.coupling.ring_guard import RingGuard
 from dem_server.coupling.window_strain import WindowStrain
 from dem_server.insitu.takeover import take_over
@@ -167,6 +168,7 @@ class DiscreteSide:
         longest = clock.longest_step(self.model, self.state, self.substeps)
         self.answer, self.looked = (a._replace(dt_limit=longest) for a in (self.answer, self.looked))
         self.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
+        self.plain = PlainSteps(self)
 
     def _name_of(self, index):
         if not 0 <= index < len(self.scene.stage):
@@ -209,6 +211,14 @@ class DiscreteSide:
                 f"the step of {self.step:.4g} s agreed for stage {self._name_of(self.stage)!r} is too long after step "
                 f"{self.steps}: the discs' contacts now need {self.substeps * self.state.next_dt:.4g} s; "
                 "give the stage a smaller step_factor"
+            )
+
+    def refuse_infinite(self, force):
+        """Raises PhysicsFailed for nodal forces that are NaN or infinite."""
+        if not np.isfinite(force.sum()):
+            raise PhysicsFailed(
+                f"the discs' forces on the rim are NaN or infinite after step {self.steps}: the window has blown up; "
+                "try a smaller step_factor"
             )
 
     def measure_power(self, order):

@@ -35,6 +35,7 @@ class StageRun:
         self.energy = None  # a fdm_server.observe.energy_growth.EnergyWatch
         self.stretch = None  # a fdm_server.coupling.rim_stretch.StretchWatch if there are rims
         self.interface = []  # a fdm_server.coupling.rim_growth.RimWatch of every open window
+        self.plain = None  # a fdm_server.coupling.plain_steps.PlainSteps if there are rims
         self._warned = set()
         self.ended = False
         self._momentum = None  # a Momentum if a load of a grid alone waits for rest
@@ -67,7 +68,11 @@ class StageRun:
     @property
     def share(self):
         """Share of the discs in the rim's forces."""
-        return min(1.0, self.done / self._handover) if self._handover else 1.0
+        return self.share_at(self.done)
+
+    def share_at(self, step):
+        """The share in the step with this number (from 0) of the stage."""
+        return min(1.0, step / self._handover) if self._handover else 1.0
 
     @property
     def ramps(self):
@@ -207,16 +212,28 @@ class StageRun:
 
     def step_done(self):
         """Counts the step."""
-        self.done += 1
-        dt = clock.seconds(self.side.state)
-        self.time += dt
+        self._count(1, clock.seconds(self.side.state))
         for ramp in self.ramps:
             ramp.step_done()
         self.set_loads()
-        self.side.steps += 1
-        self.side.time += dt
-        self.side.watch.stages[-1].steps += 1
         self.ended = self._last_step
+
+    def plain_steps_done(self, steps):
+        """Counts plain steps (fdm_server/coupling/plain_steps.py)."""
+        self.pace.exchanges += steps
+        self._count(steps, float(steps))
+
+    def plain_order(self):
+        """Order for the last of the plain steps that are done."""
+        done = self.done - 1
+        return messages.Order(self.index, self.side.steps, self.leg.at(done + 1), self.leg.factor(done), 1.0, 1.0, 0)
+
+    def _count(self, steps, seconds):
+        self.done += steps
+        self.time += seconds
+        self.side.steps += steps
+        self.side.time += seconds
+        self.side.watch.stages[-1].steps += steps
 
     def outcome(self):
         """Row of run.json so far; `ended_by` is "" if the stage did not reach its end."""
@@ -234,6 +251,7 @@ class StageRun:
             "bonds_broken": [int(rim.answer.broken) for rim in self.rims],
             **(self.pace.report() if self.rims else {}),
             **(self.stretch.report() if self.stretch else {}),
+            **(self.plain.report() if self.plain else {}),
         }
 
     def result(self):
