@@ -54,7 +54,6 @@ class Stopwatch:
         setattr(stage, column, getattr(stage, column) + now - self._last)
         self._last = now
 
-
     def add_waiting(self, seconds: float) -> None:
         """Books the time since the last booking: `seconds` of it under waiting, the rest under computing."""
         now = time.perf_counter()

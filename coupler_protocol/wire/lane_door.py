@@ -1,7 +1,7 @@
 """How a lane is opened: the continuum offers a port and a token in WELCOME, the discrete process comes through that door.
 
 Both ends prove that they know the token (HMAC-SHA256 over a nonce of the other one, RFC 2104), so neither a stranger who finds
-the port nor one who has taken it gets a lane. The door is open for seconds and for one connection; during the steps nothing listens.
+the port nor one who has taken it gets a lane. The door is open for seconds and for one connection; during steps nothing listens.
 """
 
 import contextlib

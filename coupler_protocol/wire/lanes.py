@@ -1,15 +1,15 @@
 """Lanes: plain connections that carry the step messages of a side beside its link.
 
 A lane is opened after WELCOME (coupler_protocol/wire/lane_door.py), on one machine or where the scene says so. Its frames are
-those of the link and may come by either way: a message that is sent again, a control message, and a FORCE with strain use the link. A
-lane that breaks, or on which something unexpected arrives, is closed, and the link carries all messages from then on.
+those of the link. Control messages, messages that are sent again, and a FORCE with strain use the link. A lane that breaks, or on
+which something unexpected arrives, is closed, and the link carries all messages from then on.
 """
 
 import logging
 import os
 import socket
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -126,11 +126,12 @@ class Lanes:
             self.close(rank, f"only {sent} of {len(frame)} bytes could be sent")
         return sent == len(frame)
 
-    def passed_by(self, frame: memoryview, rank: int) -> bool:
-        """Whether a frame that fits an open lane came another way."""
+    def note_way(self, frame: Buffer, rank: int) -> None:
+        """Closes the lane to a peer whose step message came over the link although it fits the lane."""
         row = self.row[rank]
         fits = len(frame) == self.wire.in_at[row + 1] - self.wire.in_at[row]
-        return bool(self.wire.fd[row] >= 0) and bool(fits) and frame.obj is not self.wire.inbox
+        if self.wire.fd[row] >= 0 and fits and isinstance(frame, memoryview) and frame.obj is not self.wire.inbox:
+            self.close(rank, "a step message came over the link")
 
     def said(self, row: int) -> memoryview:
         """The frame in the outbox for a peer."""
@@ -165,27 +166,6 @@ class Lanes:
             self.close(rank, "what arrived is not a message of this run")  # a stream cannot be read on from an unknown place
             return False
         return True
-
-
-class WithLanes:
-    """What a transport adds for lanes: `lanes` is None until the handshake opens them."""
-
-    def __init__(self) -> None:
-        self.lanes: Lanes | None = None
-
-    def send_step(self, frame: Buffer, rank: int = 0) -> None:
-        """Sends a step message, over the lane of the peer if there is one."""
-        if self.lanes is None or not self.lanes.send(frame, rank):
-            self.send(frame, rank)
-
-    def send(self, frame: Buffer, rank: Any = 0) -> None:
-        """Sends a frame over the link."""
-        raise NotImplementedError
-
-    def note_way(self, frame: Buffer, rank: int) -> None:
-        """Closes the lane of a peer whose step message came over the link although it fits the lane."""
-        if self.lanes is not None and isinstance(frame, memoryview) and self.lanes.passed_by(frame, rank):
-            self.lanes.close(rank, "a step message came over the link")
 
 
 FREE = (lane.FLAGS, lane.SEQUENCE, lane.SEQUENCE + 1, lane.CHECKSUM)  # words of a header that the conversation judges

@@ -11,13 +11,13 @@ from collections.abc import Callable
 from typing import Any
 
 from coupler_protocol.wire.frames import Buffer
-from coupler_protocol.wire.lanes import WithLanes
+from coupler_protocol.wire.lanes import Lanes
 
 AWAKE = 5e-4  # [s] before this side sleeps
 NAP = 1e-3  # [s] of sleep on the lanes before the queue is looked at
 
 
-class InprocTransport(WithLanes):
+class InprocTransport:
     """One end of a set of queues; the methods are those of `coupler_protocol.wire.link_tcp`.
 
     users: {name of an end: the thread that uses it}, shared by all ends; an end without a live thread is not connected.
@@ -28,10 +28,10 @@ class InprocTransport(WithLanes):
 
     def __init__(
         self, inbox: queue.Queue, outboxes: dict[Any, queue.Queue], me: Any, users: dict[Any, threading.Thread | None],
-        ways: dict[bytes, socket.socket],
+        ways: dict[bytes, socket.socket] | None = None,
     ) -> None:  # fmt: skip
-        super().__init__()
-        self.ways = ways
+        self.lanes: Lanes | None = None  # set by the handshake
+        self.ways = {} if ways is None else ways  # other ends of lanes by their tokens, shared by all ends
         self.inbox, self.outboxes, self.me, self.users = inbox, outboxes, me, users
         self._rank: dict[Any, int] = {}
         self._name: dict[int, Any] = {0: 0}

@@ -4,7 +4,7 @@ A transport transmits frames between ranks, whatever their content:
 
     send(frame, rank)             sends a frame to the peer (dropped without a peer: the conversation sends it again)
     receive(seconds)              (sender, frame) or None; the frame is valid until the next call
-    send_step(frame, rank)        the same for a step message, which takes the lane of the peer if there is one (lanes.py)
+    lanes                         Lanes of step messages (lanes.py), whose frames `receive` also finds, or None
     admit(sender, rank)           assigns later frames of this sender to `rank`
     connected(rank)               whether a peer is connected, according to the last frames
     close()
@@ -27,7 +27,7 @@ from zmq.utils.monitor import recv_monitor_message
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.wire.frames import MAX_FRAME, Buffer
 from coupler_protocol.wire.lane_door import Door, enter
-from coupler_protocol.wire.lanes import WithLanes
+from coupler_protocol.wire.lanes import Lanes
 
 HEARTBEAT, HEARTBEAT_TIMEOUT, LINGER = 1000, 5000, 1000  # ms
 # One message is under way at a time, but ZeroMQ frees the room of delivered messages late and in batches: with room for 8, a
@@ -40,7 +40,7 @@ MAX_PORT = 65535
 _EVENTS = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED  # no more than needed: a full monitor stops ZeroMQ's thread
 
 
-class _Socket(WithLanes):
+class _Socket:
     """Common part of both ends: options, and the buffer for received frames."""
 
     def __init__(self, kind: int, endpoint: str) -> None:
@@ -56,7 +56,7 @@ class _Socket(WithLanes):
         # Room for the largest frame, so that none is truncated; the system allocates memory only for the part that is used.
         self._buffer = np.empty(MAX_FRAME, np.uint8).data
         self._timeout: float | None = None
-        super().__init__()
+        self.lanes: Lanes | None = None  # set by the handshake
         self.endpoint = endpoint
 
     def _await(self, seconds: float) -> tuple[int, memoryview] | None:

@@ -17,6 +17,7 @@ from typing import Any, Protocol
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.wire import frames, messages
 from coupler_protocol.wire.frames import Buffer
+from coupler_protocol.wire.lanes import Lanes
 
 log = logging.getLogger(__name__)
 SLICE = 0.2  # seconds between checks of the clocks and of the stop request while waiting
@@ -26,22 +27,16 @@ MAX_HELLO = 4 << 20  # largest message of an unknown sender in bytes
 
 
 class Transport(Protocol):
-    """One end of a link, as in link_tcp.py and link_inproc.py."""
+    """One end of a link, as in link_tcp.py and link_inproc.py. lanes: of its step messages; None without any."""
+
+    lanes: Lanes | None
 
     def send(self, frame: Buffer, rank: Any) -> None:
         """Sends a frame to the peer."""
         ...
 
-    def send_step(self, frame: Buffer, rank: Any) -> None:
-        """Sends a step message to the peer by the fastest way."""
-        ...
-
     def receive(self, seconds: float) -> tuple[Any, Buffer] | None:
         """Waits for a frame; returns (sender, frame) or None."""
-        ...
-
-    def note_way(self, frame: Buffer, rank: Any) -> None:
-        """Learns from an accepted step message by which way the peer sends."""
         ...
 
     def admit(self, sender: Any, rank: int) -> None:
@@ -100,13 +95,14 @@ class Conversation:
         self.sequence += self.answers
 
     def send_step(self, frame: frames.StepFrame) -> None:
-        """Sends a coupler_protocol.wire.frames.StepFrame, as `send` does, by the fastest way."""
-        self._last = frame.seal(self.sequence)
-        self.transport.send_step(self._last, self.peer)
+        """Sends a coupler_protocol.wire.frames.StepFrame as `send` does, over the lane if there is one."""
+        self._last, lanes = frame.seal(self.sequence), self.transport.lanes
+        if lanes is None or not lanes.send(self._last, self.peer):
+            self.transport.send(self._last, self.peer)
         self.sequence += self.answers
 
     def continue_from(self, sequence: int, said: frames.Buffer | None) -> None:
-        """Goes on after turns that a lane took by itself: number of the present turn, the last frame of this side if it is new."""
+        """Goes on after turns over a lane: number of the present turn, and the last frame of this side if it is a new one."""
         self._last = self._last if said is None else said
         self.sequence = sequence
 
@@ -144,8 +140,8 @@ class Conversation:
                         kind = self._accepted_kind(frame, kinds)
                         if kind is not None:
                             self.sequence += not self.answers
-                            if in_step:
-                                self.transport.note_way(frame, self.peer)
+                            if in_step and self.transport.lanes is not None:
+                                self.transport.lanes.note_way(frame, self.peer)
                             return kind, frame
                     else:
                         self._other_sender(sender, frame)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
-from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, Wire, put, take
+from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
 from coupler_protocol.interface.mapping import forces_to_nodes
 from coupler_protocol.wire.messages import Answer, Order
 from dem_server.coupling.rim import move_ring
@@ -122,7 +122,7 @@ def plain_loop(
             if not put(wire, 0):
                 return step, UNSENT
         begun = False
-        if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+        if clumps is not None:
             counters[CAPS] += move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, True, 1.0, 1.0)[0]
         counters[CAPS] += move(R, count, disc, load, weight, angle, alpha, clumps, gravity, fastest, True, 1.0, 1.0)[0]
         if take(wire, 0) != HERE:

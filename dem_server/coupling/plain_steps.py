@@ -77,7 +77,9 @@ class PlainSteps:
         model, state, rim, talk = side.model, side.state, side.rim, side.conversation
         wire.sequence[0], wire.waited[0] = talk.sequence, 0
         self.answer[:] = side.answer
-        ring = Ring(rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity)
+        ring = Ring(
+            rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
+        )
         said = Talk(self.answer, self.order, side.steps, side.scene.record.history, 0.5 * skin(model))
         motion = Motion(side.gravity, SPEED_CAP * model.smallest_radius / state.next_dt, model.ring)
         steps, why = plain_loop(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
-from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, Wire, put, take
+from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
 from coupler_protocol.wire.messages import Answer, Order
 from fdm_server.coupling.rim import apply_forces
 from fdm_server.coupling.rim_growth import NOTICED, watch_growth
@@ -44,7 +44,7 @@ class Rims(NamedTuple):
 
 
 class Course(NamedTuple):
-    """Plain steps ahead: gravity (n+1,) [m/s2] and its factor (n,), share (n,) of the discs in the rims' forces, Order's numbers."""
+    """n plain steps ahead: gravity (n+1,) [m/s2], its factor (n+1,), share (n,) of the discs in the rims' forces, and of Order."""
 
     gravity: Numbers
     factor: Numbers
@@ -98,7 +98,7 @@ def plain_loop(wire, rims, course, points, resistance, arrays, geometry, gather,
     """
     applied, added_mass, mass, weight_mass, fixed = points
     damping, half_combined, previous, half_drag = resistance
-    velocity, displacement, stress, corner_force, force = arrays
+    velocity, displacement, _, _, force = arrays
     mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy = laws
     windows, count, strips = len(wire.fd), velocity.shape[0], len(gather[1]) - 2
     for step in range(len(course.share)):

@@ -71,8 +71,8 @@ class GrowthWatch:
         self.before, self.size = np.zeros((len(rim.nodes), 2)), np.zeros(7)
 
     def check(self, velocity, dt):
-        """Checks the velocities (K,2) [m/s] of a step of dt [s]. Raises Unstable."""
-        watch_growth(velocity, self.before, self.size, self.floor, dt)
+        """Checks the velocities (K,2) or (2K,) [m/s] of a step of dt [s]. Raises Unstable."""
+        watch_growth(velocity.reshape(-1, 2), self.before, self.size, self.floor, dt)
         self.judge()
 
     def judge(self):
