@@ -1,18 +1,10 @@
 """The discrete side of the coupled run. `lockstep` is the loop; the twin of fdm_server/run.py."""
 
-import numpy as np
-
-from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.wire import messages
 from dem_server.coupling.grid_talk import steps_between
 from dem_server.coupling.plain_steps import COMPLETE, MOVE
 from dem_server.step.contact_pass import contact_forces
-from dem_server.step.motion import SPEED_CAP, move_free
-
-TOO_FAST = (
-    "move by more than a tenth of the smallest radius a step after step {}: give the stage a smaller step_factor, or less "
-    "violent loads"
-)
+from dem_server.step.motion import move_free
 
 
 def lockstep(side):
@@ -70,7 +62,7 @@ def complete_step(side, gravity, order):
 def move_rim(side, gravity, order=None):
     """Moves control discs with the rim, then computes contacts. order: of the step that begins with this motion."""
     side.rim.move(side.state, side.talk.velocity)
-    refuse_fast_rim(side)
+    side.refuse_fast_rim()
     if side.ledger:
         side.book_energy(gravity, begins=order is not None)
     complete_contacts(side, order)
@@ -98,16 +90,7 @@ def move_discs(side, gravity):
     """Moves the free discs; raises PhysicsFailed for a disc that is too fast in real time, where no speed is capped."""
     if side.ledger:
         side.ledger.copy_before_step(side.state, gravity)
-    fast = move_free(side.model, side.state, gravity)
-    if fast and side.model.in_real_time:
-        raise PhysicsFailed(f"{fast} discs or stones {TOO_FAST.format(side.steps)}")
-
-
-def refuse_fast_rim(side):
-    """Raises PhysicsFailed if the grid moves control discs so fast that others could pass through them."""
-    model, state = side.model, side.state
-    if model.in_real_time and np.abs(state.v[: model.ring]).max() * state.dt > SPEED_CAP * model.smallest_radius:
-        raise PhysicsFailed(f"control discs {TOO_FAST.format(side.steps)}")
+    side.refuse_fast(move_free(side.model, side.state, gravity))
 
 
 def send_forces(side, order):

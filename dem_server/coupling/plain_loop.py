@@ -1,4 +1,4 @@
-"""The loop of dem_server/run.py for plain steps, compiled: coupled static steps that nobody has to see.
+"""The loop of dem_server/run.py for plain steps, compiled: coupled steps that nobody has to see.
 
 The kernels, their order and their arguments are those of the loop step by step, so the bits are the same.
 """
@@ -23,7 +23,7 @@ from dem_server.step.motion import move
 
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
 STEP, GRAVITY, DT, INTERVAL, FLAGS = (Order._fields.index(name) for name in ("step", "gravity", "dt", "interval", "flags"))
-DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS = range(6)  # why the loop ended
+DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM = range(8)  # why the loop ended
 Numbers = NDArray[np.float64]
 
 
@@ -59,11 +59,19 @@ class Talk(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """gravity [m/s2] of the first step; fastest [m/step]: cap of the speed; ring: number of control discs."""
+    """gravity [m/s2] of the first step; ring: number of control discs; kick [s]: time of its forces; dt [s]: of every step.
+
+    fastest [m/s]: limit of the speed, longest [m]: of the way in a step; cap: whether faster bodies are slowed down, as in static
+    mode, where dt = 1.
+    """
 
     gravity: float
-    fastest: float
     ring: int
+    kick: float
+    dt: float
+    fastest: float
+    longest: float
+    cap: bool
 
 
 @jit(borrows=True)
@@ -96,20 +104,29 @@ def read_velocities(wire, ring, order):
         at += 2
 
 
+@jit(borrows=True)
+def too_fast(v, dt, longest):
+    """Whether a component of the velocities (R,2) is more than `longest` [m] in a step; false for NaN."""
+    fastest = 0.0
+    for p in range(v.shape[0]):
+        fastest = max(fastest, abs(v[p, 0]), abs(v[p, 1]))
+    return fastest * dt > longest
+
+
 @jit
 def plain_loop(
     wire, ring, talk, motion, begun, disc, load, weight, angle, listed_at, clumps, listed, history, parameters, counters, most
 ):  # fmt: skip
-    """Takes up to `most` steps, each from FORCE to the contacts after VELOCITY; returns (steps completed, why it ended).
+    """Takes up to `most` steps, each from FORCE to the contacts after VELOCITY; returns (steps done, why it ended, fast discs).
 
     begun: FORCE of the first step is sent. The step that is not completed has: prepared FORCE (INFINITE: which is not finite;
-    UNSENT), or sent it and moved the free discs (UNHEARD), or also received VELOCITY, which is not for one step (ODD), or also
-    moved the ring (CONTACTS: a new list of pairs is due, or somebody has to see the step). listed, history, parameters: plain
-    tuples, as for `force_pass`.
+    UNSENT), or sent it and moved the free discs (UNHEARD; FAST: too fast without a cap), or also received VELOCITY, which is not
+    for one step (ODD), or also moved the ring (FAST_RIM: too fast; CONTACTS: a new list of pairs is due, or somebody has to see
+    the step). listed, history, parameters: plain tuples, as for `force_pass`.
     """
     named, past, law = Listed(*listed), PairHistory(*history), Parameters(*parameters)
     scratch = np.empty(scratch_rows.SIZE)
-    R, gravity, fastest = motion.ring, motion.gravity, motion.fastest
+    gravity, R, kick, dt, fastest, longest, cap = motion
     x, v, spin = disc[:R, X : Y + 1], disc[:R, VX : VY + 1], disc[:R, SPIN]
     count, alpha = disc.shape[0], law.alpha
     force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
@@ -118,23 +135,30 @@ def plain_loop(
             forces_to_nodes(ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, x, force, moment, ring.force, ring.paper)
             ring.carried[:] = load[:R, : MOMENT + 1]
             if not write_forces(wire, ring, talk.answer):
-                return step, INFINITE
+                return step, INFINITE, 0
             if not put(wire, 0):
-                return step, UNSENT
-        begun = False
+                return step, UNSENT, 0
+        begun, fast = False, 0
         if clumps is not None:
-            counters[CAPS] += move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, True, 1.0, 1.0)[0]
-        counters[CAPS] += move(R, count, disc, load, weight, angle, alpha, clumps, gravity, fastest, True, 1.0, 1.0)[0]
+            fast += move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)[0]
+        fast += move(R, count, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)[0]
+        kick = dt
+        if cap:
+            counters[CAPS] += fast
+        elif fast > 0:
+            return step, FAST, fast
         if take(wire, 0) != HERE:
-            return step, UNHEARD
+            return step, UNHEARD, 0
         read_velocities(wire, ring, talk.order)
         wire.sequence[0] += 1
-        if talk.order[DT] != 1.0 or talk.order[INTERVAL] != 1.0 or talk.order[STEP] != talk.first + step + 1:
-            return step, ODD
+        if talk.order[DT] != dt or talk.order[INTERVAL] != 1.0 or talk.order[STEP] != talk.first + step + 1:
+            return step, ODD, 0
         gravity = talk.order[GRAVITY]
-        move_ring(ring.nodes, ring.velocity, ring.seg0, ring.seg1, ring.w0, ring.node, x, v, spin, ring.paper, 1.0)
+        move_ring(ring.nodes, ring.velocity, ring.seg0, ring.seg1, ring.w0, ring.node, x, v, spin, ring.paper, dt)
+        if not cap and too_fast(v, dt, longest):
+            return step, FAST_RIM, 0
         seen = talk.order[FLAGS] != 0.0 or (talk.first + step + 1) % talk.history == 0
         if seen or not farthest(disc, listed_at) <= talk.leeway:
-            return step, CONTACTS
-        add_list(disc, load, named, past, law, 1.0, counters, None, scratch)
-    return most, DONE
+            return step, CONTACTS, 0
+        add_list(disc, load, named, past, law, dt, counters, None, scratch)
+    return most, DONE, 0

@@ -7,7 +7,20 @@ there, and the list of pairs still holds.
 import numpy as np
 
 from coupler_protocol.wire import messages
-from dem_server.coupling.plain_loop import CONTACTS, DONE, INFINITE, ODD, UNSENT, Motion, Ring, Talk, plain_loop
+from dem_server.coupling.plain_loop import (
+    CONTACTS,
+    DONE,
+    FAST,
+    FAST_RIM,
+    INFINITE,
+    ODD,
+    UNHEARD,
+    UNSENT,
+    Motion,
+    Ring,
+    Talk,
+    plain_loop,
+)
 from dem_server.effects.histories import history_of
 from dem_server.step.motion import SPEED_CAP
 from dem_server.step.neighbours import skin
@@ -22,7 +35,7 @@ def obstacle(side):
     lanes = side.conversation.transport.lanes
     found = {
         "messages of steps use the link": lanes is None or not lanes.whole,
-        "real time": side.model.in_real_time,
+        "substeps": side.substeps > 1,
         "exchange_every": side.scene.coupling.exchange_every > 1,
         "energies are recorded": side.ledger is not None,
         "a plugin is called": side.plugin is not None,
@@ -55,7 +68,7 @@ class PlainSteps:
             return MOVE, None
         while not self.why_not and self.lanes.whole:
             side.conversation.stop.check()
-            steps, why = self._loop(begun)
+            steps, why, fast = self._loop(begun)
             self._count(steps)
             if why == DONE:
                 begun = False
@@ -64,11 +77,14 @@ class PlainSteps:
             elif why == UNSENT:
                 side.conversation.send_by_link()
                 return MOVE, None
-            elif why in (ODD, CONTACTS):
-                order = messages.Order(*self.order.tolist())
-                return (ACCEPT if why == ODD else COMPLETE), order
-            else:
+            elif why == FAST:
+                side.refuse_fast(fast)
+            elif why == UNHEARD:
                 return RECEIVE, None
+            else:
+                if why == FAST_RIM:
+                    side.refuse_fast_rim()
+                return (ACCEPT if why == ODD else COMPLETE), messages.Order(*self.order.tolist())
         return MOVE, None
 
     def _loop(self, begun):
@@ -81,20 +97,26 @@ class PlainSteps:
             rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
         )
         said = Talk(self.answer, self.order, side.steps, side.scene.record.history, 0.5 * skin(model))
-        motion = Motion(side.gravity, SPEED_CAP * model.smallest_radius / state.next_dt, model.ring)
-        steps, why = plain_loop(
+        longest = SPEED_CAP * model.smallest_radius
+        kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
+        motion = Motion(side.gravity, model.ring, kick, dt, longest / dt, longest, not model.in_real_time)
+        steps, why, fast = plain_loop(
             wire, ring, said, motion, begun, state.disc, state.load, state.weight, state.angle, state.listed_at, state.clumps,
             tuple(state.listed), tuple(history_of(state)), tuple(model.parameters), state.counters, MOST,
         )  # fmt: skip
+        if steps or why not in (INFINITE, UNSENT):
+            state.dt = state.next_dt
         talk.continue_from(int(wire.sequence[0]), None if begun and not steps else self.lanes.said(0))
         side.watch.add_waiting(1e-9 * float(wire.waited[0]))
         if steps or why == CONTACTS:
             side.gravity = float(self.order[messages.Order._fields.index("gravity")])
-        return steps, why
+        return steps, why, fast
 
     def _count(self, steps):
         """Counts completed steps."""
+        side = self.side
         self.taken += steps
-        self.side.steps += steps
-        self.side.time += float(steps)
-        self.side.watch.stages[-1].steps += steps
+        side.steps += steps
+        for _ in range(steps):  # as in a sum step by step, bit for bit
+            side.time += side.step
+        side.watch.stages[-1].steps += steps

@@ -29,9 +29,14 @@ from dem_server.observe.energy_ledger import Ledger
 from dem_server.packing.coupled_window import drawn_stones, packed_window
 from dem_server.procedure import restart
 from dem_server.step import clock
+from dem_server.step.motion import SPEED_CAP
 from dem_server.stones import bodies
 
 log = logging.getLogger(__name__)
+TOO_FAST = (
+    "move by more than a tenth of the smallest radius a step after step {}: give the stage a smaller step_factor, or less "
+    "violent loads"
+)
 
 
 class DiscreteSide:
@@ -220,6 +225,17 @@ class DiscreteSide:
                 f"the discs' forces on the rim are NaN or infinite after step {self.steps}: the window has blown up; "
                 "try a smaller step_factor"
             )
+
+    def refuse_fast(self, count):
+        """Raises PhysicsFailed if `count` discs or stones were too fast in real time, where no speed is capped."""
+        if count and self.model.in_real_time:
+            raise PhysicsFailed(f"{count} discs or stones {TOO_FAST.format(self.steps)}")
+
+    def refuse_fast_rim(self):
+        """Raises PhysicsFailed if the grid moves control discs so fast that others could pass through them."""
+        model, state = self.model, self.state
+        if model.in_real_time and np.abs(state.v[: model.ring]).max() * state.dt > SPEED_CAP * model.smallest_radius:
+            raise PhysicsFailed(f"control discs {TOO_FAST.format(self.steps)}")
 
     def measure_power(self, order):
         """Stores the ring's power in a step with histories, before its contact forces change."""

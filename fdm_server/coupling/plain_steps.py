@@ -8,8 +8,22 @@ there, the next one goes on from there, and points of histories follow the last 
 import numpy as np
 
 from coupler_protocol.wire import messages
-from fdm_server.coupling.plain_loop import DONE, GROWN, INFINITE, INVERTED, MIDWAY, UNHEARD, UNSENT, Course, Rims, plain_loop
+from fdm_server.coupling.common_step import check_common_step
+from fdm_server.coupling.plain_loop import (
+    DONE,
+    GROWN,
+    INFINITE,
+    INVERTED,
+    MIDWAY,
+    TOO_LONG,
+    UNHEARD,
+    UNSENT,
+    Course,
+    Rims,
+    plain_loop,
+)
 from fdm_server.effects.added_laws import memories
+from fdm_server.step import clock
 from fdm_server.step import present_shape as shape
 from fdm_server.step.safety import check_zones
 from fdm_server.step.zone_pass import Arrays, Stiffness
@@ -23,7 +37,6 @@ def obstacle(side, stage):
     parts = side.model.partition
     found = {
         "messages of steps use the link": lanes is None or not lanes.whole,
-        "real time": side.state.in_real_time,
         "exchange_every": side.scene.coupling.exchange_every > 1,
         "energies are recorded": stage.ledger is not None,
         "a plugin is called": side.plugin is not None,
@@ -43,7 +56,7 @@ class PlainSteps:
         self.taken = 0
         if not self.why_not:
             self.lanes = side.hub.transport.lanes
-            self.rims = _side_by_side(stage)
+            self.rims = _side_by_side(stage, side.state.in_real_time)
 
     def take(self):
         """Takes all plain steps from the present one on; returns before the first step that has to be taken by itself."""
@@ -57,14 +70,14 @@ class PlainSteps:
     def _ahead(self):
         """Number of plain steps up to the next point of histories, frame, change of masses, or end."""
         side, stage, record = self.side, self.stage, self.side.scene.record
-        if stage.ended_by or any(rim.talk.strain_asked for rim in stage.rims):
+        if stage.ended_by or any(rim.talk.strain_asked for rim in stage.rims) or not stage.step_is_known:
             return 0
         count = min(MOST, record.history - side.steps % record.history, record.every - 1 - side.steps % record.every)
         if side.state.mass is not None:
             count = min(count, shape.MASS_STEPS - side.state.mass_age)
         if stage.stage.until.steps is not None:
             count = min(count, stage.stage.until.steps - 1 - stage.done)
-        return max(count, 0)
+        return max(stage.steps_within_time(count), 0)
 
     def _call(self, count):
         """Takes `count` plain steps; returns whether all of them were taken."""
@@ -73,7 +86,7 @@ class PlainSteps:
         leg, done = stage.leg, stage.done
         factor = np.array([leg.factor(step) for step in range(done, done + count + 1)])
         share = np.array([stage.share_at(step) for step in range(done, done + count)])
-        course = Course(leg.gravity * factor, factor, share, float(stage.index), side.steps + 1)
+        course = Course(leg.gravity * factor, factor, share, float(stage.index), side.steps + 1, clock.seconds(side.state))
         pauses, midway = side.steps % side.scene.record.history == 0, False
         while True:
             steps, heard, why = self._loop(course, midway, pauses)
@@ -88,6 +101,8 @@ class PlainSteps:
             if why == INFINITE:
                 rim = stage.rims[heard]
                 rim.talk.refuse_infinite(self.rims.velocity[slice(*self.rims.begin[heard : heard + 2])], side.steps + 1)
+            if why == TOO_LONG:
+                check_common_step(side.model, side.state, stage.rims, side.state.dt)
             if why == INVERTED:
                 check_zones(shape.present(side.model, side.state), side.model.zones, side.model.zone)
             if why == UNSENT:
@@ -100,7 +115,7 @@ class PlainSteps:
                 stage.observe(side.model, side.state)
                 pauses = False
                 if stage.ended_by:  # this step is completed, the next one is the last
-                    course = Course(course.gravity[:2], course.factor[:2], course.share[:1], course.stage, course.first)
+                    course = course._replace(gravity=course.gravity[:2], factor=course.factor[:2], share=course.share[:1])
             midway = why in (MIDWAY, UNSENT, GROWN)
 
     def _loop(self, course, midway, pauses):
@@ -110,16 +125,20 @@ class PlainSteps:
         conversations = [rim.talk.conversation for rim in self.stage.rims]
         wire.sequence[:] = [talk.sequence for talk in conversations]
         wire.waited[0] = 0
-        points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed)
+        static_mass = shape.static_mass(model, state) if state.in_real_time else None
+        points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
+        rayleigh = law.rayleigh
+        half_drag = None if rayleigh is None or rayleigh.mass is None else 0.5 * rayleigh.mass * state.dt
+        viscosity = None if rayleigh is None or rayleigh.stiffness is None else rayleigh.stiffness / state.dt
         half_combined = None if law.combined is None else 0.5 * law.combined
         arrays = Arrays(state.velocity, state.displacement, state.stress, state.corner_force, state.force)
         memory = None if law.added is None else memories(law.added, state.memory)
         laws = (
-            law.mohr_coulomb, law.tension, law.softening, state.plastic, state.plastic_shear, law.added, memory, None, None,
-            shape.moving(model, state),
+            law.mohr_coulomb, law.tension, law.softening, state.plastic, state.plastic_shear, law.added, memory, viscosity,
+            state.dt, shape.moving(model, state),
         )  # fmt: skip
         found = plain_loop(
-            wire, self.rims, course, points, (law.damping, half_combined, state.previous_force, None), tuple(arrays),
+            wire, self.rims, course, points, (law.damping, half_combined, state.previous_force, half_drag), tuple(arrays),
             tuple(model.geometry), tuple(model.gather), tuple(Stiffness(model.pattern, law.elastic)), laws, midway, pauses,
         )  # fmt: skip
         for row, talk in enumerate(conversations):
@@ -148,17 +167,19 @@ class PlainSteps:
             side.watch.add_to("recording")
 
 
-def _side_by_side(stage):
+def _side_by_side(stage, in_real_time):
     """Rims of all windows in one set of arrays; forces and velocities of the rims become views of them."""
     rims, watches = stage.rims, stage.interface
     begin = np.concatenate([[0], np.cumsum([len(rim.nodes) for rim in rims])])
+    sums, inner_mass = (np.concatenate(each) for each in zip(*((rim.sums, rim.inner_mass) for rim in rims), strict=True))
     of_all = Rims(
         np.concatenate([rim.nodes for rim in rims]),
         begin,
         np.concatenate([rim.force for rim in rims]),
-        np.concatenate([rim.sums for rim in rims]),
+        sums,
         np.array([rim.answer for rim in rims]),
-        np.concatenate([rim.inner_mass for rim in rims]),
+        inner_mass if in_real_time else sums,
+        inner_mass,
         np.concatenate([rim.reaction for rim in rims]),
         np.concatenate([rim.reaction_mass for rim in rims]),
         np.concatenate([rim.before for rim in rims]),
@@ -175,5 +196,5 @@ def _side_by_side(stage):
 
 def _after(course, steps):
     """The Course after `steps` of its steps."""
-    first = course.first + steps
-    return Course(course.gravity[steps:], course.factor[steps:], course.share[steps:], course.stage, first)
+    gravity, factor, share = course.gravity[steps:], course.factor[steps:], course.share[steps:]
+    return course._replace(gravity=gravity, factor=factor, share=share, first=course.first + steps)

@@ -221,18 +221,38 @@ class StageRun:
     def plain_steps_done(self, steps):
         """Counts plain steps (fdm_server/coupling/plain_steps.py)."""
         self.pace.exchanges += steps
-        self._count(steps, float(steps))
+        self._count(steps, clock.seconds(self.side.state))
 
     def plain_order(self):
         """Order for the last of the plain steps that are done."""
         done = self.done - 1
-        return messages.Order(self.index, self.side.steps, self.leg.at(done + 1), self.leg.factor(done), 1.0, 1.0, 0)
+        dt = clock.seconds(self.side.state)
+        return messages.Order(self.index, self.side.steps, self.leg.at(done + 1), self.leg.factor(done), dt, 1.0, 0)
 
-    def _count(self, steps, seconds):
+    @property
+    def step_is_known(self):
+        """Whether the step of a stage in real time is agreed and has not become too long; always in static mode."""
+        real = self.side.state.in_real_time
+        return not real or (self.kick is None and 0.0 < self._step <= self.side.state.dt)
+
+    def steps_within_time(self, most):
+        """Number of steps, up to `most`, before the last one of a stage that ends by its time."""
+        if self.stage.until.time is None:
+            return most
+        dt = clock.seconds(self.side.state)
+        time = self.time
+        for step in range(most):
+            time += dt
+            if time >= self.stage.until.time - 0.5 * dt:
+                return step
+        return most
+
+    def _count(self, steps, dt):
         self.done += steps
-        self.time += seconds
         self.side.steps += steps
-        self.side.time += seconds
+        for _ in range(steps):  # as in a sum step by step, bit for bit
+            self.time += dt
+            self.side.time += dt
         self.side.watch.stages[-1].steps += steps
 
     def outcome(self):
