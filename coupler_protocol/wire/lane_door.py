@@ -24,11 +24,7 @@ class Door:
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         self.token = secrets.token_bytes(NONCE)
         self.listener = socket.create_server((host, 0), family=family, backlog=4)
-
-    @property
-    def offer(self) -> dict[str, Any]:
-        """Content of WELCOME by which the other side finds the door."""
-        return {"port": self.listener.getsockname()[1], "token": self.token}
+        self.offer: dict[str, Any] = {"port": self.listener.getsockname()[1], "token": self.token}  # content of WELCOME
 
     def admit(self, check: Callable[[], object], seconds: float = OPEN) -> socket.socket | None:
         """Waits for the other side; returns the connection, or None. Strangers are sent away. check(): of the stop request."""
