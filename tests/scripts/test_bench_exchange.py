@@ -6,13 +6,6 @@ from tests.commands import run_script
 
 NAMES = ["coupled step", "kernels of the grid", "kernels of the discs", "wire"]
 BY_STEPS = ["grid alone, one by one", "discs alone, one by one", "link", "bound: slower kernels + wire"]
-    "coupled step",
-    "kernels of the grid",
-    "kernels of the discs",
-    "wire",
-    "grid alone, one by one",
-    "discs alone, one by one",
-]
 
 
 def test_all_times_are_measured(tmp_path, configs):
