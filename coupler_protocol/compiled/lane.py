@@ -4,21 +4,14 @@ A lane carries frames of coupler_protocol/wire/frames.py of one size in each dir
 number of looks and then in the kernel, and believes it only with the expected header, the right checksum and finite numbers;
 `put` seals and sends one. Whatever else happens on the stream ends the loop with a code and is left to the conversation
 (coupler_protocol/wire/lockstep.py), which also has the other link. All functions also run uncompiled.
-Source of the calls: IEEE Std 1003.1, read, write, poll, clock_gettime.
 """
 
-import os
-import select
-import time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import numba
 import numpy as np
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.compiled.system_calls import nanoseconds, read, sleep, write
 from coupler_protocol.compiled.waiting_words import give_way
 
 HERE, NOTHING, CLOSED, DOUBTED = range(4)  # what `take` found: a frame, no frame in time, no stream, an unexpected frame
@@ -27,7 +20,6 @@ SLICE = 200  # [ms] of sleep in `take`; then the conversation looks at its clock
 HEADER_WORDS, SEQUENCE, FLAGS, CHECKSUM = 10, 6, 5, 9  # of 4 bytes: of a header, and places in it
 HEADER_NUMBERS = 5  # of 8 bytes
 EXPONENT = 0x7FF00000  # all ones in the upper half of numbers that are NaN or infinite
-READABLE = select.POLLIN << 32  # with the descriptor below: a struct pollfd
 Array = np.ndarray
 
 
@@ -69,75 +61,6 @@ def checksum_table() -> Array:
     return table
 
 
-if numba.config.DISABLE_JIT:
-
-    def _bytes(array: Array, first: int, last: int) -> memoryview:
-        return memoryview(array).cast("B")[first:last]
-
-    def read(fd: int, array: Array, first: int, last: int) -> int:
-        """Reads into the bytes first..last of the array; number of bytes, 0 at the end of the stream, -1 if there are none."""
-        try:
-            return os.readv(fd, [_bytes(array, first, last)])
-        except BlockingIOError:
-            return -1
-        except OSError:
-            return 0
-
-    def write(fd: int, array: Array, first: int, last: int) -> int:
-        """Writes the bytes first..last of the array; number of bytes, -1 if none could be written."""
-        try:
-            return os.writev(fd, [_bytes(array, first, last)])
-        except OSError:
-            return -1
-
-    def sleep(fd: int, asked: Array, milliseconds: int) -> int:
-        """Sleeps until the stream can be read; 0 if it cannot after that time."""
-        return len(select.select([fd], [], [], 1e-3 * milliseconds)[0])
-
-    def nanoseconds(asked: Array) -> int:
-        """Monotonic time [ns]."""
-        return time.monotonic_ns()
-
-else:
-    _read = types.ExternalFunction("read", types.intp(types.int32, types.voidptr, types.uintp))
-    _write = types.ExternalFunction("write", types.intp(types.int32, types.voidptr, types.uintp))
-    _poll = types.ExternalFunction("poll", types.int32(types.voidptr, types.uintp, types.int32))
-    _clock = types.ExternalFunction("clock_gettime", types.int32(types.int32, types.voidptr))
-    _MONOTONIC = int(time.CLOCK_MONOTONIC)
-
-    @intrinsic
-    def _address(typing: Any, array: Any, offset: Any) -> Any:
-        """Address of byte `offset` of an array."""
-
-        def code(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-            data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-            return builder.gep(builder.bitcast(data, cgutils.voidptr_t), [arguments[1]])
-
-        return types.voidptr(array, types.intp), code
-
-    @jit(borrows=True)
-    def read(fd, array, first, last):  # type: ignore[no-untyped-def]
-        """Reads into the bytes first..last of the array; number of bytes, 0 at the end of the stream, -1 if there are none."""
-        return _read(fd, _address(array, first), last - first)
-
-    @jit(borrows=True)
-    def write(fd, array, first, last):  # type: ignore[no-untyped-def]
-        """Writes the bytes first..last of the array; number of bytes, -1 if none could be written."""
-        return _write(fd, _address(array, first), last - first)
-
-    @jit(borrows=True)
-    def sleep(fd, asked, milliseconds):  # type: ignore[no-untyped-def]
-        """Sleeps until the stream can be read; 0 if it cannot after that time."""
-        asked[0] = READABLE | fd
-        return _poll(_address(asked, 0), 1, milliseconds)
-
-    @jit(borrows=True)
-    def nanoseconds(asked):  # type: ignore[no-untyped-def]
-        """Monotonic time [ns]."""
-        _clock(_MONOTONIC, _address(asked, 0))
-        return asked[0] * 1_000_000_000 + asked[1]
-
-
 @jit(borrows=True)
 def checksum(table: Array, words: Array, first: int, last: int) -> int:
     """CRC-32 of the words first..last (an even number of them)."""
@@ -148,7 +71,7 @@ def checksum(table: Array, words: Array, first: int, last: int) -> int:
             table[7, a & 255] ^ table[6, (a >> 8) & 255] ^ table[5, (a >> 16) & 255] ^ table[4, a >> 24]
             ^ table[3, b & 255] ^ table[2, (b >> 8) & 255] ^ table[1, (b >> 16) & 255] ^ table[0, b >> 24]
         )  # fmt: skip
-    return crc ^ np.uint32(0xFFFFFFFF)
+    return int(crc ^ np.uint32(0xFFFFFFFF))
 
 
 @jit(borrows=True)

@@ -61,7 +61,7 @@ class Lanes:
             lane.checksum_table(),
             np.zeros(2, dtype=np.int64),
         )
-        self._bytes = memoryview(inbox).cast("B")
+        self._bytes = memoryview(inbox.data).cast("B")
 
     def _room(self, kind: int) -> tuple[np.ndarray, np.ndarray]:
         at = np.concatenate([[0], np.cumsum([step_size(kind, peer.nodes) for peer in self.peers])])
@@ -135,7 +135,7 @@ class Lanes:
 
     def said(self, row: int) -> memoryview:
         """The frame in the outbox for a peer."""
-        return memoryview(self.wire.outbox).cast("B")[self.wire.out_at[row] : self.wire.out_at[row + 1]]
+        return memoryview(self.wire.outbox.data).cast("B")[self.wire.out_at[row] : self.wire.out_at[row + 1]]
 
     def look(self) -> tuple[int, memoryview] | None:
         """(rank, frame) of a whole frame that is there, valid until the next look, or None."""

@@ -104,8 +104,9 @@ class Hatch:
     """The in-process twin of coupler_protocol.wire.lane_door.Door: a pair of connected sockets. ways: token to the other end."""
 
     def __init__(self, ways: dict[bytes, socket.socket]) -> None:
-        self.offer = {"port": 0, "token": secrets.token_bytes(8)}
-        self._own, ways[self.offer["token"]] = socket.socketpair()
+        token = secrets.token_bytes(8)
+        self.offer: dict[str, Any] = {"port": 0, "token": token}
+        self._own, ways[token] = socket.socketpair()
 
     def admit(self, check: Callable[[], object]) -> socket.socket:
         """The continuum's end."""

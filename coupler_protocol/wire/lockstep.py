@@ -31,6 +31,14 @@ class Transport(Protocol):
 
     lanes: Lanes | None
 
+    def door(self) -> Any:
+        """A Door for the lane of a peer (lane_door.py); of the continuum."""
+        ...
+
+    def enter(self, offer: dict[str, Any]) -> Any:
+        """Connection through the Door of an offer, or None; of a discrete process."""
+        ...
+
     def send(self, frame: Buffer, rank: Any) -> None:
         """Sends a frame to the peer."""
         ...

@@ -20,7 +20,7 @@ If a stage may end by the state of the band, GO contains the length of bins (key
 flag STRAIN also contains the window's strain in such bins (coupler_protocol.criteria.strain_bins.as_rows).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 PROTOCOL_VERSION = 3
 
@@ -48,7 +48,7 @@ CONTENT = {
 }
 
 # Optional content, with its types.
-OPTIONAL = {HELLO: {"lane": bool}, WELCOME: {"lane": {"port": int, "token": bytes}}, GO: {"bin": float}}
+OPTIONAL: dict[int, dict[str, Any]] = {HELLO: {"lane": bool}, WELCOME: {"lane": {"port": int, "token": bytes}}, GO: {"bin": float}}
 
 RECORD, END_OF_STAGE, CHECKPOINT, STRAIN = 1, 2, 4, 8
 
