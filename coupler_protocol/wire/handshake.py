@@ -45,6 +45,11 @@ def _objection(hello: dict[str, Any], scene: Any, resume: dict[str, Any] | None)
     return None
 
 
+def _wants_lane(hello: Mapping[str, Any], scene: Any, transport: Any) -> bool:
+    """Whether a lane is to be opened: by default not through a relay or a tunnel, which lead to a port of their own."""
+    return takes_lanes(scene, transport) and "lane" in hello and (bool(scene.link.lane) or hello["lane"] == transport.port)
+
+
 def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], resume: dict[str, Any] | None = None) -> None:
     """Waits for HELLO of every rank and sends WELCOME with the nodes of its window's rim.
 
@@ -79,7 +84,7 @@ def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], resume: di
             "dt": 1.0,
             "exchange_every": scene.coupling.exchange_every,
         }
-        door = hub.transport.door() if takes_lanes(scene, hub.transport) and frames.content_of(frame).get("lane") else None
+        door = hub.transport.door() if _wants_lane(frames.content_of(frame), scene, hub.transport) else None
         conversation.send_control(messages.WELCOME, content | ({"lane": door.offer} if door else {}))
         if door and (connection := door.admit(hub.stop.check)):
             lanes.open(rank, connection)
@@ -102,7 +107,8 @@ def resume_from(after: str, session: int) -> dict[str, Any]:
 def join(conversation: Conversation, scene: Any, resume: dict[str, Any] | None = None) -> np.ndarray:
     """Sends HELLO and waits for WELCOME; returns the positions (K,2) [m] of the rim's nodes. Raises PeerLost if rejected."""
     hello = {"package": version("colluvium"), "float": "<f8", "scene": scene.resolved()}
-    hello |= {"lane": takes_lanes(scene, conversation.transport)}
+    if takes_lanes(scene, conversation.transport):
+        hello["lane"] = conversation.transport.port
     conversation.send_control(messages.HELLO, hello if resume is None else hello | {"resume": resume})
     kind, frame = conversation.receive((messages.WELCOME, messages.REJECT), within=conversation.clocks.arrival)
     content = frames.content_of(frame)

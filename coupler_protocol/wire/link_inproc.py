@@ -24,7 +24,7 @@ class InprocTransport:
     """
 
     endpoint = "inproc"
-    local = True  # both ends are on one machine
+    local, port = True, 0  # both ends are on one machine
 
     def __init__(
         self, inbox: queue.Queue, outboxes: dict[Any, queue.Queue], me: Any, users: dict[Any, threading.Thread | None],

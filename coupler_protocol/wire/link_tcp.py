@@ -102,6 +102,11 @@ class _Socket:
             raise EnvironmentFailed(f"cannot {doing} {endpoint}: {error}") from None
 
     @property
+    def port(self) -> int:
+        """Port of the endpoint."""
+        return int(self.endpoint.rpartition(":")[2])
+
+    @property
     def local(self) -> bool:
         """Whether both ends are on one machine."""
         return is_loopback(self.endpoint)

@@ -31,6 +31,11 @@ class Transport(Protocol):
 
     lanes: Lanes | None
 
+    @property
+    def port(self) -> int:
+        """Port of the link on the side of this end."""
+        ...
+
     def door(self) -> Any:
         """A Door for the lane of a peer (lane_door.py); of the continuum."""
         ...

@@ -11,7 +11,7 @@ import pytest
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.wire import link_inproc, link_tcp, messages
 from coupler_protocol.wire.frames import HEADER
-from coupler_protocol.wire.handshake import join, takes_lanes, welcome_all
+from coupler_protocol.wire.handshake import _wants_lane, join, takes_lanes, welcome_all
 from coupler_protocol.wire.lane_door import Door, enter
 from coupler_protocol.wire.lockstep import Clocks, Conversation, Hub
 from coupler_protocol.wire.payloads import ForceFrame, VelocityFrame
@@ -96,6 +96,14 @@ def test_a_scene_can_forbid_the_lane():
     assert pair.hub_end.lanes is pair.end.lanes is None
     assert pair.turns([5]) == ([5], [-5])
     pair.close()
+
+
+def test_a_link_through_a_relay_gets_no_lane():
+    """The discrete side says to which port it is connected: not to that of the continuum."""
+    hub = SimpleNamespace(local=True, port=5555)
+    assert [_wants_lane({"lane": port}, scene(), hub) for port in (5555, 5556)] == [True, False]
+    assert _wants_lane({"lane": 5556}, scene(True), hub)
+    assert not _wants_lane({}, scene(True), hub)
 
 
 def test_other_machines_get_no_lane_unless_the_scene_says_so():
