@@ -66,7 +66,7 @@ class PlainSteps:
         side, begun = self.side, True
         if not side.watch.stages[-1].steps:  # the message of a first step may be STOP, which uses the link
             return MOVE, None
-        while not self.why_not and self.lanes.whole:
+        while not self.why_not and self.lanes.worth_compiling(side.conversation.sequence):
             side.conversation.stop.check()
             steps, why, fast = self._loop(begun)
             self._count(steps)

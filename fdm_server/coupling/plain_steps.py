@@ -60,8 +60,12 @@ class PlainSteps:
 
     def take(self):
         """Takes all plain steps from the present one on; returns before the first step that has to be taken by itself."""
-        while not self.why_not and self.lanes.whole and (count := self._ahead()) and self._call(count):
+        while not self.why_not and self.lanes.worth_compiling(self._sequence) and (count := self._ahead()) and self._call(count):
             pass
+
+    @property
+    def _sequence(self):
+        return self.stage.rims[0].talk.conversation.sequence
 
     def report(self):
         """Content of run.json."""

@@ -7,6 +7,7 @@ import pytest
 from colluvium import open_run
 from colluvium.running.threads import run
 from coupler_protocol.scene.reader import build_scene
+from coupler_protocol.wire import lanes
 from coupler_protocol.wire.lanes import Lanes
 from tests.same_bits import differing
 from tests.window_scenes import BOX, uniform
@@ -15,6 +16,12 @@ SMALL = [[1.0, 1.0], [3.0, 1.0], [3.0, 3.0], [1.0, 3.0]]
 OTHER = [[4.5, 3.5], [6.5, 3.5], [6.5, 5.0], [4.5, 5.0]]
 STONES = {"content": 0.2, "size": {"mean": 0.5, "sigma": 0.1, "min": 0.4, "max": 0.6}, "gap": 0.05, "body": "clump"}
 STONE = {"density": 2700.0, "spring": {"normal": 1e8, "shear": 1e8}, "friction": {"coefficient": 1.0}}
+
+
+@pytest.fixture(autouse=True)
+def _from_the_first_step(monkeypatch):
+    """Plain steps begin at once, not only in long runs."""
+    monkeypatch.setattr(lanes, "EARLIEST", 0)
 
 
 def scene(**more):
