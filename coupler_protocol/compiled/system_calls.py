@@ -42,7 +42,7 @@ if numba.config.DISABLE_JIT:
 
     def sleep(fd: int, asked: np.ndarray, milliseconds: int) -> int:
         """Sleeps until the stream can be read; 0 if it cannot after that time."""
-        return len(select.select([fd], [], [], 1e-3 * milliseconds)[0])
+        return len(select.select([int(fd)], [], [], 1e-3 * milliseconds)[0])
 
     def nanoseconds(asked: np.ndarray) -> int:
         """Monotonic time [ns]."""

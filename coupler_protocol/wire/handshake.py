@@ -1,5 +1,6 @@
 """Handshake, by which both sides agree that they compute the same scene: HELLO, then WELCOME or REJECT."""
 
+import os
 import secrets
 import sys
 import time
@@ -20,7 +21,9 @@ from coupler_protocol.wire.lockstep import Conversation, Hub
 
 def takes_lanes(scene: Any, transport: Any) -> bool:
     """Whether a side of `scene` sends its step messages over lanes: if the scene says so, by default on one machine."""
-    return sys.byteorder == "little" and bool(transport.local if scene.link.lane is None else scene.link.lane)
+    return (
+        os.name == "posix" and sys.byteorder == "little" and bool(transport.local if scene.link.lane is None else scene.link.lane)
+    )
 
 
 def _begins(resume: dict[str, Any] | None) -> str:

@@ -64,8 +64,10 @@ class _Socket:
         assert self.lanes is not None
         until = time.perf_counter() + AWAKE
         while True:
+            if int(self.socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:  # first, so that strangers are answered during the steps
+                return None
             found = self.lanes.look()
-            if found is not None or int(self.socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
+            if found is not None:
                 return found
             if time.perf_counter() > until:
                 break

@@ -1,8 +1,12 @@
 """Frames on a byte stream between compiled loops: what was put is taken bit for bit, and nothing else is believed."""
 
+import os
 import socket
+import subprocess
+import sys
 import zlib
 
+import numba
 import numpy as np
 import pytest
 
@@ -32,6 +36,15 @@ def say(lanes, seed=1):
     numbers = lanes.wire.said[5:]
     numbers[:] = np.random.default_rng(seed).normal(size=len(numbers)) * 10.0 ** np.arange(-3, len(numbers) - 3)
     return numbers.copy()
+
+
+def test_the_same_uncompiled():
+    """The tests of this file pass with NUMBA_DISABLE_JIT=1, too."""
+    if numba.config.DISABLE_JIT:
+        pytest.skip("this is that run")
+    words = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", __file__]
+    done = subprocess.run(words, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout
 
 
 @pytest.mark.parametrize("words", [2, 10, 300])
