@@ -1,6 +1,6 @@
 """The Python interface: `colluvium.Scene.read(path)`, `colluvium.run(scene, out=...)`, `colluvium.resume(run_dir)`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +38,7 @@ def run(
 ) -> "Run":
     """Computes `scene` into the folder `out` and returns its results (`colluvium.open_run`).
 
+    scene: a Scene, a dictionary of its tables, or the path of a file; copies with other values are checked like a file.
     in_process: both sides in threads of this process; otherwise one process each, bit-identical.
     on_stage: function that is called at the end of each stage, on_step: (n, function) for every n steps, with a
     coupler_protocol.process.plugin.Moment of the side; the run continues with its changes. In one process only.
@@ -47,12 +48,20 @@ def run(
     from colluvium.running import processes, threads
 
     plugin = _functions(on_stage, on_step, in_process)
+    scene = _checked(scene)
     out = command_line.prepare_folder(out, processes.own_files(out), force)
     if in_process:
         threads.run(scene, out, report=report, plugin=plugin)
     else:
         processes.run_scene(scene, Path(out), report)
     return open_run(out)
+
+
+def _checked(scene: Any) -> Any:
+    """The scene of a path, of a dictionary, or of a Scene (whose `model_copy` does not check values); raises SceneError."""
+    if isinstance(scene, str | Path):
+        return read_scene(scene)
+    return build_scene(scene if isinstance(scene, Mapping) else scene.model_dump(mode="json", warnings=False))
 
 
 def resume(

@@ -115,6 +115,7 @@ def run_command(options: argparse.Namespace) -> int:
     from coupler_protocol.scene.reader import read_scene
 
     command_line.set_threads(options.threads)
+    options.scene = command_line.scene_file(options.scene)
     scene = read_scene(options.scene, options.set)
     wanted = options.out or Path("runs") / Path(options.scene).stem
     if options.origin:

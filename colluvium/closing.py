@@ -87,6 +87,7 @@ def sentences(info: Info) -> Iterator[str]:
                 f"warning: in stage {opened['stage']} a gap of {opened['radii']:.1f} r opened in the ring of "
                 f"window {window['name']} at ({x:.1f}, {y:.1f}) m (r: smallest disc radius; a gap of 2 r lets a disc escape)"
             )
+    yield from changes(info)
     for doubt in info.get("doubts", []):
         yield f"worth a second look: {doubt['key']}: {doubt['what']}; {doubt['remedy']}"
     yield from stretched_rims(info)
@@ -107,6 +108,29 @@ def sentences(info: Info) -> Iterator[str]:
         yield "peak memory: grid " + ", discs ".join(f"{value:.0f} MB" for value in memory)
     seconds = f"; {info['seconds']:.1f} s" if info.get("seconds") else ""
     yield f"{info.get('reason', '')}; exit code {info.get('exit_code')}{seconds}"
+
+
+def changes(info: Info) -> Iterator[str]:
+    """Yields what stages changed from their start on, and what it did to stored energy and bonds."""
+    windows = [change | {"window": window["name"]} for window in info.get("windows", []) for change in window.get("changes", ())]
+    for stage in info.get("stages", []):
+        found = stage.get("changes") or {}
+        if found:
+            yield f"from stage {stage['name']} on: {'; '.join(found['what'] or ['nothing changes'])}{_consequences(found)}"
+        for change in windows:
+            if change["stage"] == stage["name"]:
+                yield f"window {change['window']} at the start of stage {stage['name']}{_consequences(change)}"
+
+
+def _consequences(change: Info) -> str:
+    """Text of the energies before and after a change, and of the bonds made; "" for neither."""
+    parts = []
+    for key, name in (("strain_energy", "strain energy of the grid"), ("stored_energy", "energy of the contacts")):
+        if change.get(key):
+            before, after = change[key]
+            parts.append(f"{name} {before:.4g} -> {after:.4g} J")
+    parts += [f"{change['bonds_made']} bonds made"] if change.get("bonds_made") else []
+    return f" ({', '.join(parts)})" if parts else ""
 
 
 def _exchanges(info: Info) -> Iterator[str]:

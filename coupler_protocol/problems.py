@@ -1,9 +1,11 @@
 """Problems of a scene: all at once, each with its place, reason and remedy."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+IN_A_MESSAGE = re.compile(r"[:;] ((?:use|give|leave) .*)$")  # remedy at the end of a validator's message
 KeyPath = tuple[Any, ...]  # names of tables and keys, numbers of list items
 
 
@@ -29,6 +31,12 @@ def dotted(path: KeyPath) -> str:
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
     return text
+
+
+def reason_and_remedy(message: str, remedy: str = "") -> tuple[str, str]:
+    """Reason and remedy of a validator's message, which ends with its remedy; `remedy` if it does not."""
+    said = IN_A_MESSAGE.search(message)
+    return (message[: said.start()], said[1]) if said else (message, remedy)
 
 
 def unfit(key: str, reason: str, remedy: str) -> "SceneError":

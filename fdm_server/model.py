@@ -1,6 +1,6 @@
 """Model: everything that is constant while steps are taken. State: everything that changes; a checkpoint is exactly State."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Annotated, get_type_hints
 
@@ -14,7 +14,7 @@ from fdm_server.mesh.grid import Grid
 from fdm_server.mesh.grid_sides import fixed_components
 from fdm_server.step.blocks import LANES, Gather, Geometry, build_gather, build_geometry, to_blocks
 from fdm_server.step.forces import CORNER_ROWS
-from fdm_server.step.histories import GRIDPOINT, NEITHER, ZONE, reset_histories
+from fdm_server.step.histories import GRIDPOINT, NEITHER, ZONE, begin_and_end_histories, reset_histories
 from fdm_server.step.masses import static_masses, weight_masses
 from fdm_server.step.safety import check_zones
 from fdm_server.step.stress import STRESS_ROWS
@@ -129,6 +129,16 @@ def build_model(scene, grid):
     density = np.array([m.density for m in scene.material], dtype=np.float64)
     fixed = fixed_components(grid, scene.boundary)
     return model_of(grid, np.arange(len(grid.zones)), density, law_from(scene), fixed)
+
+
+def with_materials(model, state, scene):
+    """The model with the effects of the materials of `scene`; stresses stay.
+
+    Histories of laws that begin are zero, those of laws that end are dropped.
+    """
+    fresh = model_of(model.grid, model.zone, model.density, law_from(scene), model.fixed)
+    begin_and_end_histories(fresh, state)
+    return replace(fresh, step_factor=model.step_factor)
 
 
 def model_of(grid, zone, density, material_law, fixed):

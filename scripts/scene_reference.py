@@ -31,7 +31,8 @@ values in other units, thin layers, tables without effect ([check.md](check.md))
 A stage starts from the stresses, displacements, gravity and boundaries at the end of the previous one. Gravity is zero until a
 stage sets `gravity`. A stage ends at the first of its `until` conditions, but at a ratio only after its ramps. Velocities are
 metres a step in static stages and metres a second in stages with `time = "real"`. Static stages need `[damping]`
-to come to rest. Stiffness is given by bulk and shear modulus, or by Young's modulus and Poisson's ratio:
+to come to rest. Materials, discs, boundaries, walls and intervals of records change in the tables of a stage, from that stage on
+([below](#changes-from-a-stage-on)). Stiffness is given by bulk and shear modulus, or by Young's modulus and Poisson's ratio:
 K = E / (3 (1 - 2 nu)), G = E / (2 (1 + nu)). `colluvium check` prints both pairs.
 
 The results are in DIR: `run.json` has the stages with the reactions of all held sides at their ends; `colluvium.open_run` reads
@@ -95,11 +96,13 @@ EXAMPLES = (
 
 
 def tables(model, path, many=False):
-    """(path, class, whether it is a list) of a table and of all below it, in order."""
+    """(path, class, whether it is a list) of a table and of all below it, in order; not of the changes of an effect's keys."""
+    from coupler_protocol.scene.tables.changes import Change
+
     yield path, model, many
     for name, field in model.model_fields.items():
         inner, is_list = table_in(field.annotation)
-        if inner:
+        if inner and not issubclass(inner, Change):
             yield from tables(inner, f"{path}.{name}" if path else name, is_list)
 
 
@@ -142,6 +145,40 @@ def choices_in(annotation):
             yield from choices_in(part)
 
 
+CHANGES = """## Changes from a stage on
+
+A stage changes a material of the grid or of the discs by the table of the scene, with only the keys that change. The changes last
+until a later stage changes them again; those of a discarded stage act only in it. `false` in place of a table ends an effect, a
+table that was not there begins one.
+
+```toml
+[[stage]]
+name = "weaker"
+kind = "load"
+until = { ratio = 1e-5, steps = 60000 }
+[[stage.material]]                       # by name
+name = "clay"
+mohr_coulomb = { cohesion = 8e3 }        # friction and dilation stay
+elastic = { young = 20e6 }               # Poisson's ratio stays
+[stage.discs.soil]                       # coupled, or alone once they are packed
+friction = { coefficient = 0.3 }
+bond = false                             # dissolves the bonds
+[stage.ring]                             # contacts with control discs and walls
+friction = { coefficient = 0.2 }
+[stage.record]
+every = 50
+```
+
+Stresses of the grid do not jump: they follow the new moduli, and the first step reduces them to a lower strength. Contacts keep
+their forces, and the first step reduces their shear forces to a lower friction limit. A contact with a wall keeps its overlap
+instead: a changed spring changes its force. Masses and steps are those of the changed stiffness. Where materials of discs get
+their first bonds, closed contacts are bonded; with `bond_gap`, all contacts up to this gap are bonded, also where bonds broke.
+`run.json` has the elastic energy before and after a change, and the energy ledger of a stage begins after it. `damping` of a
+stage is for this stage only, `[stage.discs.damping]` lasts. Densities, regions, sizes and packing of discs never change and are
+refused by name. Discs without friction pack denser: give `[discs.soil]` none, and `friction` in a later stage.
+"""
+
+
 def examples():
     """Shipped scenes in full, each with a short description."""
     lines = ["## Worked examples", ""]
@@ -155,7 +192,7 @@ def page():
     """The whole page."""
     from coupler_protocol.scene.declare import Effect
 
-    lines, described = [HEAD, *examples()], {}
+    lines, described = [HEAD, CHANGES, *examples()], {}
     for path, model, many in tables(scene_class(), ""):
         mark = f"[[{path}]]" if many else f"[{path}]" if path else "Top level"
         effect = " (effect)" if issubclass(model, Effect) else ""

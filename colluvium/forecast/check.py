@@ -1,12 +1,14 @@
 """`colluvium check`: description of the computation of a scene, its effects that act and those that do not."""
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from coupler_protocol.files import disc_csv
 from coupler_protocol.geometry import polygon_area
+from coupler_protocol.scene.changes import changes_anything_in, changes_in, words
 from coupler_protocol.scene.rules.between_tables import listed_doubts
 from coupler_protocol.scene.rules.sizes import memory_of
 from coupler_protocol.scene.rules.units import as_written
@@ -47,7 +49,23 @@ def _tables(scene: Any, place: str) -> list[str]:
         holders += [(f"discs.pair {' and '.join(p.between)}", p) for p in (discs.pair if discs else [])]
     else:
         holders = [(parent, getattr(scene, parent, None))]
+    holders += _holders_in_stages(scene, parent)
     return [name for name, holder in holders if holder is not None and getattr(holder, key, None) is not None]
+
+
+def _holders_in_stages(scene: Any, parent: str) -> Iterator[tuple[str, Any]]:
+    """Yields (name, table) of the tables of stages that change effects of this place and do not end them."""
+    for stage in scene.stage:
+        tables = [(f"material {table.name!r}", table) for table in stage.material if parent == "material"]
+        if stage.discs is not None and parent == "grain":
+            tables += [("discs.soil", stage.discs.soil), ("discs.stone", stage.discs.stone)]
+            tables += [(f"discs.pair {' and '.join(p.between)}", p) for p in stage.discs.pair]
+        tables += [("ring", stage.ring)] if parent == "grain" else []
+        tables += [("discs", stage.discs)] if parent == "discs" else []
+        for name, table in tables:
+            there = {key: change for key, change in changes_in(table).items() if not change.absent}
+            if there:
+                yield f"{name} from stage {stage.name!r} on", SimpleNamespace(**there)
 
 
 def sizes(scene: Any) -> dict[str, Any]:
@@ -105,6 +123,7 @@ def stages(scene: Any) -> list[dict[str, Any]]:
     return [
         {"name": s.name, "kind": s.kind, "gravity": leg.gravity, "factor": [leg.start, leg.end], "over": leg.over}
         | {"until": s.until.model_dump(exclude_none=True) if s.until else {}, "discard": s.discard}
+        | {"changes": words(scene, i) if changes_anything_in(s) else []}
         | {"time": s.time, "large_strain": large_strain(scene, s), "sides": [b.summary for b in new_boundaries(scene, i)]}
         for i, (s, leg) in enumerate(zip(scene.stage, plan(scene), strict=True))
     ]
@@ -182,6 +201,8 @@ def print_description(found: dict[str, Any], console: Any) -> None:
         more += f", until {until}" if until else ""
         ramp = ramp if s["gravity"] else "no gravity"
         console.print(f"  {s['name']:<14} {s['kind']:<12} {ramp}{more}", markup=False)
+        if s["changes"]:
+            console.print(f"    from here on: {'; '.join(s['changes'])}", markup=False)
         if s["sides"]:
             console.print(f"    sides from here on: {', '.join(s['sides'])}", markup=False)
     for sentence in as_text(found["locate"]) if found.get("locate") else ():

@@ -43,6 +43,7 @@ def command(options: argparse.Namespace) -> int:
     """Searches, prints the result and draws it; returns the exit code."""
     from coupler_protocol.scene.reader import read_scene
 
+    options.scene = command_line.scene_file(options.scene)
     scene = read_scene(options.scene, options.set)
     if scene.grid is None:
         raise SceneError([Problem(options.scene, None, "grid", "discs alone have no factor of safety", "add a [grid] table")])

@@ -44,6 +44,8 @@ def limits_of_scene(scene: Any, exact: bool = False, note: Callable[..., None] |
 def open_model(scene: Any, note: Callable[..., None] | None = None) -> tuple[Any, Any, list["Window"]]:
     """Model and State of the grid with its windows open, and its windows (colluvium.forecast.linearised_step.Window) filled."""
     from colluvium.forecast.linearised_step import Window
+    from coupler_protocol.scene.changes import in_stage
+    from coupler_protocol.scene.stage_kinds import number_of
     from dem_server.insitu.takeover import take_over
     from dem_server.packing.coupled_window import drawn_stones, packed_window
     from fdm_server.ground.removed_zones import cut_window
@@ -51,6 +53,7 @@ def open_model(scene: Any, note: Callable[..., None] | None = None) -> tuple[Any
     from fdm_server.mesh.window_zones import rim_of, window_zones
     from fdm_server.model import build_model, new_state
 
+    scene = in_stage(scene, number_of(scene.stage, couples=True) or 0)
     grid = build_grid(scene)
     model = build_model(scene, grid)
     state, windows = new_state(model), []

@@ -22,6 +22,7 @@ from coupler_protocol.scene.stage_kinds import number_of
 
 log = logging.getLogger(__name__)
 FUNCTIONS = "functions"  # name of a plugin that was made from functions, not a file
+FREE = ("title", "units", "record", "link", "fos")  # keys of a scene by which no State differs
 END = "end of step"  # phase of a State from which steps can go on; any other is for a person to look at
 
 
@@ -184,13 +185,20 @@ def check(scene, origin):
 
 
 def check_scene(scene, earlier, index, path):
-    """Raise SceneError where `scene` differs from the resolved `earlier` in more than title and stages after `index`."""
+    """Raise SceneError where `scene` differs from the resolved `earlier` in more than FREE and stages after `index`."""
     both = (without_paths(resolved) for resolved in (scene.resolved(), earlier))
-    mine, theirs = (resolved | {"title": "", "stage": resolved["stage"][: index + 1]} for resolved in both)
+    mine, theirs = (_bound(resolved, index) for resolved in both)
     found = first_difference(mine, theirs, ("this scene", str(path)))
     if found:
-        why = f"only stages after {scene.name_of_stage(index)!r} may differ from the scene that was computed: {found}"
+        may = f"only stages after {scene.name_of_stage(index)!r}, record and link may differ from the scene that was computed"
+        why = f"{may}: {found}"
         raise SceneError([Problem("scene", None, found.partition(":")[0], why, "compute the scene from its start instead")])
+
+
+def _bound(resolved, index):
+    """What a run that goes on after the stage with number `index` must have in common with the one before."""
+    stages = [{key: value for key, value in stage.items() if key != "record"} for stage in resolved["stage"][: index + 1]]
+    return {key: value for key, value in resolved.items() if key not in FREE} | {"stage": stages}
 
 
 def last_saved(scene, folder):

@@ -39,6 +39,19 @@ class Stretched(_Part):
     place: list[float] = quantity(unit="m", meaning="middle of the zone")
 
 
+class Changes(_Part):
+    """What a stage changes from its start on."""
+
+    what: list[str] = quantity(meaning="the keys that change, with the values before and after")
+    strain_energy: list[float] | None = quantity(
+        None, unit="J", meaning="if materials of the grid change: strain energy of the grid before and after the change"
+    )
+    stored_energy: list[float] | None = quantity(
+        None, unit="J", meaning="if discs without a grid change: energy stored in their contacts before and after the change"
+    )
+    bonds_made: int | None = quantity(None, meaning="if discs without a grid change: bonds made at the start of the stage")
+
+
 class StageRow(_Part):
     """A stage that was computed, or the one in which the run failed."""
 
@@ -66,6 +79,7 @@ class StageRow(_Part):
         None, meaning="coupled: steps that the grid took in compiled calls of many steps ([performance](performance.md))"
     )
     one_by_one: str | None = quantity(None, meaning="coupled: why no step was taken in such a call")
+    changes: Changes | None = quantity(None, meaning="if materials, discs, ring or record change in this stage")
     exchanges: int | None = quantity(None, meaning="with coupling.exchange_every above 1: exchanges of the stage")
     fell_back: str | None = quantity(
         None, meaning="with coupling.exchange_every above 1: why the stage returned to an exchange in every step, or empty"
@@ -123,7 +137,9 @@ class RunJson(_Part):
     gridpoints: int | None = quantity(None, meaning="with a grid: number of gridpoints")
     zones: int | None = quantity(None, meaning="with a grid: number of zones")
     windows: list[dict[str, Any]] = quantity(
-        [], meaning="for each window: name, packing, stones, initial stress, gaps of the ring, step limits, broken bonds, memory"
+        [],
+        meaning="for each window: name, packing, stones, initial stress, gaps of the ring, step limits, changes of the discs by "
+        "stage, broken bonds, memory",
     )
     locate: Any = quantity(None, meaning="with `colluvium run`: where the band was at the end of the locate stage")
     band: Any = quantity(None, meaning="with `colluvium run`: whether the slope failed, and whether the band crosses the window")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from coupler_protocol import exits
 from coupler_protocol.compiled import threads
 from coupler_protocol.files.restart import Origin
-from coupler_protocol.problems import SceneError
+from coupler_protocol.problems import Problem, SceneError
 
 if TYPE_CHECKING:
     from coupler_protocol.process.plugin import Plugin
@@ -76,6 +76,15 @@ def plugin(options: argparse.Namespace) -> "Plugin | None":
     from coupler_protocol.process.plugin import from_file
 
     return None if options.plugin is None else from_file(options.plugin)
+
+
+def scene_file(path: str) -> str:
+    """Path of a scene that the processes of a run can read, each for itself; raises SceneError for a pipe or a terminal."""
+    found = Path(path).resolve() if Path(path).is_relative_to("/dev") else Path(path)  # /dev/stdin is another file in each
+    if Path(path).exists() and not found.is_file() and not found.is_dir():
+        why = "not a file: the processes of a run could not read it, one after the other"
+        raise SceneError([Problem(path, None, "", why, "write the scene to a file")])
+    return str(found)
 
 
 def prepare_folder(path: str | Path, own_files: Sequence[str], force: bool, origin: Origin | None = None) -> Path:

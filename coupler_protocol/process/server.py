@@ -62,6 +62,8 @@ def begin(options: argparse.Namespace, stop: StopRequest, rank: int, process: st
     """
     plugin = command_line.plugin(options)
     own = [*(f"{process}.{ending}" for ending in OWN_FILES), *more]
+    for pattern in (f"{process}.*.vtkhdf", f"{process}.*.h5"):  # parts and checkpoints: readers and resume would take them
+        own += sorted(path.name for path in Path(options.out).glob(pattern))
     out = command_line.prepare_folder(options.out, own, options.force, options.origin)
     command_line.log_to(out / f"{process}.log")
     progress = Progress(rank, "none" if options.quiet else options.progress)

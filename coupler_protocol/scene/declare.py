@@ -64,6 +64,11 @@ class Effect(Table):
 
     source: ClassVar[str] = ""
 
+    @classmethod
+    def after_change(cls, before: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
+        """Keys of the table after a stage has changed those `given`; a law whose keys replace each other says which ones."""
+        return before | given
+
 
 def quantity(
     default: Any = ...,

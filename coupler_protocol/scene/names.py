@@ -36,6 +36,8 @@ def _short(value: str) -> str:
 def _text(value: str) -> str:
     if "\0" in value:
         raise ValueError("files of results cannot hold a zero byte")
+    if any("\ud800" <= letter <= "\udfff" for letter in value):
+        raise ValueError("files of results cannot hold half of a character (a surrogate)")
     return value
 
 

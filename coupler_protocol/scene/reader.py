@@ -1,5 +1,6 @@
 """Reader of TOML files: a scene, or the list of all its problems."""
 
+import codecs
 import difflib
 import json
 import re
@@ -11,7 +12,8 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from coupler_protocol.problems import KeyPath, Problem, SceneError, dotted
+from coupler_protocol.problems import KeyPath, Problem, SceneError, dotted, reason_and_remedy
+from coupler_protocol.scene.changes import CANNOT, CHANGING, FOR_ALL_STAGES
 from coupler_protocol.scene.named_files import located
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.scene import scene_class
@@ -21,7 +23,6 @@ Lines = Mapping[KeyPath, int]  # line of each key
 
 FROM_SET = 0  # in place of a line, for values from the command line
 ALIKE = 0.7  # similarity of a mistyped key and the one that was probably meant
-IN_A_MESSAGE = re.compile(r"[:;] ((?:use|give|leave) .*)$")  # remedy at the end of a validator's message
 SYMBOLS = {
     "c": "cohesion", "phi": "friction", "psi": "dilation", "e": "young", "nu": "poisson", "k": "bulk", "g": "shear",
     "rho": "density", "gamma": "density", "unit_weight": "density", "kn": "normal", "ks": "shear", "mu": "coefficient",
@@ -39,13 +40,14 @@ def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Any:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        content = path.read_bytes()
+        text = content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except FileNotFoundError:
         near = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
         remedy = f"there: {', '.join(near)}" if near else "the shipped scenes are in configs/"
         raise SceneError([Problem(str(path), None, "", "there is no such file", remedy)]) from None
     except UnicodeDecodeError as error:
-        raise SceneError([Problem(str(path), None, "", f"not a text in UTF-8: {error.reason}", "is it a TOML file?")]) from None
+        raise SceneError([_not_utf_8(path, content, error)]) from None
     data, lines = _parsed(path, text)
     problems = []
     for override in overrides:
@@ -55,20 +57,47 @@ def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Any:
     return build_scene(data, str(path), lines, path.parent)
 
 
+def _not_utf_8(path: Path, content: bytes, error: UnicodeDecodeError) -> Problem:
+    """Problem of a file in another encoding, named where the file begins with its mark."""
+    marks = {"UTF-32": (codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE), "UTF-16": (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)}
+    other = next((name for name, begins in marks.items() if content.startswith(begins)), "")
+    what = f"a text in {other}" if other else f"not a text in UTF-8: {error.reason} at byte {error.start}"
+    return Problem(str(path), None, "", what, "save it as UTF-8" if other else "is it a TOML file? Save it as UTF-8")
+
+
 def _parsed(path: Path, text: str) -> tuple[dict[str, Any], dict[tuple[Any, ...], int]]:
     """Plain data of a TOML or JSON text, and the lines of its keys; raises SceneError."""
+    is_json = path.suffix.lower() == ".json"
     try:
-        data = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+        data = json.loads(text, object_pairs_hook=_each_key_once) if is_json else tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise SceneError([_syntax_problem(path, error)]) from None
     except json.JSONDecodeError as error:
         why = f"not valid JSON: {error.msg} (column {error.colno})"
         raise SceneError([Problem(str(path), error.lineno, "", why, "see https://json.org")]) from None
+    except _TwiceError as error:
+        raise SceneError([Problem(str(path), None, str(error), f"the key {str(error)!r} is there twice", "remove one")]) from None
+    except ValueError as error:  # an integer of thousands of digits
+        raise SceneError([Problem(str(path), None, "", f"a number cannot be read: {error}", "use fewer digits")]) from None
     except RecursionError:
         raise SceneError([Problem(str(path), None, "", "tables or lists are nested too deeply", "is it a scene?")]) from None
     if not isinstance(data, dict):
         raise SceneError([Problem(str(path), None, "", f"not a scene, but a {type(data).__name__}", "a scene is an object")])
-    return data, {} if path.suffix == ".json" else locate(text)
+    return data, {} if is_json else locate(text)
+
+
+class _TwiceError(ValueError):
+    """A key of a JSON object that is there twice."""
+
+
+def _each_key_once(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    """The dictionary of a JSON object; raises _TwiceError where one of two values would be lost."""
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise _TwiceError(key)
+        found[key] = value
+    return found
 
 
 def build_scene(data: Mapping[str, Any], file: str = "scene", lines: Lines | None = None, folder: str | Path = ".") -> Any:
@@ -113,6 +142,8 @@ def _problem(error: Any, file: str, lines: Lines) -> Problem:
         reason = "unknown key"
         remedy = f'did you mean "{close[0]}"?' if close else f"known here: {', '.join(sorted(known))}"
         remedy = f"{NOT_COMPUTED[key]}; {remedy}" if key in NOT_COMPUTED and not close else remedy
+        if path[0] == "stage" and path[2] in CHANGING and key in _keys_at(path[2:-1]):
+            reason, remedy = "this does not change between stages", CANNOT.get(key, FOR_ALL_STAGES)
     elif kind == "missing":
         reason, remedy = "missing", _meaning(path)
     elif kind == "literal_error":
@@ -126,9 +157,8 @@ def _problem(error: Any, file: str, lines: Lines) -> Problem:
         if not isinstance(error["input"], dict | list):
             reason += f", not {error['input']!r}"
         remedy = _within_bounds(error, path) + _meaning(path)
-        said = IN_A_MESSAGE.search(reason) if kind == "value_error" else None
-        if said:
-            reason, remedy = reason[: said.start()], said[1]
+        if kind == "value_error":
+            reason, remedy = reason_and_remedy(reason, remedy)
     return Problem(*_place(file, lines, path), dotted(path), reason, remedy)
 
 

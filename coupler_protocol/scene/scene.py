@@ -18,6 +18,7 @@ from coupler_protocol.scene.declare import Table, quantity
 from coupler_protocol.scene.named_files import without_paths
 from coupler_protocol.scene.names import Name, Title
 from coupler_protocol.scene.tables.boundary import Boundary, InitialStress
+from coupler_protocol.scene.tables.changes import StageDiscs, StageGrain, StageMaterial, StagePair, StageRing, change_of
 from coupler_protocol.scene.tables.discs import Discs
 from coupler_protocol.scene.tables.fos import FactorOfSafety
 from coupler_protocol.scene.tables.grid import Grid, Point, Span
@@ -60,6 +61,16 @@ def _effect_fields(place: str) -> dict[str, Any]:
     inside = {name.partition(".")[2]: cls for name, cls in declared_effects().items() if name.startswith(place + ".")}
     return {
         name: (cls | None, Field(default=None, description=(cls.__doc__ or "").strip().splitlines()[0]))
+        for name, cls in inside.items()
+    }
+
+
+def _change_fields(place: str) -> dict[str, Any]:
+    """Optional fields for changes of the effects below `place`."""
+    inside = {name.partition(".")[2]: cls for name, cls in declared_effects().items() if name.startswith(place + ".")}
+    words = "{}: keys that change; false: the effect ends"
+    return {
+        name: (change_of(cls) | None, Field(default=None, description=words.format((cls.__doc__ or "").strip().splitlines()[0])))
         for name, cls in inside.items()
     }
 
@@ -144,7 +155,7 @@ def scene_class() -> Any:
         **_effect_fields("discs"),
     )
     damping = declared_effects()["damping"] | None
-    stage = _extended(Stage, damping=(damping, Field(default=None, description=DAMPING)))
+    stage = _extended(Stage, damping=(damping, Field(default=None, description=DAMPING)), **_changes_of_a_stage())
     return create_model(
         "Scene",
         __base__=SceneBase,
@@ -163,6 +174,35 @@ def scene_class() -> Any:
             Field(description="the procedure, in order", min_length=1),
         ),
     )
+
+
+def _changes_of_a_stage() -> dict[str, Any]:
+    """Fields of a stage with the tables that change effects (coupler_protocol.scene.tables.changes)."""
+    grain = _change_fields("grain")
+    of_discs, pair = _extended(StageGrain, **grain), _extended(StagePair, **grain)
+    material = _extended(StageMaterial, **_change_fields("material"))
+    discs = _extended(
+        StageDiscs,
+        soil=(of_discs | None, Field(default=None, description="material of the discs")),
+        stone=(of_discs | None, Field(default=None, description="material of the discs in stones")),
+        pair=(
+            list[pair],  # type: ignore[valid-type]
+            Field(default_factory=list, description="values for contacts between two materials"),
+        ),
+        **_change_fields("discs"),
+    )
+    ring = _extended(StageRing, **grain)
+    return {
+        "material": (
+            list[material],  # type: ignore[valid-type]
+            Field(default_factory=list, description="materials of the grid that change from this stage on"),
+        ),
+        "discs": (discs | None, Field(default=None, description="effects of discs that change from this stage on")),
+        "ring": (
+            ring | None,
+            Field(default=None, description="effects of contacts with the ring that change from this stage on"),
+        ),
+    }
 
 
 def _extended(table: type[Table], **fields: Any) -> Any:

@@ -27,7 +27,7 @@ class Kind(NamedTuple):
     band: bool = False  # may end by the state of the band (strains count from the end of the equilibrium)
     boundaries: bool = False  # boundaries may change
     discard: bool = False  # its result may be discarded
-    table: str = ""  # its table; then nothing else changes
+    table: str = ""  # its table; then gravity does not change
     rests: bool = False  # brings ground or discs to rest, unless it says otherwise (rest.py)
     keys: tuple[str, ...] = ()  # keys that only this kind has
 
@@ -51,11 +51,11 @@ KINDS = (
     Kind(
         "couple",
         "discs take over from the windows' zones",
-        couples=True, window=True, needs="fill", begins_drawn=True, rests=True, keys=("handover",),
+        couples=True, window=True, needs="fill", begins_drawn=True, boundaries=True, rests=True, keys=("handover",),
     ),
     Kind("overload", "gravity changes", overloads=True, band=True, boundaries=True),
-    Kind("excavate", "zones are excavated", band=True, rests=True, table="excavate"),
-    Kind("surcharge", "pressure on the ground surface", band=True, rests=True, table="surcharge"),
+    Kind("excavate", "zones are excavated", band=True, boundaries=True, rests=True, table="excavate"),
+    Kind("surcharge", "pressure on the ground surface", band=True, boundaries=True, rests=True, table="surcharge"),
     Kind("load", "sides are fixed, moved or loaded differently", boundaries=True),
     Kind("discs", "without a grid, the discs alone", grid=False, alone=True, rests=True),
 )  # fmt: skip

@@ -96,7 +96,7 @@ class PlainSteps:
         ring = Ring(
             rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
         )
-        said = Talk(self.answer, self.order, side.steps, side.scene.record.history, 0.5 * skin(model))
+        said = Talk(self.answer, self.order, side.steps, side.record_of_stage.history, 0.5 * skin(model))
         longest = SPEED_CAP * model.smallest_radius
         kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
         motion = Motion(side.gravity, model.ring, kick, dt, longest / dt, longest, not model.in_real_time)

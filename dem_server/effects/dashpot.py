@@ -54,6 +54,12 @@ class Dashpot(Effect):
             raise ValueError("a dashpot has either `normal` or `restitution`: give one of the two")
         return self
 
+    @classmethod
+    def after_change(cls, before, given):
+        """Keys of the table after a change: `normal` and `restitution` replace each other."""
+        other = {"normal": "restitution", "restitution": "normal"}
+        return {key: value for key, value in before.items() if other.get(key) not in given} | given
+
     def fraction(self, tension):
         """beta_n of Eqs (1) [-]; tension: whether the dashpot of the contact may pull."""
         return self.normal if self.restitution is None else fraction_of(self.restitution, tension)

@@ -111,3 +111,9 @@ def recorded(state):
             if history.recorded and value is not None:
                 found[history.recorded] = getattr(value, part) if part else value
     return found
+
+
+def fields_recorded(law):
+    """Fields of contacts {name in frames: type} under a Law: those of `recorded`, and the shear force where there is one."""
+    found = {history.recorded: history.dtype for history in histories_of(law) if history.recorded}
+    return found | ({"shear_force": "f8"} if law.has_shear else {})

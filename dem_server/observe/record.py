@@ -17,10 +17,10 @@ def stones(outlines, origin=(0.0, 0.0)):
     return {"stone_corners": in_the_scene(np.concatenate(outlines), origin), "stone_start": start}
 
 
-def frame(model, state, origin=(0.0, 0.0)):
+def frame(model, state, origin=(0.0, 0.0), also=None):
     """Keyword arguments for `Recorder.frame`: positions, contacts and their fields; absent effects have no field.
 
-    origin [m]: the local origin of the State.
+    origin [m]: the local origin of the State; also: fields of contacts {name: type} that are zero where their effect is absent.
     """
     pairs = contacts(state)
     ring = np.arange(model.count) < model.ring
@@ -44,5 +44,7 @@ def frame(model, state, origin=(0.0, 0.0)):
         lines["shear_force"] = pairs.shear_force
     for name, remembered in recorded(state).items():
         lines[name] = remembered[pairs.slot]
+    for name, kind in (also or {}).items():
+        lines.setdefault(name, np.zeros(len(pairs.slot), kind))
     ends = np.stack([pairs.disc_a, pairs.disc_b], axis=1)
     return {"points": in_the_scene(state.x, origin), "cells": ends, "point_fields": points, "cell_fields": lines}

@@ -18,6 +18,7 @@ from coupler_protocol.process import server
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import Stopwatch
 from coupler_protocol.scene import rest
+from coupler_protocol.scene.changes import changes_anything_in, in_stage, record_in, words
 from coupler_protocol.scene.ending import Ending
 from coupler_protocol.scene.local_origin import about as counted_from
 from coupler_protocol.scene.local_origin import local_origin
@@ -25,7 +26,7 @@ from coupler_protocol.scene.schedule import plan
 from dem_server.model import Model, State
 from dem_server.observe import energy, record, unbalanced_ratio
 from dem_server.packing import alone_window, draw_apart
-from dem_server.procedure import walls_of_scene
+from dem_server.procedure import stage_changes, walls_of_scene
 from dem_server.procedure.proof import prove
 from dem_server.step import bonds_made, clock, cycle
 from dem_server.step.contact_pass import contact_forces
@@ -52,6 +53,8 @@ class DiscsAlone:
         self.watch = Stopwatch()
         self.steps, self.time = 0, 0.0
         self.earlier, self.results, self.report = [], [], {}  # earlier: rows of run.json of the stages before `origin`
+        self.changes = {}  # what the present stage changes, for run.json
+        self.recorded = stage_changes.recorded_fields(scene)  # of all stages
         self.warnings = []  # of all stages so far
         self._unfinished = None  # function that returns the row of the present stage
         self.model = self.state = self.recorder = self.stones = None
@@ -79,8 +82,8 @@ class DiscsAlone:
                 self.results.append(self._row(self.scene.stage[0], legs[0], 0, "", [], 0.0))
                 self._end_stage(self.scene.stage[0].name, 1.0)
                 first = 1
-            for stage, leg in list(zip(self.scene.stage, legs, strict=True))[first:]:
-                self._stage(stage, leg)
+            for index, (stage, leg) in list(enumerate(zip(self.scene.stage, legs, strict=True)))[first:]:
+                self._stage(index, stage, leg)
         return "all stages done"
 
     # -- stages ------------------------------------------------------------------------------------------------------
@@ -108,17 +111,19 @@ class DiscsAlone:
         self.report |= {"name": NAME, "discs": self.model.count, "packing_seconds": time.perf_counter() - begin}
         log.info("filled %s", self.report)
 
-    def _stage(self, stage, leg):
+    def _stage(self, index, stage, leg):
         """Computes one stage from its first step to its last."""
         self.watch.begin(stage.name)
         walls_of_scene.begin_stage(self.scene, stage, self.model, self.state)
-        model = self._in_time_of(stage)
-        every, record_every = self.scene.record.history, self.scene.record.every
+        now = in_stage(self.scene, index)
+        model, self.changes = self._begin_changes(index, stage, now)
+        intervals = record_in(self.scene, index)
+        every, record_every = intervals.history, intervals.every
         ending, done, began, ended_by, ratio = Ending(stage.until, leg.over), 0, self.time, "", 1.0
         self._unfinished = lambda: self._row(stage, leg, done, "", [ratio], self.time - began)
         while not ended_by:
             self.stop.check()
-            chunk = self._chunk(stage, leg, done, every, self.time - began)
+            chunk = self._chunk(stage, leg, done, (every, record_every), self.time - began)
             self.time += cycle.advance(model, self.state, leg.at(done), chunk)
             done, self.steps = done + chunk, self.steps + chunk
             ended_by = ending.out_of_steps(done)
@@ -150,16 +155,24 @@ class DiscsAlone:
             log.warning("step %d of stage %s: %s: %s", self.steps, name, rest.NAME, text)
             self.warnings.append({"stage": name, "step": self.steps, "name": rest.NAME, "text": text})
 
-    def _in_time_of(self, stage):
-        """The model in the stage's mode, with the stage's damping."""
-        factor = (stage.step_factor or self.scene.discs.time_step) if stage.in_real_time else None
-        self.model = clock.begin(self.model, self.state, stage.damping or self.scene.discs.damping, factor)
-        return self.model
+    def _begin_changes(self, index, stage, now):
+        """The model in the stage's mode, with its damping and its changes of the law, and what it changes, for run.json.
+
+        now: the scene in this stage.
+        """
+        change = stage_changes.begin(self.scene, index, self.model, self.state)
+        factor = (stage.step_factor or now.discs.time_step) if stage.in_real_time else None
+        model = self.model if change is None else change.model
+        self.model = clock.begin(model, self.state, stage.damping or now.discs.damping, factor)
+        found = {"what": words(self.scene, index)} if changes_anything_in(stage) else {}
+        if change is not None:
+            found |= {key: value for key, value in change.complete(self.model, self.state).items() if key != "stage"}
+        return self.model, found
 
     def _chunk(self, stage, leg, done, every, passed):
         """Number of steps until histories, frames, the plugin or a change are due."""
         until = stage.until
-        left = min(n - self.steps % n for n in (every, self.scene.record.every, *self._plugin_steps()))
+        left = min(n - self.steps % n for n in (*every, *self._plugin_steps()))
         if done < leg.over:
             left = 1
         if until.steps is not None:
@@ -206,7 +219,7 @@ class DiscsAlone:
 
     def _frame(self, stage, factor):
         info = FrameInfo(self.steps, self.time, stage, factor)
-        self.recorder.frame(info, **record.frame(self.model, self.state, self.origin_of_places))
+        self.recorder.frame(info, **record.frame(self.model, self.state, self.origin_of_places, self.recorded))
         self.watch.add_to("recording")
 
     def _end_stage(self, name, factor):
@@ -254,7 +267,7 @@ class DiscsAlone:
             "gravity_factor": leg.factor(steps - 1),
             "ratio_discrete": ratios,
             "bonds_broken": [self.state.broken_tension + self.state.broken_shear],
-        }
+        } | ({"changes": self.changes} if self.changes else {})
 
     def _rows(self):
         """Rows of run.json of all stages so far, and of the one that is not completed."""

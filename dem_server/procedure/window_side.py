@@ -13,6 +13,7 @@ from coupler_protocol.files.restart import END, filled, index_of, kept_stages, l
 from coupler_protocol.files.run_json import peak_memory
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
+from coupler_protocol.scene.changes import in_stage, record_in
 from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import number_of
 from coupler_protocol.wire import messages, payloads
@@ -27,7 +28,7 @@ from dem_server.insitu.takeover import take_over
 from dem_server.observe import energy, record, stable_limit, unbalanced_ratio
 from dem_server.observe.energy_ledger import Ledger
 from dem_server.packing.coupled_window import drawn_stones, packed_window
-from dem_server.procedure import restart
+from dem_server.procedure import restart, stage_changes
 from dem_server.step import clock
 from dem_server.step.motion import SPEED_CAP
 from dem_server.stones import bodies
@@ -54,7 +55,9 @@ class DiscreteSide:
         self.stage = self.talk = None
         self.ledger = None  # a dem_server.observe.energy_ledger.Ledger if the scene has record.energy
         self.recorder = None
-        self.report, self.openings, self.limits = {}, [], []
+        self.report, self.openings, self.limits, self.changes = {}, [], [], []
+        self.record_of_stage = scene.record  # its intervals
+        self.recorded = stage_changes.recorded_fields(scene)  # of all stages
         self.model = self.guard = self.state = self.rim = self.stones = None
         there = origin is not None and filled(scene, index_of(scene, origin))
         self.saved = load(scene, origin, restart.name(rank)) if there else None
@@ -137,7 +140,9 @@ class DiscreteSide:
         self._prepare_talk(go.get("bin"))
         name, factor = self._starting_stage()
         if not (self.saved and self.origin.continues(self.out)):  # in the directory of its origin, an earlier part has the frame
-            self.recorder.frame(FrameInfo(self.steps, self.time, name, factor), **record.frame(self.model, self.state))
+            self.recorder.frame(
+                FrameInfo(self.steps, self.time, name, factor), **record.frame(self.model, self.state, also=self.recorded)
+            )
         if not self.saved:
             if self.plugin is not None:
                 self.plugin.stage(self._moment(name))
@@ -167,7 +172,15 @@ class DiscreteSide:
     def _begin_stage(self, index):
         self.stage = index
         self.watch.begin(self._name_of(index))
-        self.model = clock.begin_coupled(self.model, self.state, self.scene.discs, self.scene.stage[index])
+        now, change = in_stage(self.scene, index), stage_changes.begin(self.scene, index, self.model, self.state)
+        self.record_of_stage = record_in(self.scene, index)
+        model = self.model if change is None else change.model
+        self.model = clock.begin_coupled(model, self.state, now.discs, self.scene.stage[index], change is not None)
+        if change is not None:
+            self.changes.append(change.complete(self.model, self.state))
+            self.rim.contacts_changed()
+            stored = energy.stored(self.model, self.state)
+            self.answer, self.looked = (a._replace(stored=stored) for a in (self.answer, self.looked))
         real = self.model.in_real_time
         self.step, self.substeps = (None, self.scene.coupling.substeps) if real else (1.0, 1)
         longest = clock.longest_step(self.model, self.state, self.substeps)
@@ -239,13 +252,13 @@ class DiscreteSide:
 
     def measure_power(self, order):
         """Stores the ring's power in a step with histories, before its contact forces change."""
-        if int(order.step) % self.scene.record.history == 0:
+        if int(order.step) % self.record_of_stage.history == 0:
             self.power = self.rim.power(self.state)
 
     def book_energy(self, gravity, begins):
         """Books energies after the motion of a step and before its contacts. begins: whether this is the first sub-step."""
         self.ledger.book_motion(self.model, self.state, gravity, 0.5 * (self.ledger.dt + self.state.dt))
-        if begins and self.steps % self.scene.record.history == 0:
+        if begins and self.steps % self.record_of_stage.history == 0:
             values = {f"energy_{name}": value for name, value in self.ledger.values(self.model, self.state).items()}
             self.recorder.history(self.steps, interface_power=self.ledger.power, interface_work=self.ledger.work, **values)
         self.ledger.copy_contacts(self.model, self.state)
@@ -255,7 +268,7 @@ class DiscreteSide:
         self.steps = int(order.step)
         self.time += order.dt
         self.watch.stages[-1].steps += 1
-        if self.steps % self.scene.record.history == 0:
+        if self.steps % self.record_of_stage.history == 0:
             self.looked = self._new_answer(order.gravity)
             name = self.scene.stage[self.stage].name
             warning = self.guard.check(self.model, self.state)
@@ -281,7 +294,7 @@ class DiscreteSide:
 
     def record(self, order):
         """Writes histories, frames and checkpoints as the Order demands."""
-        if self.steps % self.scene.record.history == 0:
+        if self.steps % self.record_of_stage.history == 0:
             self.recorder.history(
                 self.steps,
                 unbalanced_ratio=self.looked.ratio,
@@ -294,7 +307,7 @@ class DiscreteSide:
         name = self._name_of(int(order.stage))
         if flags & messages.RECORD:
             info = FrameInfo(self.steps, self.time, name, order.gravity_factor)
-            self.recorder.frame(info, **record.frame(self.model, self.state))
+            self.recorder.frame(info, **record.frame(self.model, self.state, also=self.recorded))
         if self.plugin is not None:
             self.plugin.step(self._moment(name))
             if flags & messages.END_OF_STAGE:
@@ -339,6 +352,7 @@ class DiscreteSide:
             "report": self.report,
             "ring_opened": self.openings,
             "limits": self.limits,
+            **({"changes": self.changes} if self.changes else {}),
             "stages": [stage.as_dict() for stage in self.watch.stages],
             "bonds_broken_tension": self.state.broken_tension,
             "bonds_broken_shear": self.state.broken_shear,

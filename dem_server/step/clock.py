@@ -34,14 +34,14 @@ def begin(model, state, damping, step_factor=None):
     return in_static_mode(model, state) if step_factor is None else in_real_time(model, state, step_factor)
 
 
-def begin_coupled(model, state, discs, stage):
-    """`begin` for a coupled stage of a scene; a static stage after a static one changes nothing.
+def begin_coupled(model, state, discs, stage, changed=False):
+    """`begin` for a coupled stage of a scene; a static stage after a static one changes nothing, unless its law has `changed`.
 
     The damping table of a stage in real time is for grid and discs. If it has no local damping, and in static stages, discs keep
     their own damping.
     """
     if not stage.in_real_time:
-        return model if not model.in_real_time else begin(model, state, discs.damping)
+        return begin(model, state, discs.damping) if model.in_real_time or changed else model
     own = stage.damping if stage.damping is not None and stage.damping.local is not None else discs.damping
     return begin(model, state, own, stage.step_factor or discs.time_step)
 

@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from fdm_server.checks.materials import materials_have_zones
 from fdm_server.checks.room_for_discs import lack_of_room
-from fdm_server.ground.excavation import excavations
+from fdm_server.ground.excavation import excavations, held_in_stages
 from fdm_server.ground.load_ramps import forces_of_even_loads
 from fdm_server.mesh.grid import build_grid
-from fdm_server.mesh.grid_sides import edges_of, extent_of, fixed_components, points_in, sides_of
+from fdm_server.mesh.grid_sides import edges_of, extent_of, points_in, sides_of
 from fdm_server.mesh.window_zones import rim_of, window_zones
 
 
@@ -42,7 +42,7 @@ def grid_can_be_built(scene):
             yield ("window", i), str(error), ""
     yield from _cramped(scene, grid, holes)
     try:
-        excavations(scene, grid, fixed_components(grid, scene.boundary), list(holes.values()))
+        excavations(scene, grid, held_in_stages(scene, grid), list(holes.values()))
     except ValueError as error:
         yield ("stage",), str(error), ""
 

@@ -1,5 +1,6 @@
 """Rules between materials, damping and time of a scene; found by the scene reader through `colluvium.rules`."""
 
+from coupler_protocol.scene.changes import in_stage
 from coupler_protocol.scene.scene import distribution_of
 from coupler_protocol.scene.schedule import large_strain
 from coupler_protocol.scene.stage_kinds import of
@@ -8,7 +9,16 @@ from fdm_server.effects.softening import curves
 
 
 def laws_fit_together(scene):
-    """Added laws can be computed, softening has a strength that it changes, and dilation never exceeds friction."""
+    """In all stages: added laws can be computed, softening has a strength that it changes, dilation never exceeds friction."""
+    yield from _laws_fit(scene)
+    for s, stage in enumerate(scene.stage):
+        names = {table.name: k for k, table in enumerate(stage.material)}
+        for (_, i, *rest), why, remedy in _laws_fit(in_stage(scene, s)) if names else ():
+            if scene.material[i].name in names:
+                yield ("stage", s, "material", names[scene.material[i].name], *rest), why, remedy
+
+
+def _laws_fit(scene):
     for name, effect in added_laws.declared().items():
         lacks = added_laws.missing(effect)
         for i, m in enumerate(scene.material):

@@ -73,7 +73,7 @@ class PlainSteps:
 
     def _ahead(self):
         """Number of plain steps up to the next point of histories, frame, change of masses, or end."""
-        side, stage, record = self.side, self.stage, self.side.scene.record
+        side, stage, record = self.side, self.stage, self.stage.record
         if stage.ended_by or any(rim.talk.strain_asked for rim in stage.rims) or not stage.step_is_known:
             return 0
         count = min(MOST, record.history - side.steps % record.history, record.every - 1 - side.steps % record.every)
@@ -91,7 +91,7 @@ class PlainSteps:
         factor = np.array([leg.factor(step) for step in range(done, done + count + 1)])
         share = np.array([stage.share_at(step) for step in range(done, done + count)])
         course = Course(leg.gravity * factor, factor, share, float(stage.index), side.steps + 1, clock.seconds(side.state))
-        pauses, midway = side.steps % side.scene.record.history == 0, False
+        pauses, midway = side.steps % stage.record.history == 0, False
         while True:
             steps, heard, why = self._loop(course, midway, pauses)
             self._count(steps)
@@ -165,7 +165,7 @@ class PlainSteps:
             watch.check_power(side.steps)
         if side.state.mass is not None:
             shape.count_steps(side.model, side.state, steps)
-        if side.steps % side.scene.record.history == 0:
+        if side.steps % stage.record.history == 0:
             side.watch.add_to("computing")
             side.record(stage, stage.plain_order())
             side.watch.add_to("recording")

@@ -51,6 +51,14 @@ class Elastic(Effect):
         rest = {key: value for key, value in data.items() if key not in PAIRS[1] or not numbers or moduli == (1.0, 1.0)}
         return rest | dict(zip(PAIRS[0], moduli, strict=True))
 
+    @classmethod
+    def after_change(cls, before, given):
+        """Keys of the table after a change of one or both moduli of a pair: the other one of that pair stays."""
+        if not set(given) & set(PAIRS[1]) or not before:
+            return before | given
+        now = cls.model_validate(before)
+        return dict(zip(PAIRS[1], (young_modulus(now), poisson_ratio(now)), strict=True)) | given
+
 
 def poisson_ratio(elastic):
     """nu [-] of the moduli."""

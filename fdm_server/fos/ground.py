@@ -17,7 +17,7 @@ from fdm_server.fos.flow_rule import with_flow
 from fdm_server.fos.loading import apply_loads, boundaries, gravity_of, loads
 from fdm_server.fos.reduction import reduced
 from fdm_server.fos.verdict import SPANS_OF_SETTLING
-from fdm_server.ground.excavation import excavations
+from fdm_server.ground.excavation import all_held, excavations
 from fdm_server.ground.initial_stress import initial_state
 from fdm_server.mesh.grid import build_grid
 from fdm_server.mesh.grid_sides import fixed_components
@@ -74,6 +74,9 @@ def settle(scene, stop=lambda: None, say=lambda steps, ratio: None):
         raise unfit("material", "no material has a strength", "add mohr_coulomb = { .. } to a material")
     _refuse_added_laws(scene)
     model = _model(scene, _elastic(scene.material))
+    if not all_held(model.zones, model.fixed):
+        why = "the grid has no support in x or in y: it would never come to rest"
+        raise unfit("boundary", why, 'add [[boundary]] tables, for example on = "bottom", fix = "xy"')
     state = new_state(model)
     apply_loads(scene, model, state)
     steps = _settle(model, state, gravity, scene.fos.ratio, stop, say)
@@ -140,7 +143,7 @@ def _model(scene, materials):
     grid = build_grid(scene)
     fixed = fixed_components(grid, boundaries(scene))
     dug = np.zeros(len(grid.zones), dtype=np.bool_)
-    for mask in excavations(scene, grid, fixed, ()).values():
+    for mask in excavations(scene, grid, lambda _: fixed, ()).values():
         dug |= mask
     density = np.array([m.density for m in materials], dtype=np.float64)
     return model_of(grid, np.flatnonzero(~dug), density, _law(scene, materials), fixed)

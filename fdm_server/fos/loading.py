@@ -8,7 +8,9 @@ import numpy as np
 from coupler_protocol.scene.schedule import acting_boundaries, plan
 from coupler_protocol.scene.stage_kinds import of
 from fdm_server.ground.boundaries_in_time import load_forces
-from fdm_server.ground.load_ramps import surcharge_ramp
+from fdm_server.ground.load_ramps import pressure_forces
+from fdm_server.ground.removed_loads import surcharge_edges
+from fdm_server.step import present_shape
 
 
 def gravity_of(scene):
@@ -31,9 +33,9 @@ def boundaries(scene):
 
 
 def loads(scene):
-    """Loads of boundaries, the last one at each place, and surcharges."""
+    """Loads of boundaries, the last one at each place, and surcharges {number of the stage: table}."""
     at = {boundary.place: boundary for boundary in boundaries(scene) if boundary.loads}
-    return list(at.values()), [stage.surcharge for stage in scene.stage if stage.surcharge is not None]
+    return list(at.values()), {k: stage.surcharge for k, stage in enumerate(scene.stage) if stage.surcharge is not None}
 
 
 def apply_loads(scene, model, state):
@@ -41,8 +43,9 @@ def apply_loads(scene, model, state):
     at_sides, surcharges = loads(scene)
     for boundary in at_sides:
         state.applied += load_forces(model, state, boundary)
-    for surcharge in surcharges:
-        surcharge_ramp(model, state, surcharge).apply(state)
+    xy = present_shape.present(model, state)
+    for k, surcharge in surcharges.items():  # not on the floor of a later excavation
+        state.applied += pressure_forces(xy, surcharge_edges(scene, model, k), surcharge)
 
 
 def driven(scene):

@@ -8,6 +8,7 @@ from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.files import run_json
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.problems import unfit
+from coupler_protocol.scene.changes import after_stage
 from coupler_protocol.scene.rules.between_tables import listed_doubts
 from fdm_server.fos import bracket as bracketing
 from fdm_server.fos import flow_rule
@@ -29,7 +30,9 @@ class Study:
     """The search on all meshes of a scene, which leaves its files in the folder `out`."""
 
     def __init__(self, scene, out, progress, stop):
-        self.scene, self.out, self.progress, self.stop = scene, Path(out), progress, stop
+        self.digest = scene.digest()
+        self.scene = after_stage(scene, len(scene.stage) - 1)  # with the materials that its stages leave
+        self.out, self.progress, self.stop = Path(out), progress, stop
         self.meshes, self.doubts = [], []
 
     def run(self):
@@ -54,7 +57,7 @@ class Study:
         table = self.scene.fos
         return {
             "title": self.scene.title,
-            "scene_hash": self.scene.digest(),
+            "scene_hash": self.digest,
             "quantity": QUANTITY[table.by],
             "rules": {"flow": flow_rule.in_words(self.scene)} | rules(table),
             "criterion": criterion(table),

@@ -41,7 +41,7 @@ class Drive(NamedTuple):
 
 
 class Load(NamedTuple):
-    """Forces of one place on n gridpoints."""
+    """Forces of one place on n gridpoints; place "": an excavation or surcharge, which has none in `State.loads`."""
 
     place: str
     start: NDArray[np.float64]  # (n,2) [N]
@@ -62,9 +62,28 @@ class Push(NamedTuple):
             total = self.others.copy()
             for load in self.loads:
                 force = load.ramp.between(load.start, load.end)
-                state.loads[load.place][self.nodes] = force
+                if load.place:
+                    state.loads[load.place][self.nodes] = force
                 total += force
             state.applied[self.nodes] = total
+
+    def with_ramp(self, change, applied):
+        """The Push with the ForceRamp `change` of an excavation or surcharge as one more load; applied (N,2): present forces."""
+        nodes = np.union1d(self.nodes, change.nodes)
+        own, others = np.searchsorted(nodes, self.nodes), applied[nodes]
+        others[own] = self.others
+        spread = [
+            Load(load.place, *(_on(nodes, own, force) for force in (load.start, load.end)), load.ramp) for load in self.loads
+        ]
+        ramp = _on(nodes, np.searchsorted(nodes, change.nodes), change.end - change.start)
+        return Push(nodes, others, (*spread, Load("", np.zeros_like(ramp), ramp, change.ramp)))
+
+
+def _on(nodes, own, force):
+    """Forces on the gridpoints `nodes`, from those on nodes[own]; zero on the others."""
+    spread = np.zeros((len(nodes), 2))
+    spread[own] = force
+    return spread
 
 
 class Sides(NamedTuple):

@@ -2,12 +2,19 @@
 
 import numpy as np
 
+from coupler_protocol.scene.schedule import acting_boundaries
 from fdm_server.mesh.grid import chosen_zones
+from fdm_server.mesh.grid_sides import fixed_components
 from fdm_server.mesh.zone_sides import pieces
 
 
-def excavations(scene, grid, fixed, rims):
-    """Zones {number of the stage: mask (Z,)} that each excavation removes; fixed (N,2): held components.
+def held_in_stages(scene, grid):
+    """Function that returns the held components (N,2) of the stage with this number."""
+    return lambda index: fixed_components(grid, acting_boundaries(scene, index))
+
+
+def excavations(scene, grid, fixed_in, rims):
+    """Zones {number of the stage: mask (Z,)} that each excavation removes; fixed_in(stage): components (N,2) held in a stage.
 
     Raises ValueError for excavations that contain no zones, touch a window, or leave unsupported zones.
     """
@@ -27,7 +34,7 @@ def excavations(scene, grid, fixed, rims):
                 raise ValueError(f"excavation {stage.name!r} contains no zones: is it above the ground, or already excavated?")
             if not np.any(there):
                 raise ValueError(f"excavation {stage.name!r} removes all the ground that is left: leave some of it")
-            if not all_held(grid.zones[there], fixed):
+            if not all_held(grid.zones[there], fixed_in(index)):
                 raise ValueError(f"excavation {stage.name!r} leaves unsupported zones: excavate them too")
     return masks
 

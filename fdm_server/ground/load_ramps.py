@@ -30,19 +30,31 @@ class ForceRamp(NamedTuple):
     end: NDArray[np.float64]  # (n,2)
     ramp: Ramp
 
+    def begin(self, state):
+        """Sets the forces with which the ramp begins."""
+        state.applied[self.nodes] = self.start
+
     def apply(self, state):
         """Sets the forces of the coming step, if they change."""
         if self.ramp.moves:
             state.applied[self.nodes] = self.ramp.between(self.start, self.end)
 
 
-def remove_zones(model, state, mask, gravity, ramp):
-    """Removes the zones `mask` (Z of the grid,); returns new model, new state, and the ForceRamp that unloads the ground."""
+def remove_zones(model, state, mask, gravity, ramp, loads_on=None):
+    """Removes the zones `mask` (Z of the grid,); returns new model, new state, and the ForceRamp that unloads the ground.
+
+    loads_on(new model, old state): the RemovedLoads on the removed zones (removed_loads.py); they end with the ramp.
+    """
+    old = state
     model, state, reaction = cut_window(model, state, mask)
-    force = reaction.under(gravity)
-    nodes = np.flatnonzero(np.any(force != 0.0, axis=1))
+    force, gone = reaction.under(gravity), np.zeros_like(state.applied)
+    if loads_on is not None:
+        of_place, gone = loads_on(model, old)
+        for place, share in of_place.items():
+            state.loads[place] = state.loads[place] - share
+    nodes = np.flatnonzero(np.any((force != 0.0) | (gone != 0.0), axis=1))
     before = state.applied[nodes]
-    return model, state, ForceRamp(nodes, before + force[nodes], before, ramp)
+    return model, state, ForceRamp(nodes, before + force[nodes], before - gone[nodes], ramp)
 
 
 def surcharge_ramp(model, state, surcharge, rims=(), ramp=None):

@@ -8,18 +8,23 @@ from fdm_server.observe import fields
 from fdm_server.step.gridpoint_pass import farthest, kinetic_energy
 
 
-def frame(model, state):
-    """Keyword arguments for `Recorder.frame`: reference positions, active zones and their fields."""
+def frame(model, state, histories=None):
+    """Keyword arguments for `Recorder.frame`: reference positions, active zones and their fields.
+
+    histories {name: History}: those of all stages, zero in frames in which their laws do not act; None: those that act.
+    """
+    acting = model.law.histories
     zones = {
         "stress": fields.stress(model, state),
         "shear_strain": fields.shear_strain(model, state),
         "shear_strain_rate": fields.shear_strain_rate(model, state),
         "group": model.grid.material[model.zone],
     }
-    for remembered in model.law.histories.values():
+    for name, remembered in (acting if histories is None else histories).items():
         if remembered.place == "zone" and remembered.recorded:
             declare_field(remembered.recorded, remembered.unit, remembered.meaning)
-            zones[remembered.recorded] = fields.history(model, state, remembered.name)
+            absent = np.zeros(len(model.zone), remembered.dtype)
+            zones[remembered.recorded] = fields.history(model, state, name) if name in acting else absent
     return {
         "points": model.grid.xy,
         "cells": model.zones,

@@ -10,6 +10,7 @@ from coupler_protocol.files.restart import END, filled, kept_stages, load, part_
 from coupler_protocol.files.run_json import stage_rows
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
+from coupler_protocol.scene.changes import changes_anything, in_stage
 from coupler_protocol.scene.schedule import large_strain, leg_of
 from coupler_protocol.wire import messages
 from coupler_protocol.wire.handshake import resume_from, welcome_all
@@ -19,8 +20,8 @@ from fdm_server.coupling.rim import Rim
 from fdm_server.coupling.rim_growth import RimWatch
 from fdm_server.coupling.rim_stretch import StretchWatch
 from fdm_server.coupling.rim_traction import traction_difference
-from fdm_server.ground.boundaries_in_time import begin_stage
-from fdm_server.ground.excavation import excavations
+from fdm_server.effects import law_from
+from fdm_server.ground.excavation import excavations, held_in_stages
 from fdm_server.ground.initial_stress import initial_state
 from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
@@ -48,7 +49,8 @@ class ContinuumSide:
         self.model = build_model(scene, self.grid)
         self.state = initial_state(scene, self.model) if origin is None else new_state(self.model)
         self.rims = [Rim(self.grid, window, hub.conversations[rank]) for rank, window in enumerate(scene.window, start=1)]
-        self.excavations = excavations(scene, self.grid, self.model.fixed, self.rims)
+        self.excavations = excavations(scene, self.grid, held_in_stages(scene, self.grid), self.rims)
+        self.recorded = _recorded_histories(scene) if changes_anything(scene) else None
         self.bin_length = bin_length(scene, self.grid)
         self.coupled = False
         self.gravity = 0.0, 1.0  # [m/s2], and its factor, at the end of the last stage
@@ -79,6 +81,7 @@ class ContinuumSide:
                 if index >= begin:
                     self.watch.begin(stage.name)
                     self.stage = StageRun(self, index, stage, leg_of(stage, *self.gravity))
+                    self.stage.begin_changes()
                     KINDS[stage.kind](self, self.stage)
                     self.stage = None
             reason = "all stages done"
@@ -109,14 +112,14 @@ class ContinuumSide:
         stage.set_clock()
         if large_strain(self.scene, stage.stage):
             begin_large_strain(self.model, self.state)
-        self.model, stage.sides = begin_stage(self.scene, stage.index, self.model, self.state, stage.gravity)
+        stage.begin_sides()
         stage.set_loads()
         stage.energy = EnergyWatch(self.model, self.state, stage.gravity, stage.rims, stage.warn)
         if stage.rims:
             stage.stretch = StretchWatch(self.model, np.concatenate([rim.nodes for rim in stage.rims]))
         coupling = self.scene.coupling
         kept = coupling.mapping != "paper" and coupling.exchange_every == 1
-        stage.interface = [RimWatch(rim, self.scene.record.history, kept, stage.warn) for rim in stage.rims]
+        stage.interface = [RimWatch(rim, stage.record.history, kept, stage.warn) for rim in stage.rims]
         stage.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
         stage.plain = PlainSteps(self, stage) if stage.rims else None
         run_stage(self, stage)
@@ -128,7 +131,7 @@ class ContinuumSide:
 
         The last frame of a stage of the grid alone is left to `finish`: what the stage does after its last step belongs to it.
         """
-        if self.steps % self.scene.record.history == 0:
+        if self.steps % stage.record.history == 0:
             values = record.history(self.model, self.state, stage.ratio, order.gravity_factor)
             values |= record.reactions(self.model, self.state, stage.leg.gravity * order.gravity_factor, stage.sides.holders)
             values |= record.movements(self.model, self.state, stage.sides.holders)
@@ -142,7 +145,7 @@ class ContinuumSide:
     def frame(self, name, factor):
         """Writes one frame."""
         info = FrameInfo(self.steps, self.time, name, factor)
-        self.recorder.frame(info, **record.frame(self.model, self.state))
+        self.recorder.frame(info, **record.frame(self.model, self.state, self.recorded))
 
     def finish(self, stage, instead=None):
         """Stores the result of a stage and saves the State; `instead`: State for the next stage if this one is discarded."""
@@ -160,6 +163,7 @@ class ContinuumSide:
             self.plugin.stage(Moment(0, stage.stage.name, self.steps, self.model, self.state))
         self.results.append(result)
         self.state = self.state if instead is None else instead
+        stage.end_changes()
         if not stage.stage.discard:
             self.gravity = stage.leg.gravity, stage.factor
         self.recorder.sync()  # a run that continues from the checkpoint needs all frames before it
@@ -193,3 +197,8 @@ class ContinuumSide:
     def save(self, stage, phase, factor=0.0):
         """Writes the State to its checkpoint file; returns the path."""
         return restart.save(self, stage, phase, factor)
+
+
+def _recorded_histories(scene):
+    """Histories {name: History} of all laws that act in any stage: every frame has the same fields."""
+    return {name: h for index in range(len(scene.stage)) for name, h in law_from(in_stage(scene, index)).histories.items()}

@@ -1,11 +1,12 @@
 """Kinds of stages of the continuum. side: the fdm_server.procedure.grid_side.ContinuumSide, stage: its StageRun."""
 
-import copy
 import logging
+from functools import partial
 
 from fdm_server.coupling.rim import open_windows
 from fdm_server.ground.load_ramps import remove_zones, surcharge_ramp
 from fdm_server.ground.load_steps import ramp_of
+from fdm_server.ground.removed_loads import removed_loads
 from fdm_server.observe import fields
 
 log = logging.getLogger(__name__)
@@ -16,14 +17,13 @@ def equilibrium(side, stage):
     side.compute(stage)
     side.state.displacement[:] = 0.0
     side.state.velocity[:] = 0.0
-    side.finish(stage)
+    side.finish(stage, stage.before)
 
 
 def locate(side, stage):
     """Computes the grid alone under other gravity; with `discard` the State before the stage is restored."""
-    before = copy.deepcopy(side.state) if stage.stage.discard else None
     side.compute(stage)
-    side.finish(stage, before)
+    side.finish(stage, stage.before)
 
 
 def fill(side, stage):
@@ -54,7 +54,8 @@ def excavate(side, stage):
     """Removes zones; their forces on the ground are reduced gradually."""
     table, law = stage.stage.excavate, side.model.law
     ramp = ramp_of(side.scene, stage.index, law, table.over, table.ratio)
-    side.model, side.state, stage.load = remove_zones(side.model, side.state, side.excavations[stage.index], stage.gravity, ramp)
+    mask, loads_on = side.excavations[stage.index], partial(removed_loads, side.scene, stage.index, side.model)
+    side.model, side.state, stage.load = remove_zones(side.model, side.state, mask, stage.gravity, ramp, loads_on)
     side.compute(stage)
     side.finish(stage)
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol.files import checkpoint, proof, restart
+from coupler_protocol.scene.changes import after_stage
 from coupler_protocol.scene.schedule import acting_boundaries
 from fdm_server.mesh.grid_sides import fixed_components
 from fdm_server.model import State, build_model, model_of
@@ -46,8 +47,8 @@ def save(side, stage, phase, factor):
 
 
 def model_at(scene, grid, zone, index):
-    """Model of the active zones `zone` (A,), with the sides held as in the stage with number `index`."""
-    whole = build_model(scene, grid)
+    """Model of the active zones `zone` (A,), with materials and held sides as at the end of the stage with number `index`."""
+    whole = build_model(after_stage(scene, index), grid)
     fixed = fixed_components(grid, acting_boundaries(scene, index))
     return model_of(grid, zone, whole.density, whole.material_law, fixed)
 

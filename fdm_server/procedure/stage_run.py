@@ -1,8 +1,10 @@
 """One stage while it runs: gravity, hand-over and end."""
 
+import copy
 import logging
 
 from coupler_protocol.scene import rest
+from coupler_protocol.scene.changes import after_stage, changes_anything_in, in_stage, record_in, words
 from coupler_protocol.scene.ending import Ending
 from coupler_protocol.scene.schedule import leg_of, new_boundaries
 from coupler_protocol.scene.stage_kinds import of
@@ -10,9 +12,11 @@ from coupler_protocol.wire import messages
 from fdm_server.coupling import common_step
 from fdm_server.coupling.band_reached import BandWatch
 from fdm_server.coupling.exchange_pauses import Pace
-from fdm_server.ground.boundaries_in_time import NOTHING
+from fdm_server.ground.boundaries_in_time import NOTHING, begin_stage
 from fdm_server.ground.load_steps import LOOK, Momentum
 from fdm_server.ground.reactions import reactions
+from fdm_server.model import with_materials
+from fdm_server.observe.energy import strain_energy
 from fdm_server.step import clock
 from fdm_server.step.gridpoint_pass import farthest, unbalanced_ratio
 from fdm_server.step.present_shape import masses
@@ -36,6 +40,9 @@ class StageRun:
         self.stretch = None  # a fdm_server.coupling.rim_stretch.StretchWatch if there are rims
         self.interface = []  # a fdm_server.coupling.rim_growth.RimWatch of every open window
         self.plain = None  # a fdm_server.coupling.plain_steps.PlainSteps if there are rims
+        self.changes = {}  # row of run.json of what the stage changes, if it does
+        self.record = record_in(side.scene, index)  # its intervals
+        self.before = copy.deepcopy(side.state) if stage.discard else None  # State for the stage after a discarded one
         self._warned = set()
         self.ended = False
         self._momentum = None  # a Momentum if a load of a grid alone waits for rest
@@ -51,9 +58,24 @@ class StageRun:
         ramps = max(self._handover, leg.over, (change.over or 0) if change else 0, *(b.over or 1 for b in sides), 0)
         self._ending = Ending(stage.until, ramps) if stage.until else None
         self._band = BandWatch(stage.until.band, side.grid) if stage.until and stage.until.band else None
-        self._every = side.scene.record.history
+        self._every = self.record.history
         stages = side.scene.stage
         self._next = stages[index + 1] if index + 1 < len(stages) else stage
+
+    def begin_changes(self):
+        """Changes the materials of the grid, if the stage does; notes all that changes from this stage on."""
+        side, scene = self.side, self.side.scene
+        if changes_anything_in(self.stage):
+            self.changes = {"what": words(scene, self.index)}
+        if self.stage.material:
+            before = strain_energy(side.model, side.state)
+            side.model = with_materials(side.model, side.state, in_stage(scene, self.index))
+            self.changes["strain_energy"] = [before, strain_energy(side.model, side.state)]
+
+    def end_changes(self):
+        """Gives the grid its materials back after a stage that is discarded."""
+        if self.stage.discard and self.stage.material:
+            self.side.model = with_materials(self.side.model, self.side.state, after_stage(self.side.scene, self.index))
 
     @property
     def gravity(self):
@@ -106,7 +128,7 @@ class StageRun:
         flags = 0
         if self._last_step:
             flags = messages.END_OF_STAGE | messages.RECORD | messages.CHECKPOINT
-        elif number % self.side.scene.record.every == 0:
+        elif number % self.record.every == 0:
             flags = messages.RECORD | (messages.STRAIN if self._band else 0)
         following = self.leg.at(self.done + 1)
         if self._last_step:
@@ -118,7 +140,7 @@ class StageRun:
 
     def observe(self, model, state):
         """Checks, every few steps, the motion, the ratios of both codes, and whether the next step is the last of the stage."""
-        if self._band and self.done and self.side.steps % self.side.scene.record.every == 0:  # the last step made a frame
+        if self._band and self.done and self.side.steps % self.record.every == 0:  # the last step made a frame
             self.ended_by = self.ended_by or self._band.reached(model, state, self.rims)
         if self.side.steps % self._every == 0:
             self._inspect(model, state)
@@ -191,6 +213,16 @@ class StageRun:
             self.kick = None
             common_step.check_common_step(side.model, state, self.rims, self._step)
         return side.model
+
+    def begin_sides(self):
+        """Lets the boundaries of the stage act; what an excavation or surcharge changes joins their loads."""
+        side = self.side
+        if self.load is not None:
+            self.load.begin(side.state)
+        side.model, self.sides = begin_stage(side.scene, self.index, side.model, side.state, self.gravity)
+        if self.load is not None and self.sides.push is not None:
+            self.sides = self.sides._replace(push=self.sides.push.with_ramp(self.load, side.state.applied))
+            self.load = None
 
     def set_loads(self):
         """Sets the applied forces of the next step, if they change."""
@@ -269,6 +301,7 @@ class StageRun:
             "ratio_continuum": self.ratio,
             "ratio_discrete": [rim.answer.ratio for rim in self.rims],
             "bonds_broken": [int(rim.answer.broken) for rim in self.rims],
+            **({"changes": self.changes} if self.changes else {}),
             **(self.pace.report() if self.rims else {}),
             **(self.stretch.report() if self.stretch else {}),
             **(self.plain.report() if self.plain else {}),

@@ -19,6 +19,20 @@ def begin_stage(model, state):
     _begin(model, state, [history for history in DECLARED.values() if history.of_stage])
 
 
+def begin_and_end_histories(model, state):
+    """Sets histories of laws that begin to zero, and of laws that end to None; others keep their values.
+
+    Histories of one stage are left to `begin_stage`.
+    """
+    _begin(model, state, [h for h in DECLARED.values() if not h.of_stage and _begins_or_ends(model, state, h.name)])
+    acting = model.law.histories.items()
+    state.memory = {n: state.memory.get(n, _zeros(model, h)) for n, h in acting if n not in DECLARED}
+
+
+def _begins_or_ends(model, state, name):
+    return (getattr(state, name) is None) == (name in model.law.histories)
+
+
 def _begin(model, state, histories):
     for history in histories:
         setattr(state, history.name, _zeros(model, history) if history.name in model.law.histories else None)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import colluvium
-from colluvium import open_run, resume
+from colluvium import closing, open_run, resume
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.files import checkpoint
 from coupler_protocol.scene.reader import build_scene
@@ -23,7 +23,13 @@ from tests.same_bits import differing
 
 STAGES = ("equilibrium", "fill", "couple", "overload")
 SIDES = ("fdm.rank0", "dem.rank1")
-LARGE = ("grid.large_strain=true", *STONES)
+CHANGES = (  # of laws, sides and records from the last stages on
+    "stage.2.boundary=[{ on = 'top', pressure = 1e3, over = 20 }]",
+    "stage.3.material=[{ name = 'soil-rock mixture', mohr_coulomb = { cohesion = 40e3 }, elastic = { young = 300e6 } }]",
+    "stage.3.discs={ soil = { friction = { coefficient = 0.4 }, spring = { normal = 60e6 } }, damping = { local = 0.5 } }",
+    "stage.3.record={ every = 40, history = 5 }",
+)
+LARGE = ("grid.large_strain=true", *STONES, *CHANGES)
 
 
 def quietly(*words):
@@ -47,7 +53,7 @@ def straight(tmp_path_factory, scene):
 
 @pytest.fixture(scope="module")
 def straight_large(tmp_path_factory, scene):
-    """The same in large strain and with stones."""
+    """The same in large strain, with stones, and with changes by stage."""
     out = tmp_path_factory.mktemp("large")
     done = quietly("run", scene, "--out", out, "--force", "--in-process", *overrides(*LARGE))
     assert done.returncode == 0, done.stderr
@@ -83,8 +89,23 @@ def test_a_branch_without_changes_equals_the_straight_run_bit_for_bit(tmp_path, 
 
 
 @pytest.mark.parametrize("stage", STAGES[1:-1])
-def test_so_does_one_with_stones_in_large_strain(tmp_path, scene, straight_large, stage):
+def test_so_does_one_with_stones_in_large_strain_and_changes_by_stage(tmp_path, scene, straight_large, stage):
     branch(tmp_path / "run", scene, straight_large, stage, *overrides(*LARGE))
+
+
+def test_changes_by_stage_are_told(straight_large):
+    with open_run(straight_large) as run:
+        rows = {row["name"]: row.get("changes") for row in run.info["stages"]}
+        assert (rows["couple"], rows["equilibrium"]) == (None, None)
+        assert "discs.soil: friction.coefficient 0.55 -> 0.4" in rows["overload"]["what"]
+        assert rows["overload"]["strain_energy"][1] > rows["overload"]["strain_energy"][0]  # E is lower
+        (change,) = run.info["windows"][0]["changes"]
+        assert change["stored_energy"][1] < change["stored_energy"][0]  # springs are stiffer
+        steps, _ = run.history("unbalanced_ratio", 1)
+        assert np.diff(steps[-3:]).tolist() == [5, 5]
+        text = "\n".join(closing.sentences(run.info))
+        assert "from stage overload on: " in text
+        assert "window band at the start of stage overload (energy of the contacts " in text
 
 
 def branch(out, scene, before, stage, *options):
@@ -271,6 +292,18 @@ def test_a_run_is_resumed_from_python(tmp_path, scene, straight, in_process):
         assert differing(straight / f"{side}.overload.h5", out / f"{side}.overload.h5") == []
     with pytest.raises(EnvironmentFailed, match="nothing remains to be computed"):
         resume(out)
+
+
+def test_a_branch_may_record_differently(tmp_path, scene, straight):
+    """Other intervals, and a trace: the State at the end is the same to the last bit."""
+    more = ["--set", "record.every=30", "--set", "record.trace=3", "--set", "link.timeout=9.0"]
+    done = quietly("run", scene, "--out", tmp_path / "run", "--in-process", "--from", f"{straight}@couple", *overrides(), *more)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "run" / "fdm.rank0.trace.csv").is_file()
+    with open_run(tmp_path / "run") as run:
+        assert {frame.step % 30 for frame in run.frames[1:-1]} == {0}
+    for side in SIDES:
+        assert differing(straight / f"{side}.overload.h5", tmp_path / "run" / f"{side}.overload.h5") == []
 
 
 def test_a_branch_may_change_later_stages(tmp_path, scene, straight):

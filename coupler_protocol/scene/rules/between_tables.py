@@ -11,13 +11,16 @@ from unicodedata import normalize
 import numpy as np
 
 from coupler_protocol.problems import Finding, dotted
+from coupler_protocol.scene.rules.changes import CHANGE_RULES
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
 from coupler_protocol.scene.rules.endings import DOUBTS_OF_ENDINGS, RULES_OF_ENDINGS
 from coupler_protocol.scene.rules.idle import DOUBTS_OF_IDLE
 from coupler_protocol.scene.rules.polygons import polygons_are_outlines
+from coupler_protocol.scene.rules.signs import DOUBTS_OF_SIGNS
 from coupler_protocol.scene.rules.sizes import fewer_than_memory_holds
 from coupler_protocol.scene.rules.stages import STAGE_RULES
 from coupler_protocol.scene.rules.units import doubts_of_units, units_are_si
+from coupler_protocol.scene.rules.walls import DOUBTS_OF_WALLS
 from coupler_protocol.scene.rules.windows import WINDOW_RULES
 from coupler_protocol.scene.tables.stages import STOPPED
 
@@ -70,6 +73,11 @@ def effects_of_discs_are_ours(scene: Any) -> Iterator[Finding]:
     holders: list[tuple[tuple, str, Any]] = [(("discs", key), "grain", table) for key, table in grains.items()]
     holders += [(("ring",), "grain", scene.ring), (("discs",), "discs", discs)]
     holders += [(("discs", "pair", i), "grain", pair) for i, pair in enumerate(discs.pair if discs else [])]
+    for s, stage in enumerate(scene.stage):
+        changes = stage.discs
+        holders += [(("stage", s, "discs", key), "grain", getattr(changes, key)) for key in grains if changes is not None]
+        holders += [(("stage", s, "discs", "pair", i), "grain", pair) for i, pair in enumerate(changes.pair if changes else [])]
+        holders += [(("stage", s, "ring"), "grain", stage.ring), (("stage", s, "discs"), "discs", changes)]
     for path, parent, table in holders:
         for place in declared_effects() if table is not None else ():
             key, owner = place.removeprefix(parent + "."), distribution_of(place)
@@ -183,6 +191,7 @@ COMMON_RULES = (
     stones_are_drawn_or_mapped,
     pairs_name_what_there_is,
     largest_discs_fit,
+    *CHANGE_RULES,
 )
 GRID_RULES = (
     grid_needs_material,
@@ -191,4 +200,4 @@ GRID_RULES = (
     *STAGE_RULES,
 )
 RULES_OF_VALUES = (units_are_si, fewer_than_memory_holds, *RULES_OF_ENDINGS)  # of scenes whose tables fit together
-DOUBTS = (doubts_of_units, *DOUBTS_OF_IDLE, *DOUBTS_OF_ENDINGS)
+DOUBTS = (doubts_of_units, *DOUBTS_OF_SIGNS, *DOUBTS_OF_WALLS, *DOUBTS_OF_IDLE, *DOUBTS_OF_ENDINGS)

@@ -11,6 +11,7 @@ from typing import Any
 from coupler_protocol.problems import Finding
 from coupler_protocol.scene.local_origin import FAR
 from coupler_protocol.scene.rules.units import height_of, least_zone, overburden
+from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.stages import Until
 
@@ -107,5 +108,23 @@ def _real_step(scene: Any, stage: Any) -> float:
     return min(found)
 
 
+def gravity_that_stops_on_its_way(scene: Any) -> Iterator[Finding]:
+    """Stages whose steps end before their ramp of gravity."""
+    for i, (stage, leg) in enumerate(zip(scene.stage, plan(scene), strict=True)):
+        steps = stage.until.steps if stage.until is not None else None
+        if steps is not None and steps < leg.over:
+            reached = leg.factor(steps - 1)
+            what = (
+                f"stage {stage.name!r} ends after {steps} steps, within its ramp of gravity over {leg.over}: the factor reaches "
+            )
+            yield ("stage", i, "gravity_factor"), f"{what}{reached:.4g}, not {leg.end:g}", f"use at least {leg.over} steps"
+
+
 RULES_OF_ENDINGS = (ratios_never_reached,)
-DOUBTS_OF_ENDINGS = (ratios_below_round_off, only_at_rest, displacements_beyond_the_ground, seconds_of_too_many_steps)
+DOUBTS_OF_ENDINGS = (
+    ratios_below_round_off,
+    only_at_rest,
+    displacements_beyond_the_ground,
+    seconds_of_too_many_steps,
+    gravity_that_stops_on_its_way,
+)

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from coupler_protocol.problems import Finding
+from coupler_protocol.scene.changes import in_stage
 from coupler_protocol.scene.declare import Table
 from coupler_protocol.scene.schedule import plan
 
@@ -85,7 +86,7 @@ def damping_of_falling_bodies(scene: Any) -> Iterator[Finding]:
     for i, (stage, leg) in enumerate(zip(scene.stage, plan(scene), strict=True)):
         if not stage.in_real_time:
             continue
-        of_scene = scene.damping if scene.grid is not None else scene.discs and scene.discs.damping
+        of_scene = scene.damping if scene.grid is not None else scene.discs and in_stage(scene, i).discs.damping
         table = stage.damping or of_scene
         alpha = getattr(table, "local", None) or 0.0
         if scene.grid is None and alpha > 0.0 and leg.gravity > 0.0:

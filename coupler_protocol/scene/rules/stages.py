@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from coupler_protocol.problems import Finding
+from coupler_protocol.scene.changes import record_in
 from coupler_protocol.scene.schedule import acting_boundaries, large_strain, new_boundaries
 from coupler_protocol.scene.stage_kinds import KINDS, coupled, named, number_of, of
 
@@ -56,7 +57,7 @@ def large_strain_begins_in_the_shape_drawn(scene: Any) -> Iterator[Finding]:
 
 
 def loads_have_their_stages(scene: Any) -> Iterator[Finding]:
-    """Excavations and surcharges are in stages of their kind, which last long enough and change nothing else."""
+    """Excavations and surcharges are in stages of their kind, which last long enough and do not change gravity."""
     for i, stage in enumerate(scene.stage):
         for kind in (kind.table for kind in KINDS if kind.table):
             load = getattr(stage, kind)
@@ -127,7 +128,7 @@ def surcharges_lie_on_the_ground(scene: Any) -> Iterator[Finding]:
 
 
 def boundaries_change_with_steps_enough(scene: Any) -> Iterator[Finding]:
-    """Boundaries change in stages that compute the grid without excavation or surcharge; no stage ends during a ramp."""
+    """Boundaries change in stages that compute the grid; no stage ends during a ramp."""
     allowed = named(boundaries=True)
     for i, stage in enumerate(scene.stage):
         if stage.boundary and stage.kind not in allowed:
@@ -175,7 +176,7 @@ def bands_end_stages_that_may_have_one(scene: Any) -> Iterator[Finding]:
             yield at, f"{band!r} needs a coupled window", 'couple one in an earlier stage, or use band = "complete"'
         if stage.until.steps is None:
             yield at, "the band may never form", "add steps as a second limit"
-        elif stage.until.steps < scene.record.every:
+        elif stage.until.steps < record_in(scene, i).every:
             why = f"the band is checked at frames, and the stage ends after {stage.until.steps} steps, before its first frame"
             yield at, why, f"use record.every of at most {stage.until.steps}"
 

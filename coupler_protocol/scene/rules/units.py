@@ -19,6 +19,7 @@ from pydantic.fields import FieldInfo
 
 from coupler_protocol.problems import Finding, KeyPath, dotted
 from coupler_protocol.scene import stage_kinds
+from coupler_protocol.scene.changes import in_stage
 from coupler_protocol.scene.declare import Table
 from coupler_protocol.scene.schedule import plan
 
@@ -171,27 +172,44 @@ def _beside(scene: Any) -> str:
     )
 
 
+def materials_in_stages(scene: Any) -> Iterator[tuple[KeyPath, Any]]:
+    """(path, material) of the scene, and of every stage that changes one."""
+    yield from ((("material", i), material) for i, material in enumerate(scene.material))
+    for s, stage in enumerate(scene.stage):
+        now = {material.name: material for material in in_stage(scene, s).material} if stage.material else {}
+        yield from ((("stage", s, "material", k), now[table.name]) for k, table in enumerate(stage.material))
+
+
 def _weak(scene: Any) -> Iterator[Suspect]:
     """Strengths that are nothing beside the weight of the ground."""
-    for i, m in enumerate(scene.material):
+    for path, m in materials_in_stages(scene):
         for table, key, share in (("mohr_coulomb", "cohesion", LEAST_COHESION), ("tension", "strength", LEAST_TENSION)):
             value = getattr(getattr(m, table, None), key, 0.0)
             if 0.0 < value < _stress_scale(scene, share):
                 what = f"{key} of material {m.name!r} is {as_written(value)} Pa: nothing {_beside(scene)}"
                 remedy = f"did you mean {value:g}e3 ({value:g} kPa)? Use 0 for no {key}"
-                yield Suspect(("material", i, table, key), what, remedy, "strength")
+                yield Suspect((*path, table, key), what, remedy, "strength")
 
 
 def _soft(scene: Any) -> Iterator[Suspect]:
     """Moduli under which the ground would shorten like nothing on earth."""
     weight = overburden(scene)
-    for i, m in enumerate(scene.material):
+    for path, m in materials_in_stages(scene):
         modulus = m.elastic.bulk + 4.0 / 3.0 * m.elastic.shear
         if weight > SHORTENING * modulus:
             what = f"material {m.name!r} would shorten by {100 * weight / modulus:.0f} % under the weight of the ground, "
             what += f"{as_written(weight)} Pa at {height_of(scene):g} m: bulk {as_written(m.elastic.bulk)} Pa"
             remedy = f"did you mean bulk = {as_written(1e3 * m.elastic.bulk)}, shear = {as_written(1e3 * m.elastic.shear)} (kPa)?"
-            yield Suspect(("material", i, "elastic"), what, remedy, "stiffness", weight > NOTHING_LEFT * modulus)
+            yield Suspect((*path, "elastic"), what, remedy, "stiffness", weight > NOTHING_LEFT * modulus)
+
+
+def _grains_in_stages(scene: Any) -> Iterator[tuple[KeyPath, str, Any]]:
+    """(path, name, material of discs) of the scene, and of every stage that changes one."""
+    yield from ((("discs", key), key, getattr(scene.discs, key)) for key in ("soil", "stone") if scene.discs)
+    for s, stage in enumerate(scene.stage):
+        for key in ("soil", "stone") if stage.discs is not None else ():
+            if getattr(stage.discs, key) is not None:
+                yield ("stage", s, "discs", key), key, getattr(in_stage(scene, s).discs, key)
 
 
 def _soft_discs(scene: Any) -> Iterator[Suspect]:
@@ -200,13 +218,13 @@ def _soft_discs(scene: Any) -> Iterator[Suspect]:
     if discs is None:
         return
     load = max(overburden(scene), discs.confinement if discs.file is None else 0.0)
-    for key in ("soil", "stone"):
-        spring = getattr(getattr(discs, key), "spring", None)
+    for place, key, table in _grains_in_stages(scene):
+        spring = getattr(table, "spring", None)
         stiffness = (spring.normal if discs.stiffness == "contact" else 0.5 * spring.normal) if spring else np.inf
         if spring and load > SHORTENING * stiffness:
             what = f"discs of {key} would overlap by {100 * load / stiffness:.0f} % of their diameter under {as_written(load)} Pa"
             remedy = f"did you mean normal = {as_written(1e3 * spring.normal)} ({spring.normal:g} kN/m)?"
-            path = ("discs", key, "spring", "normal")
+            path = (*place, "spring", "normal")
             yield Suspect(path, what, remedy, "springs", load > NOTHING_LEFT * stiffness)
 
 
@@ -214,9 +232,9 @@ def _weak_bonds(scene: Any) -> Iterator[Suspect]:
     """Bonds whose strength is nothing beside the stress on the discs: forces in kN, stresses in kPa."""
     discs = scene.discs
     stress = max(overburden(scene), discs.confinement) if discs is not None and discs.file is None else 0.0
-    for key in ("soil", "stone") if stress else ():
+    for place, key, grain in _grains_in_stages(scene) if stress else ():
         for law, unit, scale in (("bond", "N", 2.0 * discs.radius * stress), ("parallel_bond", "Pa", stress)):
-            table = getattr(getattr(discs, key), law, None)
+            table = getattr(grain, law, None)
             values = [(name, getattr(table, name)) for name in ("tension", "shear") if table is not None]
             for name, value in values:
                 if 0.0 < value < LEAST_COHESION * scale:
@@ -224,7 +242,7 @@ def _weak_bonds(scene: Any) -> Iterator[Suspect]:
                         f"{name} of discs.{key}.{law} is {as_written(value)} {unit}: nothing beside {as_written(scale)} {unit} "
                     )
                     what += "that contacts carry"
-                    yield Suspect(("discs", key, law, name), what, f"did you mean {value:g}e3 ({value:g} k{unit})?", "strength")
+                    yield Suspect((*place, law, name), what, f"did you mean {value:g}e3 ({value:g} k{unit})?", "strength")
 
 
 def _coefficients(scene: Any) -> Iterator[Suspect]:
@@ -232,9 +250,14 @@ def _coefficients(scene: Any) -> Iterator[Suspect]:
     grains = {"soil": scene.discs and scene.discs.soil, "stone": scene.discs and scene.discs.stone}
     holders: list[tuple[KeyPath, Any]] = [(("discs", key), table) for key, table in grains.items()] + [(("ring",), scene.ring)]
     holders += [(("discs", "pair", k), pair) for k, pair in enumerate(scene.discs.pair if scene.discs else [])]
+    for s, stage in enumerate(scene.stage):
+        holders += [(("stage", s, "ring"), stage.ring)]
+        if stage.discs is not None:
+            holders += [(("stage", s, "discs", key), getattr(stage.discs, key)) for key in grains]
+            holders += [(("stage", s, "discs", "pair", k), pair) for k, pair in enumerate(stage.discs.pair)]
     for path, holder in holders:
         for law in ("friction", "rolling"):
-            value = getattr(getattr(holder, law, None), "coefficient", 0.0)
+            value = getattr(getattr(holder, law, None), "coefficient", None) or 0.0
             if value > STEEPEST:
                 name = dotted(path)
                 what = f"the {law} coefficient of {name} is {value:g}: that of {degrees(np.arctan(value)):.0f} degrees"

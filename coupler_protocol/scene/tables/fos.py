@@ -17,7 +17,7 @@ class FactorOfSafety(Table):
     )
     bracket: tuple[Positive, Positive] = quantity((1.0, 1.5), meaning="factors tried first; widened if both rest or both fail")
     resolution: float = quantity(0.005, meaning="width of the final bracket over its middle", gt=0, lt=0.5)
-    ratio: float = quantity(1e-5, meaning="unbalanced force ratio below which a trial can be at rest", gt=0, le=1e-3)
+    ratio: float = quantity(1e-5, meaning="unbalanced force ratio below which a trial can be at rest", ge=1e-12, le=1e-3)
     steps: int | None = quantity(
         None,
         unit="steps",

@@ -1,5 +1,6 @@
 """The [grid] table of a scene: kind, extent and zone size of the mesh."""
 
+from numbers import Real
 from typing import Annotated, Any, Literal, cast
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -8,7 +9,7 @@ from coupler_protocol.scene.declare import Table, quantity
 
 
 def _both_ways(value: Any) -> Any:
-    return (value, value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+    return (value, value) if isinstance(value, Real) and not isinstance(value, bool) else value
 
 
 Positive = Annotated[float, Field(gt=0)]

@@ -1,5 +1,6 @@
 """The [[stage]] tables of a scene: the procedure, the changes of each stage, and its end."""
 
+from numbers import Real
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
@@ -8,6 +9,7 @@ from coupler_protocol.scene import stage_kinds
 from coupler_protocol.scene.declare import Table, increasing, quantity
 from coupler_protocol.scene.names import Name
 from coupler_protocol.scene.tables.boundary import Boundary, waits_for_rest
+from coupler_protocol.scene.tables.changes import StageRecord
 from coupler_protocol.scene.tables.discs import StageWall
 from coupler_protocol.scene.tables.grid import Point, Span
 
@@ -15,7 +17,7 @@ STOPPED = "stopped"  # stands for a stage in the name of the State that is saved
 
 
 def _constant(value: Any) -> Any:
-    return {"to": value} if isinstance(value, int | float) and not isinstance(value, bool) else value
+    return {"to": value} if isinstance(value, Real) and not isinstance(value, bool) else value
 
 
 class Ramp(Table):
@@ -98,6 +100,7 @@ class Stage(Table):
     surcharge: Surcharge | None = quantity(None, meaning="kind surcharge: the pressure on the ground")
     boundary: list[Boundary] = Field(default_factory=list, description="sides that are fixed, moved or loaded from this stage on")
     wall: list[StageWall] = Field(default_factory=list, description="walls that move differently from this stage on")
+    record: StageRecord | None = quantity(None, meaning="intervals of records that change from this stage on")
     large_strain: Literal[True] | None = quantity(None, meaning="zones follow their gridpoints from this stage on")
     time: Literal["static", "real"] = quantity(
         "static", meaning="scaled masses, for the path to rest; or real masses and seconds"

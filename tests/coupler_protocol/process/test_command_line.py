@@ -4,6 +4,7 @@ import argparse
 import io
 import json
 import logging
+import os
 
 import pytest
 
@@ -185,3 +186,25 @@ def test_a_reader_that_goes_away_does_not_end_the_run(monkeypatch):
         progress("couple")
         progress("couple")
         monkeypatch.undo()
+
+
+def test_a_scene_that_comes_through_a_pipe_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(SceneError, match="write the scene to a file"):
+        command_line.scene_file(str(tmp_path / "pipe"))
+    ends = os.pipe()
+    try:
+        with pytest.raises(SceneError, match="write the scene to a file"):
+            command_line.scene_file(f"/dev/fd/{ends[0]}")
+    finally:
+        for end in ends:
+            os.close(end)
+
+
+def test_a_file_that_is_redirected_is_found(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text("format = 1", encoding="utf-8")
+    with open(path, encoding="utf-8") as file:
+        assert command_line.scene_file(f"/dev/fd/{file.fileno()}") == str(path.resolve())
+    assert command_line.scene_file(str(path)) == str(path)
+    assert command_line.scene_file("missing.toml") == "missing.toml"

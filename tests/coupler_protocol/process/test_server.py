@@ -172,3 +172,15 @@ def test_the_continuum_is_told_where_a_window_cannot_even_begin(tmp_path):
     kind, *_ = frames.open_header(frame)
     assert kind == messages.FAILURE
     assert "does not exist" in frames.content_of(frame)["reason"]
+
+
+def test_a_server_that_overwrites_removes_parts_and_checkpoints_of_the_earlier_run(tmp_path):
+    own = ["dem.rank1.vtkhdf", "dem.rank1.part1.vtkhdf", "dem.rank1.rest.h5"]
+    for name in [*own, "dem.rank12.rest.h5", "fdm.rank0.rest.h5"]:
+        (tmp_path / name).touch()
+    options = SimpleNamespace(plugin=None, out=str(tmp_path), force=False, origin=None, quiet=True, progress="none")
+    with pytest.raises(exits.EnvironmentFailed, match="holds results already"):
+        server.begin(options, StopRequest(), 1, "dem.rank1")
+    options.force = True
+    server.begin(options, StopRequest(), 1, "dem.rank1")
+    assert sorted(p.name for p in tmp_path.glob("*.*")) == ["dem.rank1.log", "dem.rank12.rest.h5", "fdm.rank0.rest.h5"]

@@ -154,3 +154,12 @@ def test_a_ramped_weight_gives_the_same_start(configs):
 def test_nothing_to_bear(ground):
     with pytest.raises(SceneError, match="nothing loads the ground"):
         ground("stage.0.gravity=0.0")
+
+
+def test_ground_that_never_comes_to_rest_is_refused(configs):
+    """Without support, or with a ratio below the round-off of the forces, a search would never begin."""
+    scene = read_scene(configs / "dawson_slope.toml").model_copy(update={"boundary": []})
+    with pytest.raises(SceneError, match="no support in x or in y"):
+        settle(with_zone_size(scene, 10 / 6))
+    with pytest.raises(SceneError, match=r"fos\.ratio(.|\n)*at least 1e-12"):
+        read_scene(configs / "dawson_slope.toml", ["fos.ratio=1e-17"])

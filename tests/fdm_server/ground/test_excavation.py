@@ -19,7 +19,8 @@ def dug(*tables, rims=()):
         SimpleNamespace(kind="excavate", name=f"dig {n}", excavate=SimpleNamespace(**({"polygon": None} | table)))
         for n, table in enumerate(tables)
     ]
-    return excavations(SimpleNamespace(stage=stages), grid(), fixed_components(grid(), slope().boundary), rims)
+    held = fixed_components(grid(), slope().boundary)
+    return excavations(SimpleNamespace(stage=stages), grid(), lambda _: held, rims)
 
 
 def grid():

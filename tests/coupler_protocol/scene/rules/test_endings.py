@@ -82,3 +82,11 @@ def test_more_seconds_than_steps_can_take_are_doubted(configs, slope):
     pile = tomllib.loads((configs / "quick_pile.toml").read_text(encoding="utf-8"))
     pile["stage"][1]["until"] = {"time": 1e6}
     assert "takes about" in said(pile)
+
+
+def test_a_ramp_of_gravity_that_the_steps_cut_off_is_doubted(slope):
+    data = until(slope, 0, steps=2000)
+    data["stage"][0]["gravity_factor"] = {"to": 3.0, "over": 5000}
+    assert "within its ramp of gravity over 5000: the factor reaches 1.8, not 3" in said(data)
+    data["stage"][0]["gravity_factor"]["over"] = 2000
+    assert "ramp of gravity" not in said(data)

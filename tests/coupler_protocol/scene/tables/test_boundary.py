@@ -58,9 +58,9 @@ RING = {"kind": "ring", "inner": 1.0, "outer": 4.0, "around": 24}
         ({"stage__1__boundary": [{"on": "top", "pressure": 1.0, "over": 500}]}, "stage[1].boundary[0].over", "at most 100"),
         ({"boundary__1": {"on": "top", "pressure": 1.0, "over": 500}}, "boundary[1].over", "'rest' ends after 100 steps"),
         (
-            {"stage__1__kind": "surcharge", "stage__1__surcharge": {"x": [0, 1], "pressure": 1.0}},
+            {"stage__1__kind": "fill"},
             "stage[1].boundary",
-            "cannot change in a stage of kind 'surcharge'.*move it to a stage of kind equilibrium, locate, overload, load",
+            "cannot change in a stage of kind 'fill'.*to a stage of kind equilibrium, locate, couple, overload, excavate, surcharge",
         ),
         ({"boundary__1": {"on": "left", "quiet": True}}, "stage[0]", 'would move without end.*time = "real"'),
         ({"stage__0__gravity": None}, "initial_stress.k0", "add gravity = 9.81"),
