@@ -1,8 +1,15 @@
-"""Our programs as a user starts them: a module or a script in a process of its own."""
+"""Our programs as a user starts them: in this process, or a module or a script in a process of its own."""
 
+import io
+import signal
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
+
+from colluvium import cli
+from coupler_protocol import exits
+from coupler_protocol.compiled import threads
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -18,8 +25,27 @@ def finished(words, **options):
 
 
 def run_colluvium(*words, **options):
-    """The process of `colluvium WORDS` once it has ended."""
-    return finished(command("colluvium.cli", *words), **options)
+    """`colluvium WORDS` once it has ended, in this process; with options of subprocess.run in a process of its own.
+
+    Either way the servers of a run are processes, unless the words contain --in-process.
+    """
+    if options:
+        return finished(command("colluvium.cli", *words), **options)
+    words, out, errors = [*map(str, words)], io.StringIO(), io.StringIO()
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    size = threads.size()
+    try:
+        with redirect_stdout(out), redirect_stderr(errors):
+            code = cli.main(words)
+    except SystemExit as end:  # of argparse
+        code = end.code or 0
+    finally:
+        threads.set_size(size)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    if code == exits.INTERRUPTED:
+        raise KeyboardInterrupt  # it was meant for the tests
+    return subprocess.CompletedProcess(["colluvium", *words], code, out.getvalue(), errors.getvalue())
 
 
 def run_script(name, *words, **options):

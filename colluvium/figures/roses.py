@@ -53,19 +53,19 @@ def rose(run: Run, frame: int, rank: int = 1) -> Rose:
     return bin_directions(*directions(run, frame, rank))
 
 
-def directions(run: Run, frame: int, rank: int = 1) -> tuple[np.ndarray, np.ndarray]:
-    """Angles (C,) [rad] and normal forces (C,) [N] of the contacts that `run.fabric` counts."""
+def directions(run: Run, frame: int, rank: int = 1) -> fabric.Directions:
+    """The contacts that `run.fabric` counts."""
     return fabric.directions(run.discs(frame, rank), run.contacts(frame, rank))
 
 
-def bin_directions(theta: np.ndarray, force: np.ndarray) -> Rose:
-    """Rose of contacts with normals at angles theta (C,) [rad] and normal forces (C,) [N]."""
+def bin_directions(theta: np.ndarray, force: np.ndarray, bodies: np.ndarray | None = None) -> Rose:
+    """Rose of contacts with normals at angles theta (C,) [rad] and normal forces (C,) [N]; bodies: of `fit_fabric`."""
     width = np.pi / BINS
     place = np.floor(theta % np.pi / width).astype(int) % BINS
     number = np.bincount(place, minlength=BINS)
     mean = np.bincount(place, force, BINS) / np.maximum(number, 1)
     density = number / len(theta) / (2.0 * width)
-    return Rose(fit_fabric(theta, force), (np.arange(2 * BINS) + 0.5) * width, np.tile(density, 2), np.tile(mean, 2))
+    return Rose(fit_fabric(theta, force, bodies), (np.arange(2 * BINS) + 0.5) * width, np.tile(density, 2), np.tile(mean, 2))
 
 
 @style.styled
@@ -96,12 +96,14 @@ def draw(run: Run) -> Any:
         _panel(above, one.middles, one.density, around, density, NORMALS)
         _panel(below, one.middles, one.force / f.f0, around, force, FORCES)
         factor, unit = style.readable("N", np.array([f.f0]))
-        low, high = f.a_interval
         above.set_title(
             f"{moments.title(run, moment)}\n{f.contacts:,} contacts\n"
-            f"a = {f.a:.3f}, 95 %:\n{low:.3f} to {high:.3f}\n$\\theta_a$ = {f.theta_a:.0f}°"
+            f"a = {f.a:.3f}, 95 %:\n{_range(f.a_interval)}\n{_direction('a', f.theta_a, f.theta_a_error, f.contacts_isotropic)}"
         )
-        below.set_title(f"a$_n$ = {f.a_n:.3f}, f$_0$ = {factor * f.f0:.3g} {unit}\n$\\theta_n$ = {f.theta_n:.0f}°")
+        below.set_title(
+            f"f$_0$ = {factor * f.f0:.3g} {unit}\na$_n$ = {f.a_n:.3f}, 95 %:\n{_range(f.a_n_interval)}\n"
+            f"{_direction('n', f.theta_n, f.theta_n_error, f.forces_isotropic)}"
+        )
     for row, words in zip(axes, ("contact normals: density [1/rad]", "mean normal force over f$_0$ [-]"), strict=True):
         top = max(place.get_ylim()[1] for place in row[: len(found)])
         for place in row:
@@ -109,6 +111,15 @@ def draw(run: Run) -> Any:
         for place in row[::columns]:
             place.annotate(words, (-0.22, 0.5), xycoords="axes fraction", rotation=90.0, va="center", ha="center")
     return figure
+
+
+def _range(interval: tuple[float, float]) -> str:
+    return f"{interval[0]:.3f} to {interval[1]:.3f}"
+
+
+def _direction(index: str, angle: float, error: float, isotropic: bool) -> str:
+    """Text of a direction with its error, or that there is none."""
+    return "isotropic within 95 %" if isotropic else f"$\\theta_{index}$ = {angle:.0f} ± {error:.0f}°"
 
 
 def _panel(axes: Any, middles: np.ndarray, bars: np.ndarray, around: np.ndarray, curve: np.ndarray, colour: str) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.sparse
+import scipy
 
 from coupler_protocol.criteria.stable_step import Limit, highest, limit, stiffness_matrix
 

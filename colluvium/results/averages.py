@@ -14,8 +14,8 @@ discs, with gaps between them, or its polygon, which is its mass. A region witho
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 import shapely
-from scipy.spatial import cKDTree
 
 from coupler_protocol.geometry import disc_in_polygon, share_inside
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from colluvium.results.rank_file import Fields
 
 ROUNDING = 1e-12  # of the squared radius: a smaller area of a disc is none
+POINTS = 64  # of the grid of `share_reached`, along x and along y
 CIRCLE_SIDES = 1024  # of a quarter of a circle that cuts stones
 
 
@@ -51,6 +52,24 @@ def discs_inside(discs: "Fields", region: Any) -> int:
     return int(np.count_nonzero(_areas_inside(discs, *_region(region)) > ROUNDING * discs.radius**2))
 
 
+def share_reached(discs: "Fields", region: Any) -> float:
+    """Share of a region's area that lies in discs, or not farther than a mean radius from one; by a grid of points."""
+    circle, shape = _region(region)
+    if circle is not None:
+        low, high = circle[:2] - circle[2], circle[:2] + circle[2]
+    else:
+        low, high = np.reshape(shapely.bounds(shape), (2, 2))
+    lines = [a + (b - a) * (np.arange(POINTS) + 0.5) / POINTS for a, b in zip(low, high, strict=True)]
+    points = np.stack(np.meshgrid(*lines), axis=-1).reshape(-1, 2)
+    points = points[_points_inside(points, circle, shape)]
+    reach, reached = discs.radius + discs.radius.mean(), np.zeros(len(points), dtype=np.bool_)
+    near = (np.abs(discs.xy - np.clip(discs.xy, low, high)) < reach[:, None]).all(axis=1)
+    tree = cKDTree(points)
+    for found in tree.query_ball_point(discs.xy[near], reach[near]):
+        reached[found] = True
+    return float(reached.mean())
+
+
 def porosity(discs: "Fields", region: Any, stones: list[np.ndarray] | None = None) -> float:
     """Porosity of a region [-], Eq (2), exact for circles and polygons of any shape except for overlaps on its edge.
 
@@ -64,7 +83,7 @@ def porosity(discs: "Fields", region: Any, stones: list[np.ndarray] | None = Non
         solid, xy, radius = solid[soil], xy[soil], radius[soil]
         whole = shape if circle is None else shapely.Point(circle[:2]).buffer(circle[2], quad_segs=CIRCLE_SIDES)
         polygons = sum(_stone_inside(shapely.Polygon(stones[k]).intersection(whole), xy, radius) for k in held)
-    near = cKDTree(xy).query_pairs(2.0 * float(radius.max(initial=0.0)), output_type="ndarray")
+    near = scipy.spatial.cKDTree(xy).query_pairs(2.0 * float(radius.max(initial=0.0)), output_type="ndarray")
     a, b = xy[near].swapaxes(0, 1)
     distance, radii = np.hypot(*(b - a).T), radius[near]
     over = distance < radii.sum(axis=1)

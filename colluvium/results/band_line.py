@@ -6,9 +6,8 @@ weighted by the square of their strains.
 """
 
 import numpy as np
+import scipy
 import shapely
-from scipy.sparse import coo_array, eye_array
-from scipy.sparse.csgraph import dijkstra
 
 from coupler_protocol.criteria import shear_band
 
@@ -19,8 +18,8 @@ def line_of_band(cells: shear_band.Cells, surface: shear_band.Surface, level: fl
     toe, crest = (found[strong[found]] for found in (shear_band.nearest(cells.xy, points) for points in surface))
     a, b = cells.pairs[strong[cells.pairs].all(axis=1)].T
     length = np.hypot(*(cells.xy[a] - cells.xy[b]).T) * 0.5 * (cells.strain[a] ** -2.0 + cells.strain[b] ** -2.0)
-    ways = coo_array((length, (a, b)), shape=(count, count)).tocsr()
-    far, before, _ = dijkstra(ways, directed=False, indices=toe, return_predecessors=True, min_only=True)
+    ways = scipy.sparse.coo_array((length, (a, b)), shape=(count, count)).tocsr()
+    far, before, _ = scipy.sparse.csgraph.dijkstra(ways, directed=False, indices=toe, return_predecessors=True, min_only=True)
     way = [int(crest[np.argmin(far[crest])])]
     while before[way[-1]] >= 0:
         way.append(int(before[way[-1]]))
@@ -31,8 +30,8 @@ def _ridge(cells: shear_band.Cells) -> np.ndarray:
     """(n, 2) mean of each cell and its neighbours, weighted by their strains squared."""
     count = len(cells.xy)
     low, high = cells.pairs.T
-    near = coo_array((np.ones(len(low)), (low, high)), shape=(count, count))
-    near = near + near.T + eye_array(count)
+    near = scipy.sparse.coo_array((np.ones(len(low)), (low, high)), shape=(count, count))
+    near = near + near.T + scipy.sparse.eye_array(count)
     weight = cells.strain**2
     total = near @ weight
     mean = near @ (weight[:, None] * cells.xy) / np.where(total > 0.0, total, 1.0)[:, None]

@@ -12,10 +12,7 @@ A state is *reached* in the first frame after which it is always fulfilled: conn
 appear and vanish. `State.seen` is the first frame in which it is fulfilled.
 """
 
-from math import sqrt
 from typing import NamedTuple
-
-import numpy as np
 
 from colluvium.results import failure
 from colluvium.results.fabric import Fabric, contact_fabric
@@ -29,7 +26,6 @@ MEANING = {
     "c": "through the window",
     "d": "complete, toe to crest",
 }
-GROUPS = 40  # of the jackknife
 FEWEST = 40  # contacts; the fabric of fewer is not significant
 
 
@@ -66,15 +62,8 @@ class State(NamedTuple):
         return f"{self.letter} ({MEANING[self.letter]}): {words}"
 
 
-class Chosen(NamedTuple):
-    """Some contacts of a frame: `ends` (C, 2) rows of the two discs, `normal_force` (C,) [N]."""
-
-    ends: np.ndarray
-    normal_force: np.ndarray
-
-
 class Intervals(NamedTuple):
-    """Half widths of the 95 % intervals of a fabric, contacts taken as independent; of its directions [deg], at most 90."""
+    """Half widths of the 95 % intervals of a fabric (colluvium.results.sampling_error); of its directions [deg], at most 90."""
 
     a: float
     theta_a: float
@@ -116,28 +105,14 @@ def last_before(found: list[Reach], counted: float = COUNTED) -> Reach | None:
 
 
 def fabric(run: Run, frame: int, rank: int = 1, kind: str | None = None) -> tuple[Fabric, Intervals] | None:
-    """Fabric of all contacts or of one kind (colluvium.results.fabric.KINDS) and its intervals; None for too few contacts.
-
-    Intervals: delete-a-group jackknife (M.H. Quenouille, Biometrika 43 (1956) 353-360)
-    of a e^{2i theta_a} and a_n e^{2i theta_n}, across and along the vector. Contacts that touch the same disc are not
-    independent: the scatter over seeds is additional.
-    """
-    discs, contacts = run.discs(frame, rank), run.contacts(frame, rank)
-    ends, force = contacts.ends, contacts.normal_force
+    """Fabric of all contacts or of one kind (colluvium.results.fabric.KINDS) and its intervals; None for too few contacts."""
     try:
-        whole = contact_fabric(discs, contacts, kind)
-        if whole.contacts < FEWEST:
-            return None
-        group = np.arange(len(ends)) % GROUPS
-        parts = [contact_fabric(discs, Chosen(ends[group != k], force[group != k]), kind) for k in range(GROUPS)]
+        whole = contact_fabric(run.discs(frame, rank), run.contacts(frame, rank), kind)
     except ValueError:
         return None
-    widths = []
-    for size, direction in (("a", "theta_a"), ("a_n", "theta_n")):
-        axis = getattr(whole, direction)
-        turned = np.array([getattr(p, size) * np.exp(2j * np.radians(getattr(p, direction) - axis)) for p in parts])
-        along, across = (1.96 * sqrt((GROUPS - 1) * float(np.var(part))) for part in (turned.real, turned.imag))
-        widths += [along, float(np.degrees(np.arcsin(min(across / getattr(whole, size), 1.0))) / 2.0)]
+    if whole.contacts < FEWEST:
+        return None
+    widths = whole.a_interval[1] - whole.a, whole.theta_a_error, whole.a_n_interval[1] - whole.a_n, whole.theta_n_error
     return whole, Intervals(*widths)
 
 

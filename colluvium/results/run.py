@@ -6,6 +6,7 @@ one side may have no record.
 """
 
 import re
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ _PLACES = {  # of a file's fields: the method of Run that gives them
     "continuum": {"PointData": "gridpoints", "CellData": "zones"},
     "discrete": {"PointData": "discs", "CellData": "contacts"},
 }
+WHOLE = 0.9  # of a region: a mean stress over a region that discs fill less is doubted
 _ROOM = {"continuum": "zones, gridpoints", "discrete": "discs, contacts"}
 
 
@@ -91,11 +93,16 @@ class Run:
     def average_stress(self, frame: int, region: Any, rank: int = 1) -> np.ndarray:
         """Mean stress xx, yy, xy (3,) [Pa] of the discs in a circle (x, y, radius) or polygon (P, 2) [m], tension positive.
 
-        Walls count for the discs inside that they touch; colluvium.results.averages has the equation. NaN if no disc is inside.
+        Walls count for the discs inside that they touch; colluvium.results.averages has the equation. NaN if no disc is inside;
+        a warning if part of the region lies outside of the discs, because the mean is over all of its area.
         """
         from colluvium.results import averages
 
-        return averages.average_stress(self.discs(frame, rank), self.contacts(frame, rank), region)
+        discs = self.discs(frame, rank)
+        found = averages.average_stress(discs, self.contacts(frame, rank), region)
+        if not np.isnan(found).any() and (share := averages.share_reached(discs, region)) < WHOLE:
+            warnings.warn(f"discs fill {share:.0%} of the region: the mean stress counts the rest as 0", stacklevel=2)
+        return found
 
     def discs_inside(self, frame: int, region: Any, rank: int = 1) -> int:
         """Number of discs that share area with a circle (x, y, radius) or polygon (P, 2) [m]."""

@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.sparse
+import scipy
 from numpy.typing import NDArray
 
 Limit = dict[str, Any]  # of run.json: share, dt, what, at
@@ -33,8 +33,8 @@ class Springs(NamedTuple):
     against turning: lengthening in rad, stiffness in N m); nodes: K.
     """
 
-    first: scipy.sparse.csr_array
-    second: scipy.sparse.csr_array
+    first: Any  # scipy.sparse.csr_array
+    second: Any
     stiffness: NDArray[np.float64]
     nodes: int
 

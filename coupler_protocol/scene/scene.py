@@ -7,7 +7,6 @@ entry-point group `colluvium.effects`; the name of the entry point is the place 
 import hashlib
 import json
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -15,6 +14,7 @@ from pydantic import Field, create_model, model_validator
 
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.scene.declare import Table, quantity
+from coupler_protocol.scene.installed import distribution, installed
 from coupler_protocol.scene.named_files import without_paths
 from coupler_protocol.scene.names import Name, Title
 from coupler_protocol.scene.tables.boundary import Boundary, InitialStress
@@ -36,9 +36,9 @@ def declared_effects() -> dict[str, Any]:
 
     Raises EnvironmentFailed if two distributions declare an effect for the same place: one of them would be lost.
     """
-    found = sorted(entry_points(group="colluvium.effects"), key=lambda point: (point.name, _distribution(point)))
+    found = sorted(installed("colluvium.effects"), key=lambda point: (point.name, distribution(point)))
     twice = [
-        f"{one.name} is declared by the installed distributions {_distribution(one)!r} and {_distribution(other)!r}"
+        f"{one.name} is declared by the installed distributions {distribution(one)!r} and {distribution(other)!r}"
         for one, other in pairwise(found)
         if one.name == other.name
     ]
@@ -49,11 +49,13 @@ def declared_effects() -> dict[str, Any]:
 
 def distribution_of(place: str) -> str:
     """Name of the distribution that declares the effect of this place; "" if it is unknown."""
-    return next((_distribution(point) for point in entry_points(group="colluvium.effects") if point.name == place), "")
+    return _distributions().get(place, "")
 
 
-def _distribution(point: EntryPoint) -> str:
-    return point.dist.name if point.dist is not None else ""
+@cache
+def _distributions() -> dict[str, str]:
+    """Names of the distributions that declare effects, by the places of these."""
+    return {point.name: distribution(point) for point in installed("colluvium.effects")}
 
 
 def _effect_fields(place: str) -> dict[str, Any]:

@@ -56,7 +56,7 @@ KINDS = (
     Kind("overload", "gravity changes", overloads=True, band=True, boundaries=True),
     Kind("excavate", "zones are excavated", band=True, boundaries=True, rests=True, table="excavate"),
     Kind("surcharge", "pressure on the ground surface", band=True, boundaries=True, rests=True, table="surcharge"),
-    Kind("load", "sides are fixed, moved or loaded differently", boundaries=True),
+    Kind("load", "sides are fixed, moved or loaded differently", boundaries=True, rests=True),
     Kind("discs", "without a grid, the discs alone", grid=False, alone=True, rests=True),
 )  # fmt: skip
 BY_NAME = {kind.name: kind for kind in KINDS}

@@ -7,7 +7,7 @@ consistent, and no field jumps at the edge of a bin.
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse
+import scipy
 import shapely
 
 FINE = 8  # quadrature points a bin side

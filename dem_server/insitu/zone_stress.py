@@ -7,7 +7,7 @@ until their stress fulfils it. "Zones" are rows x, y, area, xx, yy, xy, density;
 """
 
 import numpy as np
-import scipy.interpolate
+import scipy
 
 from coupler_protocol.wire.payloads import PLACE, STRESS
 

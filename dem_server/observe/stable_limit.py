@@ -13,7 +13,7 @@ closes, slips or turns. A dashpot acts with the velocity half a step earlier: tw
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse
+import scipy
 
 from coupler_protocol.criteria.stable_step import Springs, limit, spring_sums
 from coupler_protocol.interface.mapping import velocities_to_discs

@@ -5,8 +5,8 @@ stage in real time is refused: discs would separate at about d sqrt(kn / m), d b
 """
 
 import numpy as np
+import scipy
 import shapely
-from scipy.spatial import cKDTree
 
 from coupler_protocol.files import disc_csv
 from coupler_protocol.problems import SceneError, unfit
@@ -54,7 +54,7 @@ def material_of_stones_not_there(scene):
 
 def pairs_of(xy, radius, stone):
     """Pairs (m, 2) of discs that overlap, except within one stone, and their overlaps (m,) [m]."""
-    pairs = cKDTree(xy).query_pairs(2.0 * radius.max(), output_type="ndarray")
+    pairs = scipy.spatial.cKDTree(xy).query_pairs(2.0 * radius.max(), output_type="ndarray")
     depth = radius[pairs].sum(axis=1) - np.hypot(*(xy[pairs[:, 1]] - xy[pairs[:, 0]]).T)
     there = depth > 0.0
     if stone is not None:
@@ -103,7 +103,7 @@ def refuse_deep(path, depth, smaller):
 def refuse_ring_overlaps(path, found, ring):
     """Raises SceneError for overlaps above DEEP with control discs: the discs were packed for another window."""
     reach = float(ring.radius.max() + found.radius.max())
-    near = cKDTree(ring.xy).sparse_distance_matrix(cKDTree(found.xy), reach, output_type="ndarray")
+    near = scipy.spatial.cKDTree(ring.xy).sparse_distance_matrix(scipy.spatial.cKDTree(found.xy), reach, output_type="ndarray")
     smaller = np.minimum(ring.radius[near["i"]], found.radius[near["j"]])
     deep = (ring.radius[near["i"]] + found.radius[near["j"]] - near["v"]) / smaller
     if (deep > DEEP).any():

@@ -8,7 +8,7 @@ F is that of coupler_protocol/scene/tables/grading.py.
 """
 
 import numpy as np
-import scipy.special
+import scipy
 import shapely
 
 

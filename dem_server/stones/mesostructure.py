@@ -30,7 +30,7 @@ the exponent of (18) is -(ln s - mu)^2 / 2 sigma^2, sigma being a standard devia
 from typing import NamedTuple
 
 import numpy as np
-import scipy.optimize
+import scipy
 import shapely
 
 from coupler_protocol.geometry import moments, polygon_area

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from fdm_server.checks.materials import materials_have_zones
 from fdm_server.checks.room_for_discs import lack_of_room
+from fdm_server.ground.even_loads import forces_of_even_loads
 from fdm_server.ground.excavation import excavations, held_in_stages
-from fdm_server.ground.load_ramps import forces_of_even_loads
 from fdm_server.mesh.grid import build_grid
 from fdm_server.mesh.grid_sides import edges_of, extent_of, points_in, sides_of
 from fdm_server.mesh.window_zones import rim_of, window_zones

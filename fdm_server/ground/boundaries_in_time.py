@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol.scene.schedule import acting_boundaries, new_boundaries
-from fdm_server.ground.load_ramps import forces_of_even_loads
+from fdm_server.ground.even_loads import forces_of_even_loads
 from fdm_server.ground.load_steps import Ramp, ramp_of
 from fdm_server.ground.quiet_sides import Dashpots, dashpots, keep_reaction
 from fdm_server.mesh.grid_sides import edges_of, fixed_components, motion_of, points_in, sides_of

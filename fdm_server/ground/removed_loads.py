@@ -28,7 +28,8 @@ class RemovedLoads(NamedTuple):
 def removed_loads(scene, index, before, after, state):
     """RemovedLoads of the excavation stage with number `index`; before, after: models; state: of the model before."""
     total, of_place = np.zeros_like(state.applied), {}
-    acting = {b.place: b for b in acting_boundaries(scene, index) if b.loads and b.place in state.loads}
+    own = scene.stage[index].boundary  # of this stage: they act on the ground that is left
+    acting = {b.place: b for b in acting_boundaries(scene, index) if b.loads and b.place in state.loads and b not in own}
     for place, boundary in acting.items():
         whole = load_forces(before, state, boundary)
         gone = _share(state.loads[place], whole) * (whole - load_forces(after, state, boundary))

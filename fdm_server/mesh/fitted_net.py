@@ -10,8 +10,7 @@ zones there are rectangles. Tops of materials are treated in the same way (fdm_s
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import coo_array, diags_array, eye_array
-from scipy.sparse.linalg import spsolve
+import scipy
 
 from fdm_server.mesh.diagonal_net import cells_below, check_extent, renumbered
 from fdm_server.mesh.graded_lines import net_lines
@@ -193,7 +192,8 @@ def _moved(xy, zones, surface, place, held):
     pairs = pairs[pairs[:, 0] != pairs[:, 1]]
     ones = np.ones(2 * len(pairs))
     ends = np.concatenate([pairs, pairs[:, ::-1]])
-    neighbour = (coo_array((ones, (ends[:, 0], ends[:, 1])), shape=(len(xy), len(xy))).tocsr() > 0).astype(np.float64)
+    sides = scipy.sparse.coo_array((ones, (ends[:, 0], ends[:, 1])), shape=(len(xy), len(xy)))
+    neighbour = (sides.tocsr() > 0).astype(np.float64)
     near = np.zeros(len(xy), dtype=np.bool_)
     near[surface] = True
     for _ in range(DEPTH):
@@ -202,11 +202,12 @@ def _moved(xy, zones, surface, place, held):
     move[surface] = place - xy[surface]
     given = ~near
     given[surface] = True
-    mean = diags_array(1.0 / np.maximum(neighbour.sum(axis=1), 1.0)) @ neighbour
+    mean = scipy.sparse.diags_array(1.0 / np.maximum(neighbour.sum(axis=1), 1.0)) @ neighbour
     for axis in range(2):
         free = ~(given | held[:, axis])
         if np.any(free):
             inner = mean[free]
             right = inner[:, ~free] @ move[~free, axis]
-            move[free, axis] = spsolve((eye_array(free.sum()) - inner[:, free]).tocsc(), right)
+            matrix = (scipy.sparse.eye_array(free.sum()) - inner[:, free]).tocsc()
+            move[free, axis] = scipy.sparse.linalg.spsolve(matrix, right)
     return xy + move

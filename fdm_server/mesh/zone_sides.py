@@ -1,8 +1,6 @@
 """Sides of zones: the boundary of a set of zones, its closed loops, and the connected pieces of the set."""
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 
 def boundary_edges(zones):
@@ -36,6 +34,28 @@ def pieces(zones):
     sides = np.sort(np.concatenate([zones[:, [k, (k + 1) % 4]] for k in range(4)]), axis=1)
     owner = np.tile(np.arange(len(zones)), 4)
     real = sides[:, 0] != sides[:, 1]  # not the repeated corner of a triangle
-    _, side = np.unique(sides[real], axis=0, return_inverse=True)
-    zone_by_side = coo_array((np.ones(len(side)), (owner[real], side.ravel())))
-    return connected_components(zone_by_side @ zone_by_side.T, directed=False)[1]
+    low, high = sides[real].T
+    side = low * (zones.max() + 1) + high
+    order = np.argsort(side, kind="stable")
+    shared = side[order][1:] == side[order][:-1]
+    return _components(len(zones), owner[real][order][:-1][shared], owner[real][order][1:][shared])
+
+
+def _components(count, a, b):
+    """(count,) number of the connected component of each node of a graph with links a-b (L,), in order of their first nodes.
+
+    Every node points to a node of its component that is not larger. In each round the targets of both ends of a link take the
+    smaller target, and targets are followed one step further, until all nodes point to the smallest node of their component
+    (Zhang, Azad & Buluc 2020, Parallel Algorithms for Finding Connected Components using Linear Algebra, J. Parallel Distrib.
+    Comput. 144). scipy has this too, but its import takes longer than all that a small grid computes at its start.
+    """
+    target = np.arange(count)
+    while True:
+        before = target.copy()
+        least = np.minimum(before[a], before[b])
+        for ends in (a, b):
+            np.minimum.at(target, before[ends], least)
+            np.minimum.at(target, ends, least)
+        target = np.minimum(target, target[target])
+        if np.array_equal(target, before):
+            return np.unique(target, return_inverse=True)[1]

@@ -7,7 +7,7 @@ flow only softens, and their shape is constant.
 """
 
 import numpy as np
-import scipy.sparse
+import scipy
 
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.criteria.stable_step import limit

@@ -1,11 +1,14 @@
 """The paper's study over seeds: the four states of the band, and the fabric of the contacts in each beside the paper's.
 
-    python scripts/studies/paper_study.py [SCENE] [--seeds N] [--fast] [--json FILE] [--pictures DIR] [--out DIR]
+    python scripts/studies/paper_study.py [SCENE] [--seeds N] [--cases NAME ..] [--fast]
+        [--json FILE] [--pictures DIR] [--out DIR]
 
-Each seed draws stones and discs of its own and is computed twice, with ("stressed") and without bringing the window to the
-slope's stress; the first seed also with the paper's mapping and with the light discs of its Table 2. Prints tables in
-Markdown: means ± standard deviations over the seeds. --fast: a coarse slope without stones, in one process; shows that the
-script works."""
+Each seed draws stones and discs of its own and is computed three times: with ("stressed") and without bringing the window to the
+slope's stress, and as the paper describes it ("paper's way": discs filled from the boundary inward, stones as clusters, the
+weights of its Table 2, its mapping, not brought to the slope's stress). The first seed is also computed with the paper's mapping
+alone and with the light discs of Table 2 alone. Prints tables in Markdown: means ± standard deviations over the seeds. --cases:
+only these, by name. With --out, runs that are there already, of the same scene and to their end, are read instead of computed.
+--fast: a coarse slope without stones, in one process; shows that the script works."""
 
 import argparse
 import json
@@ -33,11 +36,24 @@ class Case(NamedTuple):
     overrides: tuple[str, ...]
     every_seed: bool
 
+    @property
+    def of_first_seed(self):
+        """Whether the case is in the tables of the first seed, which compare single differences from "stressed"."""
+        return self is STRESSED or not self.every_seed
+
 
 STRESSED = Case("stressed", (), True)
+PAPERS_WAY = (  # sections 2.1 and 4.2; stone sizes, radii and porosity, which it does not give, are those of the scene
+    'discs.packing="inward"',
+    "discs.density_matching=false",
+    'stones.body="cluster"',
+    "stage.fill.insitu=false",
+    'coupling.mapping="paper"',
+)
 CASES = (
     STRESSED,
     Case("unstressed", ("stage.fill.insitu=false",), True),
+    Case("paper's way", PAPERS_WAY, True),
     Case("paper mapping", ('coupling.mapping="paper"',), False),
     Case("light discs", ("discs.density_matching=false",), False),
 )
@@ -54,10 +70,26 @@ QUANTITIES = ("a", "theta_a", "a_n", "theta_n")
 
 def compute(scene, case, seed, out, fast):
     """What one run says, as plain data."""
-    overrides = [f"seed={seed}", "record.every=500", *case.overrides, *(FAST if fast else ())]
-    scene = colluvium.Scene.read(scene, overrides)
-    with colluvium.run(scene, out, in_process=fast, force=True) as run:
+    own = [text for text in case.overrides if not (fast and text.startswith("stones."))]  # the coarse slope has no stones
+    scene = colluvium.Scene.read(scene, [f"seed={seed}", "record.every=500", *own, *(FAST if fast else ())])
+    with finished(scene, out) or colluvium.run(scene, out, in_process=fast, force=True) as run:
         return measure(run) | {"seed": seed}
+
+
+def finished(scene, out):
+    """The run of this scene in the folder `out`, if it was computed to its end; else None."""
+    if not (out / "run.json").exists():
+        return None
+    run = colluvium.open_run(out)
+    if (run.info.get("scene_hash"), run.info.get("exit_code")) == (scene.digest(), 0):
+        return run
+    run.close()
+    return None
+
+
+def folder_name(case):
+    """Name of a case as a part of a folder's name."""
+    return case.name.replace(" ", "_").replace("'", "")
 
 
 def measure(run):
@@ -118,13 +150,20 @@ def mean_and_scatter(values, axial=False):
 
 
 def pair(rows, name, kind, size, direction):
-    """A cell of a table: size and direction, mean ± scatter over the runs that reached the moment with enough contacts."""
+    """A cell of a table: size and direction, mean ± scatter over the runs that reached the moment with enough contacts.
+
+    It also says in how many runs the size cannot be told from an isotropic packing; if in all, it has no direction.
+    """
     found = [row["moments"][name]["fabric"][kind] for row in rows if row["moments"][name]]
     found = [one for one in found if one]
     if not found:
         return "-"
     sizes, angles = ([one[key] for one in found] for key in (size, direction))
-    return f"{spread(sizes, '.2f')}, {spread(angles, '.0f', axial=True)}°"
+    isotropic = sum(one[size] <= one[f"{size}_noise"] for one in found)
+    if isotropic == len(found):
+        return f"{spread(sizes, '.2f')}, isotropic"
+    note = f" ({isotropic} of {len(found)} isotropic)" if isotropic else ""
+    return f"{spread(sizes, '.2f')}, {spread(angles, '.0f', axial=True)}°{note}"
 
 
 def spread(values, form, axial=False):
@@ -208,15 +247,16 @@ def interval_table(runs):
 
 def report(results):
     """All tables as one text."""
-    both = {case.name: results[case.name] for case in CASES if case.every_seed}
-    first = {name: runs[:1] for name, runs in results.items() if name != "unstressed"}
+    both = {case.name: results[case.name] for case in CASES if case.every_seed and case.name in results}
+    first = {case.name: results[case.name][:1] for case in CASES if case.of_first_seed and case.name in results}
+    intervals = next(iter(results))
     parts = [
         ("When the states are reached", when_table(results)),
         ("Contact normals, all contacts: a, θa", fabric_table(both, "a", "theta_a", 0)),
         ("Normal forces, all contacts: a_n, θn", fabric_table(both, "a_n", "theta_n", 2)),
         ("Axes of the largest pressure and of the motion in the window", axes_table(both)),
         ("By kind of contact", kinds_table(both)),
-        ("Half widths of the 95 % intervals within one run (stressed)", interval_table(both["stressed"])),
+        (f"Half widths of the 95 % intervals within one run ({intervals})", interval_table(results[intervals])),
         ("First seed, normals: mapping and weight", fabric_table(first, "a", "theta_a", 0)),
         ("First seed, forces: mapping and weight", fabric_table(first, "a_n", "theta_n", 2)),
     ]
@@ -228,12 +268,12 @@ def draw_course(results):
     import matplotlib.pyplot as plt
 
     figure, places = plt.subplots(2, 2, figsize=(8.0, 5.0), sharex=True, layout="constrained")
-    both = {case.name: results[case.name] for case in CASES if case.every_seed}
+    both = {case.name: results[case.name] for case in CASES if case.every_seed and case.name in results}
     labels = ("a [-]", "$\\theta_a$ [°]", "$a_n$ [-]", "$\\theta_n$ [°]")
-    factors = {letter: [row["moments"][letter] for row in both["stressed"]] for letter in PAPER}
+    factors = {letter: [row["moments"][letter] for row in next(iter(both.values()))] for letter in PAPER}
     when = {letter: np.mean([m["gravity_factor"] for m in found if m]) for letter, found in factors.items() if any(found)}
     for number, (place, label) in enumerate(zip(places.T.flat, labels, strict=True)):
-        for (case, runs), colour in zip(both.items(), ("#1a1a1a", "#c1502e"), strict=True):
+        for (case, runs), colour in zip(both.items(), ("#1a1a1a", "#c1502e", "#5b9a54"), strict=False):
             for row in runs:
                 data = np.array(row["course"])
                 place.plot(data[:, 0], data[:, 1 + number], color=colour, linewidth=0.8, label=case if row is runs[0] else None)
@@ -268,6 +308,7 @@ def main(argv=None):
     p = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     p.add_argument("scene", nargs="?", type=Path, default=CONFIGS / "paper_slope.toml")
     p.add_argument("--seeds", type=int, default=5, metavar="N")
+    p.add_argument("--cases", nargs="+", choices=[case.name for case in CASES], metavar="NAME", help="default: all")
     p.add_argument("--fast", action="store_true", help="the coarse slope instead")
     p.add_argument("--json", type=Path, metavar="FILE", help="every number of every run")
     p.add_argument("--pictures", type=Path, metavar="DIR", help="draw the states and the course of the fabric")
@@ -275,18 +316,17 @@ def main(argv=None):
     options = p.parse_args(argv)
     scene = CONFIGS / "quick_slope.toml" if options.fast else options.scene
     seeds = range(1, options.seeds + 1)
+    chosen = [case for case in CASES if case.name in (options.cases or [case.name])]
     results, start = {}, time.perf_counter()
     with tempfile.TemporaryDirectory() as scratch:
         folder = options.out or Path(scratch)
-        for case in CASES:
+        for case in chosen:
             results[case.name] = []
             for seed in seeds if case.every_seed else seeds[:1]:
-                results[case.name].append(
-                    compute(scene, case, seed, folder / f"{case.name.replace(' ', '_')}_{seed}", options.fast)
-                )
+                results[case.name].append(compute(scene, case, seed, folder / f"{folder_name(case)}_{seed}", options.fast))
                 print(f"{time.perf_counter() - start:6.0f} s  {case.name}, seed {seed}", file=sys.stderr)
         if options.pictures:
-            write_pictures(results, folder / "stressed_1", options.pictures)
+            write_pictures(results, folder / f"{folder_name(chosen[0])}_1", options.pictures)
     print(report(results))
     if options.json:
         options.json.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")

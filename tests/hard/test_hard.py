@@ -3,6 +3,8 @@
 import pytest
 from verification.hard import CASES
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.NAME)
 def test_stays_stable(case):

@@ -16,14 +16,13 @@ SHORT = (
     "stage.3.gravity_factor.over=100",
     "stage.3.until.steps=150",
     "record.every=50",
-    "link.give_up=3.0",
-    "link.timeout=1.0",
 )
 STONES = (
     "discs.radius=0.045",
     "stones={content=0.4,size={mean=0.25,sigma=0.35,min=0.15,max=0.6},gap=0.02}",
     "discs.stone={density=2700.0,spring={normal=5e8,shear=5e8},friction={coefficient=1.0},bond={tension=1e6,shear=1e6}}",
 )
+IMPATIENT = ("link.give_up=3.0", "link.timeout=1.0")  # only where a peer is lost: a busy machine may be silent for seconds
 LONG = ("stage.3.until.steps=10000000", "stage.3.until.ratio=1e-12")
 FILES = ("fdm.rank0.vtkhdf", "dem.rank1.vtkhdf", "fdm.rank0.overload.h5", "dem.rank1.overload.h5")
 

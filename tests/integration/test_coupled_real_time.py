@@ -142,6 +142,7 @@ def test_both_sides_see_the_same_power_in_sub_steps_too(divided):
     assert np.abs(grid - discs).max() < 1e-12 * np.abs(grid).max()
 
 
+@pytest.mark.long
 def test_sub_steps_have_the_same_bits_in_two_processes_and_after_a_restart(divided, tmp_path):
     scene = tmp_path / "scene.json"
     scene.write_text((divided.folders[0] / "scene.json").read_text())

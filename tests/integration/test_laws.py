@@ -33,8 +33,8 @@ def scene_data(configs):
 def test_going_on_in_real_time_gives_the_bits_of_the_straight_run(scene_data, tmp_path):
     path = tmp_path / "scene.json"
     path.write_text(json.dumps(scene_data), encoding="utf-8")
-    for words in (["--out", "one"], ["--out", "two", "--from", "one@shaken"]):
-        done = run_colluvium("run", path, "--in-process", "--quiet", *words, cwd=tmp_path)
+    for words in (["--out", tmp_path / "one"], ["--out", tmp_path / "two", "--from", f"{tmp_path / 'one'}@shaken"]):
+        done = run_colluvium("run", path, "--in-process", "--quiet", *words)
         assert done.returncode == 0, done.stderr
     with colluvium.open_run(tmp_path / "one") as one, colluvium.open_run(tmp_path / "two") as two:
         a, b = one.zones(-1), two.zones(-1)

@@ -21,7 +21,7 @@ def scene(configs, tmp_path):
 
 
 def check(*arguments):
-    done = run_colluvium("check", *arguments, timeout=200)
+    done = run_colluvium("check", *arguments)
     assert done.returncode == 0, done.stderr
     return done
 
@@ -47,7 +47,7 @@ def test_nothing_is_computed_where_nothing_asks_for_it(scene, configs):
 
 
 def test_a_grid_that_cannot_be_computed_ends_with_its_exit_code(scene):
-    done = run_colluvium("check", scene, "--quiet", "--set", "stage.locate.gravity_factor=1e12", timeout=200)
+    done = run_colluvium("check", scene, "--quiet", "--set", "stage.locate.gravity_factor=1e12")
     assert done.returncode == 6
     assert "--no-locate leaves it out" in done.stderr
 

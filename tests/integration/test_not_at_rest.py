@@ -53,7 +53,7 @@ def colluvium(*words):
     return run_colluvium(*words, "--quiet")
 
 
-@pytest.mark.parametrize("processes", ["one", "two"])
+@pytest.mark.parametrize("processes", ["one", pytest.param("two", marks=pytest.mark.long)])
 def test_a_stage_that_ends_in_motion_is_told_and_strict_gives_it_a_code(tmp_path, scene, processes):
     mode = ["--in-process"] if processes == "one" else []
     cut = ["--set", "stage.rest.until.steps=40"]
@@ -84,7 +84,7 @@ def test_discs_alone_are_told_too_and_keep_it_when_they_are_resumed(tmp_path):
         '[[stage]]\nname = "more"\nkind = "discs"\nuntil = { ratio = 1e-4, steps = 10 }\n',
         encoding="utf-8",
     )
-    done = colluvium("run", tmp_path / "discs.toml", "--out", tmp_path / "a", "--strict")
+    done = colluvium("run", tmp_path / "discs.toml", "--out", tmp_path / "a", "--strict", "--in-process")
     assert done.returncode == 8, done.stderr
     whole = json.loads((tmp_path / "a" / "run.json").read_text())
     assert [warning["stage"] for warning in whole["warnings"]] == ["fall", "more"]
@@ -98,11 +98,13 @@ def test_discs_alone_are_told_too_and_keep_it_when_they_are_resumed(tmp_path):
 
 
 def test_a_byte_order_mark_and_a_json_scene_are_computed_as_any_other(tmp_path, scene):
-    assert colluvium("run", scene, "--out", tmp_path / "a", "--set", "seed=3").returncode == 0
+    assert colluvium("run", "--in-process", scene, "--out", tmp_path / "a", "--set", "seed=3").returncode == 0
     marked = tmp_path / "bom.toml"
     marked.write_bytes(b"\xef\xbb\xbf" + scene.read_bytes())
-    assert colluvium("run", marked, "--out", tmp_path / "b", "--set", "seed=3").returncode == 0
-    done = colluvium("run", tmp_path / "a" / "scene.json", "--out", tmp_path / "c", "--set", "seed=3", "--set", "title=x")
+    assert colluvium("run", "--in-process", marked, "--out", tmp_path / "b", "--set", "seed=3").returncode == 0
+    done = colluvium(
+        "run", "--in-process", tmp_path / "a" / "scene.json", "--out", tmp_path / "c", "--set", "seed=3", "--set", "title=x"
+    )
     assert done.returncode == 0, done.stderr
     found = [json.loads((tmp_path / name / "scene.json").read_text()) for name in "abc"]
     assert found[0] == found[1]
@@ -111,7 +113,7 @@ def test_a_byte_order_mark_and_a_json_scene_are_computed_as_any_other(tmp_path, 
 
 def test_broken_files_of_a_run_are_refused_in_words(tmp_path, scene):
     out = tmp_path / "a"
-    assert colluvium("run", scene, "--out", out).returncode == 0
+    assert colluvium("run", "--in-process", scene, "--out", out).returncode == 0
     (out / "fdm.rank0.load.h5").unlink()
     whole = (out / "run.json").read_text()
     for broken in (whole[: len(whole) // 2], "[1]", "\xff\xfe"):
@@ -125,19 +127,19 @@ def test_broken_files_of_a_run_are_refused_in_words(tmp_path, scene):
     (out / "run.json").unlink()
     text = (out / "scene.json").read_text()
     (out / "scene.json").write_text(text[:-20])
-    done = colluvium("resume", out)
+    done = colluvium("resume", "--in-process", out)
     assert done.returncode == 3
     assert "scene.json:" in done.stderr
     assert "not valid JSON" in done.stderr
     (out / "scene.json").write_text(text)
-    assert colluvium("resume", out).returncode == 0
+    assert colluvium("resume", "--in-process", out).returncode == 0
 
 
 def test_a_scene_is_not_removed_with_the_results_it_lies_among(tmp_path, scene):
     out = tmp_path / "a"
-    assert colluvium("run", scene, "--out", out).returncode == 0
+    assert colluvium("run", "--in-process", scene, "--out", out).returncode == 0
     for name in ("scene.json", "scene.toml"):
-        done = colluvium("run", out / name, "--out", out, "--force")
+        done = colluvium("run", "--in-process", out / name, "--out", out, "--force")
         assert done.returncode == 4
         assert "belongs to the run in" in done.stderr
         assert (out / name).exists()
@@ -152,13 +154,17 @@ def test_a_folder_may_have_a_name_like_an_option(tmp_path, scene):
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="signals of a shell")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_run_in_the_background_of_a_script_stops_with_its_state_saved(tmp_path, scene, number):
-    """A shell without job control starts such commands with SIGINT ignored."""
+    """A shell without job control starts such commands with SIGINT ignored; other signals may be ignored where the tests run."""
+
+    def as_a_shell():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        if number != signal.SIGINT:
+            signal.signal(number, signal.SIG_DFL)
+
     out = tmp_path / "run"
     endless = ["--set", "stage.rest.until.steps=100000000", "--set", "stage.rest.until.ratio=1e-30"]
     words = command("colluvium.cli", "run", scene, "--out", out, "--quiet", *endless)
-    process = subprocess.Popen(
-        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN)
-    )
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=as_a_shell)
     try:
         wait_for((out / "fdm.rank0.vtkhdf").exists, 120, "the first frame")
         os.kill(process.pid, number)

@@ -30,9 +30,8 @@ def on_stage(moment):
 """
 
 
-def test_functions_are_called_on_both_sides_and_looking_changes_nothing(tmp_path, configs):
+def test_functions_are_called_on_both_sides_and_looking_changes_nothing(tmp_path, configs, short_run):
     scene = colluvium.Scene.read(configs / "quick_slope.toml", SHORT)
-    colluvium.run(scene, tmp_path / "plain").close()
     steps, ends = {0: [], 1: []}, {0: [], 1: []}
 
     def on_step(moment):
@@ -43,24 +42,24 @@ def test_functions_are_called_on_both_sides_and_looking_changes_nothing(tmp_path
         scene, tmp_path / "seen", on_step=(100, on_step), on_stage=lambda m: ends[m.rank].append((m.stage, m.step))
     ).close()
     for name in FILES:
-        assert differing(tmp_path / "plain" / name, tmp_path / "seen" / name) == [], name
+        assert differing(short_run / name, tmp_path / "seen" / name) == [], name
     coupled = [("couple", 500), ("couple", 600), ("overload", 700)]
     assert steps == {0: [("equilibrium", n) for n in (100, 200, 300, 400)] + coupled, 1: coupled}
     both = [("fill", 400), ("couple", 600), ("overload", 750)]
     assert ends == {0: [("equilibrium", 400), *both], 1: both}
 
 
-def test_a_file_changes_the_same_bits_in_one_process_and_two(tmp_path, configs):
+def test_a_file_changes_the_same_bits_in_one_process_and_two(tmp_path, configs, short_run):
     path = tmp_path / "push.py"
     path.write_text(PUSH)
     words = ["run", configs / "quick_slope.toml", "--quiet", *overrides()]
-    ways = {"two": ["--plugin", path], "one": ["--plugin", path, "--in-process"], "plain": ["--in-process"]}
+    ways = {"two": ["--plugin", path], "one": ["--plugin", path, "--in-process"]}
     for name, more in ways.items():
         done = run_colluvium(*words, *more, "--out", tmp_path / name)
         assert done.returncode == 0, done.stderr
     for name in FILES:
         assert differing(tmp_path / "one" / name, tmp_path / "two" / name) == [], name
-        assert differing(tmp_path / "one" / name, tmp_path / "plain" / name), name
+        assert differing(tmp_path / "one" / name, short_run / name), name
     assert json.loads((tmp_path / "two" / "run.json").read_text())["plugin"] == str(path)
 
 
@@ -92,7 +91,7 @@ def test_functions_cannot_be_called_in_other_processes(tmp_path, configs):
 
 def test_a_plugin_that_cannot_be_run_ends_the_run_at_once(tmp_path, configs):
     arguments = ["run", configs / "quick_slope.toml", "--plugin", tmp_path / "none.py", "--out", tmp_path / "o"]
-    done = run_colluvium(*arguments, timeout=120)
+    done = run_colluvium(*arguments)
     assert done.returncode == 4
     assert "cannot be run: FileNotFoundError" in done.stderr
 

@@ -13,6 +13,7 @@ import pytest
 from tests.commands import command, finished, run_colluvium
 from tests.integration.short_runs import (
     FILES,
+    IMPATIENT,
     LONG,
     STONES,
     alive,
@@ -26,18 +27,7 @@ from tests.integration.short_runs import (
 from tests.same_bits import differing
 
 
-@pytest.fixture(scope="module")
-def twin(tmp_path_factory, configs):
-    """The short run in one process."""
-    out = tmp_path_factory.mktemp("twin")
-    scene = configs / "quick_slope.toml"
-    arguments = ["run", scene, "--out", out, "--force", "--in-process", "--quiet", *overrides()]
-    done = run_colluvium(*arguments)
-    assert done.returncode == 0, done.stderr
-    return out
-
-
-def test_servers_started_by_hand_equal_the_in_process_twin_bit_for_bit(tmp_path, configs, twin):
+def test_servers_started_by_hand_equal_the_in_process_twin_bit_for_bit(tmp_path, configs, short_run):
     fdm, dem = start_servers(configs / "quick_slope.toml", tmp_path / "a", tmp_path / "b")
     try:
         assert fdm.wait(300) == 0, fdm.stderr.read()
@@ -46,18 +36,22 @@ def test_servers_started_by_hand_equal_the_in_process_twin_bit_for_bit(tmp_path,
         end(fdm, dem)
     for name in FILES:
         there = tmp_path / ("a" if name.startswith("fdm") else "b") / name
-        assert differing(there, twin / name) == [], name
+        assert differing(there, short_run / name) == [], name
 
 
-def test_launched_run_equals_the_in_process_twin_bit_for_bit(tmp_path, configs, twin):
-    arguments = ["run", configs / "quick_slope.toml", "--out", tmp_path / "run", "--quiet", *overrides()]
-    done = run_colluvium(*arguments)
+def test_launched_run_equals_the_in_process_twin_bit_for_bit_and_takes_no_servers_of_another_tree(tmp_path, configs, short_run):
+    """The launcher starts the servers of its own installation, wherever it is called."""
+    for name in ("fdm_server", "dem_server"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text("raise SystemExit(99)\n")
+    words = [sys.executable, "-P", "-m", "colluvium.cli", "run", configs / "quick_slope.toml", "--out", tmp_path / "run"]
+    done = finished([*words, *overrides(), "--quiet"], cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     for name in FILES:
-        assert differing(tmp_path / "run" / name, twin / name) == [], name
+        assert differing(tmp_path / "run" / name, short_run / name) == [], name
 
 
-@pytest.mark.parametrize("body", ["clump", "cluster"])
+@pytest.mark.parametrize("body", ["clump", pytest.param("cluster", marks=pytest.mark.long)])
 def test_stones_are_the_same_bits_in_one_process_and_two(tmp_path, configs, body):
     words = ["run", configs / "quick_slope.toml", "--quiet", *overrides(*STONES, f"stones.body={body}")]
     for more in (["--out", tmp_path / "two"], ["--out", tmp_path / "one", "--in-process"]):
@@ -73,16 +67,16 @@ def test_stones_are_the_same_bits_in_one_process_and_two(tmp_path, configs, body
     assert window["stone_content_discs"] == pytest.approx(0.4, abs=0.05)
 
 
-def test_another_seed_gives_other_bits(tmp_path, configs, twin):
-    arguments = ["run", configs / "quick_slope.toml", "--out", tmp_path / "run", "--quiet", *overrides("seed=2")]
+def test_another_seed_gives_other_bits(tmp_path, configs, short_run):
+    arguments = ["run", configs / "quick_slope.toml", "--out", tmp_path / "run", "--in-process", "--quiet", *overrides("seed=2")]
     done = run_colluvium(*arguments)
     assert done.returncode == 0, done.stderr
-    assert differing(tmp_path / "run" / FILES[1], twin / FILES[1])
+    assert differing(tmp_path / "run" / FILES[1], short_run / FILES[1])
 
 
 @pytest.mark.parametrize("victim", ["discs", "grid"])
 def test_a_killed_peer_ends_the_other_side_with_a_clear_message(tmp_path, configs, victim):
-    fdm, dem = start_servers(configs / "quick_slope.toml", tmp_path / "a", tmp_path / "b", *LONG)
+    fdm, dem = start_servers(configs / "quick_slope.toml", tmp_path / "a", tmp_path / "b", *LONG, *IMPATIENT)
     killed, left = (dem, fdm) if victim == "discs" else (fdm, dem)
     try:
         wait_for(lambda: coupled_frames(tmp_path / "b" / "dem.rank1.vtkhdf") > 3, 200, "coupled steps")
@@ -147,21 +141,11 @@ def test_ctrl_c_stops_both_sides_and_leaves_readable_files(launched):
     assert json.loads((out / "run.json").read_text())["exit_code"] == 130
 
 
-def test_servers_of_another_tree_in_the_current_folder_are_not_taken(tmp_path, configs):
-    """The launcher starts the servers of its own installation, wherever it is called."""
-    for name in ("fdm_server", "dem_server"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "__init__.py").write_text("raise SystemExit(99)\n")
-    words = [sys.executable, "-P", "-m", "colluvium.cli", "run", configs / "quick_slope.toml", "--out", tmp_path / "run"]
-    done = finished([*words, *overrides(), "--quiet"], cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-
-
 def test_a_bad_scene_ends_the_run_before_anything_is_written(tmp_path, configs):
     text = (configs / "quick_slope.toml").read_text().replace("bulk", "bulc").replace("height = 12.0", "height = -12.0")
     bad = tmp_path / "bad.toml"
     bad.write_text(text)
-    done = run_colluvium("run", bad, "--out", tmp_path / "run", timeout=60)
+    done = run_colluvium("run", bad, "--out", tmp_path / "run")
     assert done.returncode == 3
     line = next(i for i, row in enumerate(text.splitlines(), 1) if "bulc" in row)
     assert f"bad.toml:{line}: material[0].elastic.bulc: unknown key" in done.stderr
@@ -173,17 +157,17 @@ def test_a_bad_scene_ends_the_run_before_anything_is_written(tmp_path, configs):
 def test_results_are_not_overwritten_without_force(tmp_path, configs, quick_run):
     out, _ = quick_run
     before = (out / "run.json").read_bytes()
-    done = run_colluvium("run", configs / "quick_slope.toml", "--out", out, timeout=60)
+    done = run_colluvium("run", configs / "quick_slope.toml", "--out", out)
     assert done.returncode == 4
     assert "--force" in done.stderr
     assert (out / "run.json").read_bytes() == before
 
 
-@pytest.mark.parametrize("factor", ["1e40", "1e300"])
+@pytest.mark.parametrize("factor", ["1e40", pytest.param("1e300", marks=pytest.mark.long)])
 def test_a_computation_that_blows_up_stops_both_sides_and_saves(tmp_path, configs, factor):
     out = tmp_path / "run"
     blow = overrides(f"stage.3.gravity_factor.to={factor}", "stage.3.gravity_factor.over=20")
-    done = run_colluvium("run", configs / "quick_slope.toml", "--out", out, "--quiet", *blow, timeout=200)
+    done = run_colluvium("run", configs / "quick_slope.toml", "--out", out, "--quiet", *blow)
     assert done.returncode == 6, done.stderr
     assert (out / "fdm.rank0.stopped.h5").exists()
     assert (out / "dem.rank1.stopped.h5").exists()

@@ -75,6 +75,7 @@ def test_a_stretched_ring_is_warned_of_once_in_its_stage(tmp_path, caplog):
     assert len([r for r in caplog.records if "the ring has opened" in r.message]) == 1
 
 
+@pytest.mark.long
 def test_two_processes_give_the_bits_of_one_for_an_oblique_l(tmp_path, configs):
     until = {0: 300, 2: 100, 3: 50}
     short = [f"stage.{i}.until.steps={n}" for i, n in until.items()] + ["stage.2.handover=50", "record.every=50"]

@@ -41,6 +41,8 @@ CASES = [
     ([REST, PIT_DUG, covered(0.0, 4.0), DEEPER], BEFORE - 1.5 * PIT + 3.0 * P),
     ([REST, loaded(pressure=P), PIT_DUG, rested("less", "load", boundary=[{"on": "top", "pressure": 0.5 * P}])],
      BEFORE - PIT + 1.5 * P),
+    ([REST, loaded(pressure=P), PIT_DUG | {"boundary": [{"on": "top", "pressure": 0.5 * P}]}], BEFORE - PIT + 1.5 * P),
+    ([REST, loaded(pressure=P), PIT_DUG | {"boundary": [{"on": "top", "x": [0.0, 1.0], "pressure": P}]}], BEFORE - PIT + 4.0 * P),
 ]  # fmt: skip
 
 

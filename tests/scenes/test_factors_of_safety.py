@@ -6,6 +6,8 @@ import pytest
 
 from tests.commands import run_colluvium
 
+pytestmark = pytest.mark.long
+
 PNG = b"\x89PNG"
 
 

@@ -7,16 +7,19 @@ from colluvium import open_run
 from tests.commands import run_colluvium
 
 
-def outcome(scene, out):
-    """Results of a shipped scene, computed from the command line; to be used with `with`."""
-    done = run_colluvium("run", scene, "--out", out, "--quiet")
-    assert done.returncode == 0, done.stderr
-    return open_run(out)
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory, configs):
+    """Run directories of the two scenes, computed from the command line."""
+    out = tmp_path_factory.mktemp("shipped")
+    for name, how in (("footing", []), ("hole", ["--in-process"])):
+        done = run_colluvium("run", configs / f"{name}.toml", "--out", out / name, "--quiet", *how)
+        assert done.returncode == 0, done.stderr
+    return out
 
 
-def test_bearing_capacity(tmp_path, configs):
+def test_bearing_capacity(folders):
     """Prandtl (1921): (2 + pi) c; the footing pushes on half a zone beyond its edge."""
-    with outcome(configs / "footing.toml", tmp_path) as run:
+    with open_run(folders / "footing") as run:
         steps, force = run.history("reaction_y:footing")
         across = run.history("reaction_x:footing")[1][-1]
         moved, settlement = run.history("moved_y:footing")
@@ -30,10 +33,10 @@ def test_bearing_capacity(tmp_path, configs):
     assert abs(across) < 0.1 * abs(force[-1])
 
 
-def test_stress_around_a_hole(tmp_path, configs):
+def test_stress_around_a_hole(folders):
     """Kirsch (1898) under p in x: with k = a2/r2, radial -p/2 [(1 - k) + (1 - 4k + 3k2) cos 2t],
     tangential -p/2 [(1 + k) - (1 + 3k2) cos 2t], shear p/2 (1 + 2k - 3k2) sin 2t."""
-    with outcome(configs / "hole.toml", tmp_path) as run:
+    with open_run(folders / "hole") as run:
         (x, y), (xx, yy, _, xy), rows = run.zones(-1).xy.T, run.zones(-1).stress.T, run.info["stages"]
         moved = [run.gridpoints(i).displacement for i, frame in enumerate(run.frames) if frame.stage == "before"]
     assert np.abs(moved[-1]).max() < 1e-15  # in equilibrium from the first step
@@ -54,11 +57,10 @@ def test_stress_around_a_hole(tmp_path, configs):
 
 
 @pytest.mark.parametrize("name", ["footing", "hole"])
-def test_grids_without_a_profile_are_drawn(tmp_path, configs, name):
+def test_grids_without_a_profile_are_drawn(folders, tmp_path, name):
     pytest.importorskip("matplotlib")
     pytest.importorskip("cmcrameri")
-    outcome(configs / f"{name}.toml", tmp_path).close()
-    done = run_colluvium("report", tmp_path)
+    done = run_colluvium("report", folders / name, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    drawn = {path.name for path in (tmp_path / "report").iterdir()}
+    drawn = {path.name for path in tmp_path.iterdir()}
     assert {"mesh.png", "stress.png", "displacement.png", "histories.png", "report.html"} <= drawn

@@ -10,7 +10,7 @@ PROFILE = [[0.0, 8.0, 13.0, 15.5, 18.0, 34.0], [5.0, 5.0, 9.2, 9.2, 13.0, 13.0]]
 
 
 def test_the_bottom_carries_what_lies_on_it(tmp_path, configs):
-    done = run_colluvium("run", configs / "layered_slope.toml", "--out", tmp_path, "--quiet")
+    done = run_colluvium("run", configs / "layered_slope.toml", "--out", tmp_path, "--in-process", "--quiet")
     assert done.returncode == 0, done.stderr
     with open_run(tmp_path) as run:
         rest, load = run.info["stages"]

@@ -8,18 +8,13 @@ import pytest
 from colluvium import open_run
 from colluvium.figures import mesostructure
 from coupler_protocol.geometry import polygon_area
-from tests.commands import ROOT, run_colluvium
-
-
-def colluvium_at_root(*arguments):
-    """Run from the folder that paths in the scene count from."""
-    return run_colluvium(*arguments, cwd=ROOT)
+from tests.commands import run_colluvium
 
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory, configs):
     out = tmp_path_factory.mktemp("mapped") / "run"
-    done = colluvium_at_root("run", configs / "mapped_stones.toml", "--out", out, "--quiet")
+    done = run_colluvium("run", configs / "mapped_stones.toml", "--out", out, "--quiet")
     assert done.returncode == 0, done.stderr
     return out, done
 
@@ -64,10 +59,10 @@ def test_it_rests_with_its_weight_on_the_ground(ran):
 
 
 def test_check_names_a_missing_map(configs):
-    done = colluvium_at_root("check", configs / "mapped_stones.toml", "--set", "stones.file=gone.geojson")
+    done = run_colluvium("check", configs / "mapped_stones.toml", "--set", "stones.file=gone.geojson")
     assert done.returncode == 3
     assert "gone.geojson: there is no such file" in done.stderr + done.stdout
-    done = colluvium_at_root("check", configs / "mapped_stones.toml")
+    done = run_colluvium("check", configs / "mapped_stones.toml")
     assert done.returncode == 0
     assert f"as mapped in {configs / 'mapped_stones.geojson'}" in done.stdout.replace("\n", "")
 

@@ -5,11 +5,13 @@ import pytest
 from colluvium import open_run
 from tests.commands import run_colluvium
 
+pytestmark = pytest.mark.long
+
 
 def test_five_g_is_borne(tmp_path, configs):
     short = [word for i in range(4, 9) for word in ("--set", f"stage.{i}.until.steps=40")]
     words = ["run", configs / "paper_slope_steps.toml", "--out", tmp_path / "run", "--quiet", *short]
-    done = run_colluvium(*words, timeout=400)
+    done = run_colluvium(*words)
     assert done.returncode == 0, done.stderr
     with open_run(tmp_path / "run") as run:
         rows = {row["name"]: row for row in run.info["stages"]}

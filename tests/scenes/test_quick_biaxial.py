@@ -8,7 +8,7 @@ from tests.commands import run_colluvium
 
 
 def computed(configs, out, *more):
-    done = run_colluvium("run", configs / "quick_biaxial.toml", "--out", out, "--quiet", *more)
+    done = run_colluvium("run", configs / "quick_biaxial.toml", "--out", out, "--in-process", "--quiet", *more)
     assert done.returncode == 0, done.stderr
 
 

@@ -16,7 +16,7 @@ def outcome(tmp_path_factory, configs, quick_run):
 
     def compute(scene, stage):
         out, before = tmp_path_factory.mktemp(scene) / "run", quick_run[0]
-        arguments = ["run", configs / f"{scene}.toml", "--out", out, "--from", f"{before}@couple", "--quiet"]
+        arguments = ["run", configs / f"{scene}.toml", "--out", out, "--from", f"{before}@couple", "--in-process", "--quiet"]
         done = run_colluvium(*arguments)
         assert done.returncode == 0, done.stderr
         with open_run(out) as run:

@@ -14,7 +14,7 @@ from tests.scenes.continuity import discs_that_move_with_gridpoints
 @pytest.fixture(scope="module")
 def run(tmp_path_factory, configs):
     out = tmp_path_factory.mktemp("notch") / "run"
-    arguments = ["run", configs / "quick_notch.toml", "--out", out, "--quiet"]
+    arguments = ["run", configs / "quick_notch.toml", "--out", out, "--in-process", "--quiet"]
     done = run_colluvium(*arguments)
     assert done.returncode == 0, done.stderr
     with open_run(out) as found:

@@ -10,7 +10,7 @@ from tests.commands import run_colluvium
 @pytest.fixture(scope="module")
 def pile(tmp_path_factory, configs):
     out = tmp_path_factory.mktemp("pile") / "run"
-    done = run_colluvium("run", configs / "quick_pile.toml", "--out", out, "--quiet")
+    done = run_colluvium("run", configs / "quick_pile.toml", "--out", out, "--in-process", "--quiet")
     assert done.returncode == 0, done.stderr
     return out
 
@@ -42,10 +42,8 @@ def test_the_pile(pile):
 
 
 def test_a_run_goes_on_from_a_stage(pile, configs, tmp_path):
-    more = ["--set", "stage.2.until={steps=100}"]
-    done = run_colluvium(
-        "run", configs / "quick_pile.toml", "--from", f"{pile}@collapse", "--out", tmp_path / "b", "--quiet", *more
-    )
+    words = ["--from", f"{pile}@collapse", "--in-process", "--quiet", "--set", "stage.2.until={steps=100}"]
+    done = run_colluvium("run", configs / "quick_pile.toml", "--out", tmp_path / "b", *words)
     assert done.returncode == 0, done.stderr
     with open_run(tmp_path / "b") as run:
         assert run.info["stages"][-1]["steps"] == 100

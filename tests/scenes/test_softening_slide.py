@@ -6,6 +6,8 @@ import pytest
 from colluvium import open_run
 from tests.commands import run_colluvium
 
+pytestmark = pytest.mark.long
+
 KEPT = ("--set", "material.0.softening.cohesion=[12e3, 12e3]", "--set", "material.0.softening.tension=[5e3, 5e3]")
 
 

@@ -4,6 +4,8 @@ import pytest
 
 from tests.scripts.workload import computed
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def rows(tmp_path_factory):

@@ -2,7 +2,11 @@
 
 import json
 
+import pytest
+
 from tests.commands import run_script
+
+pytestmark = pytest.mark.long
 
 NAMES = ["coupled step", "kernels of the grid", "kernels of the discs", "wire"]
 BY_STEPS = ["grid alone, one by one", "discs alone, one by one", "link", "bound: slower kernels + wire"]

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 from bench.laws import FULL, Box
 from bench.operations import operations
 from bench.scalar_zone import step_of_zones
@@ -12,6 +13,7 @@ from fdm_server.step.stress import limit
 from tests.commands import run_script
 
 
+@pytest.mark.long
 def test_every_row_has_its_companion(tmp_path):
     done = run_script("bench_step.py", "--fdm", "--fast", "--repeats", "2", "--json", tmp_path / "rows.json")
     assert done.returncode == 0, done.stderr

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 from bench.dem import SIZES, Case, ScalarCase
 from bench.dense_box import FRICTION, IN_TILE, dense_box, tile
 
@@ -13,6 +14,7 @@ from dem_server.step.cycle import advance
 from tests.commands import run_script
 
 
+@pytest.mark.long
 def test_every_row_has_its_companion(tmp_path):
     done = run_script("bench_step.py", "--dem", "--fast", "--repeats", "2", "--json", tmp_path / "rows.json")
     assert done.returncode == 0, done.stderr

@@ -78,6 +78,12 @@ def test_continuous_integration_runs_the_short_form_of_every_section_but_hard():
     assert sorted([*named.split(), "hard"]) == sorted(SECTIONS)
 
 
+def test_continuous_integration_runs_the_tests_that_the_test_command_leaves_out():
+    commands = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
+    tests = [line.partition(" -m pytest ")[2] for line in commands if " -m pytest " in line]
+    assert tests == ["-q", "-q -m long"]
+
+
 @pytest.mark.parametrize("section", SECTIONS)
 def test_a_section_runs_all_its_cases_and_writes_its_part_of_the_page(tmp_path, monkeypatch, section):
     """Rows of the real cases are left to continuous integration: here each case has one that passes."""

@@ -4,13 +4,13 @@ Rules of the servers are added through the entry-point group `colluvium.rules`.
 """
 
 from collections.abc import Iterator
-from importlib.metadata import entry_points
 from typing import Any
 from unicodedata import normalize
 
 import numpy as np
 
 from coupler_protocol.problems import Finding, dotted
+from coupler_protocol.scene.installed import installed
 from coupler_protocol.scene.rules.changes import CHANGE_RULES
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
 from coupler_protocol.scene.rules.endings import DOUBTS_OF_ENDINGS, RULES_OF_ENDINGS
@@ -33,13 +33,13 @@ def broken_rules(scene: Any) -> list[Finding]:
         broken = [found for rule in rules for found in rule(scene)]
         if broken:
             return broken
-    return [found for point in entry_points(group="colluvium.rules") for found in point.load()(scene)]
+    return [found for point in installed("colluvium.rules") for found in point.load()(scene)]
 
 
 def doubts(scene: Any) -> list[Finding]:
     """Doubts about a valid scene, (path, what, remedy): of this package and of the entry-point group `colluvium.doubts`."""
     own = [found for doubt in DOUBTS for found in doubt(scene)]
-    return own + [found for point in entry_points(group="colluvium.doubts") for found in point.load()(scene)]
+    return own + [found for point in installed("colluvium.doubts") for found in point.load()(scene)]
 
 
 def listed_doubts(scene: Any) -> list[dict[str, str]]:

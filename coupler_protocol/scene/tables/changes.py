@@ -5,7 +5,7 @@ required. coupler_protocol.scene.changes applies them.
 """
 
 from functools import cache
-from typing import Annotated, Any, ClassVar, Optional
+from typing import Any, ClassVar
 
 from pydantic import Field, create_model, model_validator
 
@@ -35,9 +35,9 @@ def change_of(effect: type[Effect]) -> type[Change]:
     """The Change of an effect: its keys, none of them required."""
     fields: dict[str, Any] = {}
     for name, field in effect.model_fields.items():
-        kind: Any = Optional.__getitem__(field.annotation)  # mypy cannot read types that are computed
-        kind = Annotated.__class_getitem__((kind, *field.metadata)) if field.metadata else kind
-        fields[name] = (kind, Field(None, description=field.description, json_schema_extra=field.json_schema_extra))
+        kind: Any = field.annotation
+        fields[name] = (kind | None, Field(None, description=field.description, json_schema_extra=field.json_schema_extra))
+        fields[name][1].metadata.extend(field.metadata)  # the bounds
     made = create_model(effect.__name__, __base__=Change, __doc__=f"Changes of: {_first_line(effect)}.", **fields)
     made.effect = effect
     return made
@@ -63,7 +63,10 @@ class StageGrain(Table):
 
 
 class StageRing(Table):
-    """Effects of contacts with control discs and walls that change from this stage on, as in `[[stage.material]]`."""
+    """Effects of contacts with control discs and walls that change from this stage on, as in `[[stage.material]]`.
+
+    If the scene has no `[ring]`, it begins here: these contacts then have only the effects of this table, and no bonds.
+    """
 
 
 class StagePair(Table):

@@ -74,14 +74,22 @@ def test_initial_coupled_state_and_the_frames_of_the_shear_strain(run_folder):
         assert [one.frame for one in roses.shown(run)] == [3, 4, 5]
         figure = roses.draw(run)
         titles = [axes.get_title(loc="left") for axes in figure.axes]
-        fabric = run.fabric(3)
+        fabric, last = run.fabric(3), run.fabric(5)
     assert len(titles) == 6
     assert titles[0].startswith("couple, step 3,000\n")
     assert f"a = {fabric.a:.3f}, 95 %:\n{fabric.a_interval[0]:.3f} to {fabric.a_interval[1]:.3f}" in titles[0]
-    assert f"a$_n$ = {fabric.a_n:.3f}" in titles[3]
+    assert fabric.contacts_isotropic  # 1,794 contacts with a = 0.03
+    assert titles[0].endswith("\nisotropic within 95 %")
+    assert titles[5].endswith(f"$\\theta_n$ = {last.theta_n:.0f} ± {last.theta_n_error:.0f}°")
+    assert f"a$_n$ = {fabric.a_n:.3f}, 95 %:\n{fabric.a_n_interval[0]:.3f} to {fabric.a_n_interval[1]:.3f}" in titles[3]
     bars = [bar.get_height() for bar in figure.axes[0].patches]
     np.testing.assert_allclose(np.sum(bars) * np.pi / roses.BINS, 1.0, rtol=1e-9)
     plt.close(figure)
+
+
+def test_an_isotropic_packing_has_no_direction():
+    assert roses._direction("a", 35.0, 90.0, True) == "isotropic within 95 %"
+    assert roses._direction("n", 35.0, 8.4, False) == "$\\theta_n$ = 35 ± 8°"
 
 
 def test_without_discs_there_is_no_rose(run_folder, tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from colluvium.results.averages import average_stress, disc_in_circle, discs_inside, lens, porosity
+from colluvium.results.averages import average_stress, disc_in_circle, discs_inside, lens, porosity, share_reached
 from coupler_protocol.geometry import disc_in_polygon
 
 
@@ -125,3 +125,17 @@ def test_porosity_with_solid_stones_is_that_of_their_polygons(region):
     found = porosity(discs, region, [stone, stone + 0.9])
     assert found == pytest.approx(1.0 - solid / shape.area, abs=2e-6)
     assert porosity(discs, region) > found + 0.005
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.4])
+def test_the_share_of_a_region_that_discs_fill(turned):
+    """A square of 12 x 12 discs of 0.1 m, and half a mean radius around: regions inside, across its side, around all of it."""
+    discs, _ = lattice(turned)
+    c, s = np.cos(turned), np.sin(turned)
+    middle = discs.xy.mean(axis=0)
+    along, across = np.array([c, s]), np.array([-s, c])
+    assert share_reached(discs, (*middle, 0.9)) == 1.0
+    assert share_reached(discs, (*(middle + 1.2 * along), 0.9)) == pytest.approx(0.58, abs=0.03)  # its centre on the side
+    corners = [middle + 3.0 * (a * along + b * across) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    assert share_reached(discs, corners) == pytest.approx((2.6 / 6.0) ** 2, rel=0.06)
+    assert share_reached(discs, (50.0, 50.0, 1.0)) == 0.0

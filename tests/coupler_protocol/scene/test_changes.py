@@ -137,3 +137,14 @@ def test_values_of_a_stage_are_doubted_like_those_of_the_scene(slope):
     what, remedy = found["stage", 3, "material", 0, "mohr_coulomb", "cohesion"]
     assert "nothing beside" in what
     assert "50e3" in remedy
+
+
+def test_the_example_of_the_page_can_be_computed(slope, configs):
+    page = (configs.parent / "docs" / "scene.md").read_text(encoding="utf-8")
+    example = page.partition("## Changes from a stage on")[2].partition("```toml\n")[2].partition("```")[0]
+    data = copy.deepcopy(slope)
+    data["material"][0]["name"] = "clay"
+    data["stage"][3:] = tomllib.loads(example)["stage"]
+    scene = build_scene(data)
+    assert len(words(scene, 3)) == 7
+    assert in_stage(scene, 3).ring.friction.coefficient == 0.2

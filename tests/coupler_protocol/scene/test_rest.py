@@ -44,7 +44,8 @@ TOP = {"x": [0.5, 1.5], "pressure": 1e3}
         ({"kind": "overload", "gravity_factor": 9.0, "until": {"steps": 5}}, None),
         ({"kind": "overload", "gravity_factor": 9.0, "until": {"steps": 5, "ratio": 1e-5}}, 1e-5),
         ({"kind": "overload", "gravity_factor": 9.0, "until": {"steps": 5, "ratio": 1e-5, "displacement": 1.0}}, 1e-5),
-        ({"kind": "load", "until": {"steps": 5}}, None),
+        ({"kind": "load", "boundary": [{"on": "top", "pressure": 1e3}], "until": {"steps": 5}}, rest.LIMIT),  # as a surcharge
+        ({"kind": "load", "boundary": [{"on": "top", "velocity": {"y": -1e-6}}], "until": {"steps": 5}}, None),
         ({"kind": "equilibrium", "time": "real", "until": {"steps": 5}}, None),
         (
             {"kind": "equilibrium", "boundary": [{"on": "top", "velocity": {"y": -1e-6}}], "until": {"steps": 5}},

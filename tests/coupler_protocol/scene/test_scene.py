@@ -3,6 +3,7 @@
 import copy
 import re
 import tomllib
+from importlib import metadata
 
 import pytest
 
@@ -10,6 +11,7 @@ from coupler_protocol.problems import SceneError
 from coupler_protocol.scene import scene as scene_module
 from coupler_protocol.scene.declare import Effect, quantity
 from coupler_protocol.scene.reader import build_scene, read_scene
+from coupler_protocol.scene.rules.between_tables import doubts
 from coupler_protocol.scene.scene import declared_effects, scene_class
 
 
@@ -388,3 +390,14 @@ def test_a_remedy_says_what_would_be_right(good, path, value, remedy):
     problem = only_problem(good)
     assert problem.remedy.startswith(remedy), problem
     assert 'did you mean "material"' not in problem.remedy
+
+
+def test_distributions_are_searched_once_in_a_process(configs, monkeypatch):
+    """A search reads a file of every installed distribution: with many of them it takes longer than the scene."""
+    doubts(read_scene(configs / "quick_slope.toml"))
+    searched = []
+    monkeypatch.setattr(metadata, "distributions", lambda *where, **context: searched.append(where) or [])
+    metadata.entry_points()
+    assert len(searched) == 1  # what a search does
+    doubts(read_scene(configs / "quick_slope.toml"))
+    assert len(searched) == 1

@@ -14,6 +14,8 @@ import pytest
 from tests.commands import ROOT, command, finished
 from tests.dem_server.step.reference_counts import counts_in_loops
 
+pytestmark = pytest.mark.long
+
 
 @numba.njit
 def keeps(arrays, n):

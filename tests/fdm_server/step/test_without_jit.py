@@ -9,6 +9,8 @@ import pytest
 
 from tests.commands import ROOT, command, finished
 
+pytestmark = pytest.mark.long
+
 CASES = ["local small", "local large", "softening small", "softening large", "rayleigh small", "rayleigh large", "ledger small"]
 
 

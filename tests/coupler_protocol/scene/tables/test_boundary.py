@@ -60,7 +60,7 @@ RING = {"kind": "ring", "inner": 1.0, "outer": 4.0, "around": 24}
         (
             {"stage__1__kind": "fill"},
             "stage[1].boundary",
-            "cannot change in a stage of kind 'fill'.*to a stage of kind equilibrium, locate, couple, overload, excavate",
+            "cannot change in a stage of kind 'fill'.*of kind equilibrium, locate, couple, overload, excavate, surcharge",
         ),
         ({"boundary__1": {"on": "left", "quiet": True}}, "stage[0]", 'would move without end.*time = "real"'),
         ({"stage__0__gravity": None}, "initial_stress.k0", "add gravity = 9.81"),
