@@ -64,7 +64,7 @@ def share_reached(discs: "Fields", region: Any) -> float:
     points = points[_points_inside(points, circle, shape)]
     reach, reached = discs.radius + discs.radius.mean(), np.zeros(len(points), dtype=np.bool_)
     near = (np.abs(discs.xy - np.clip(discs.xy, low, high)) < reach[:, None]).all(axis=1)
-    tree = cKDTree(points)
+    tree = scipy.spatial.cKDTree(points)
     for found in tree.query_ball_point(discs.xy[near], reach[near]):
         reached[found] = True
     return float(reached.mean())
