@@ -16,6 +16,7 @@ from fdm_server.step.blocks import LANES, Gather, Geometry, build_gather, build_
 from fdm_server.step.forces import CORNER_ROWS
 from fdm_server.step.histories import GRIDPOINT, NEITHER, ZONE, begin_and_end_histories, reset_histories
 from fdm_server.step.masses import static_masses, weight_masses
+from fdm_server.step.nodal_pass import Nodal, build_nodal
 from fdm_server.step.safety import check_zones
 from fdm_server.step.stress import STRESS_ROWS
 from fdm_server.step.thread_parts import Partition, build_partition
@@ -38,6 +39,7 @@ class Model:
     material_law: Law  # parameters by material
     pattern: NDArray[np.int64]  # (B,) row of the parameters of a block; blocks of the same materials share it
     law: Law  # parameters by zone, (patterns, rows of 16)
+    nodal: Nodal | None = None  # averages of volumetric strain at gridpoints; None: volumetric strain belongs to the zone
     step_factor: float | None = None  # share of the stable step taken in real time; None: static mode
 
     @property
@@ -162,6 +164,7 @@ def model_of(grid, zone, density, material_law, fixed):
         material_law=material_law,
         pattern=pattern.ravel().astype(np.int64),
         law=_by_lane(material_law, patterns),
+        nodal=None if material_law.nodal is None else build_nodal(zones, material),
     )
 
 

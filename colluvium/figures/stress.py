@@ -1,4 +1,8 @@
-"""Stress before and after discs replace zones, and the change between the two."""
+"""Stress before and after discs replace zones, and the change between the two.
+
+Stresses of zones are averaged at gridpoints, because single zones can alternate about the stress (docs/theory.md); `draw` with
+`by_zone` draws the stresses of the zones as computed.
+"""
 
 from typing import Any, NamedTuple
 
@@ -8,6 +12,7 @@ from colluvium.figures import domain, style
 from colluvium.results.run import Run
 from colluvium.results.window_fields import bins, mean_stress
 
+TITLES = {False: "zones: stress averaged at gridpoints", True: "zones: stress of each zone"}  # by by_zone
 COMPONENTS = (("syy", "vertical stress", 1), ("sxx", "horizontal stress", 0))
 
 
@@ -36,14 +41,15 @@ def moments(run: Run) -> tuple[int, int]:
 
 
 @style.styled
-def draw(run: Run) -> Any:
+def draw(run: Run, by_zone: bool = False) -> Any:
     """Draws rows for vertical and horizontal stress. Columns: before, after (in one colour scale), change."""
     import matplotlib.pyplot as plt
 
     frames = moments(run)
     figure, axes = plt.subplots(2, 3, figsize=(style.PAGE, 4.4), sharex=True, sharey=True, layout="compressed")
+    figure.suptitle(TITLES[by_zone], x=0.01, ha="left")
     for row, (symbol, name, component) in zip(axes, COMPONENTS, strict=True):
-        before, after = (_cells(run, frame, component) for frame in frames)
+        before, after = (_cells(run, frame, component, by_zone) for frame in frames)
         change = Cells(after.corners, after.stress - _at_same_places(before, after))
         factor, unit = style.readable("Pa", before.stress, after.stress)
         scale = style.limits(factor * before.stress, factor * after.stress)
@@ -66,15 +72,16 @@ def draw(run: Run) -> Any:
     return figure
 
 
-def _cells(run: Run, frame: int, component: int) -> Cells:
+def _cells(run: Run, frame: int, component: int, by_zone: bool) -> Cells:
     """Bins of windows, and over them zones at a frame, because bins may reach beyond an oblique rim."""
     zones, parts = run.zones(frame), []
     for rank in run.windows:
         if run.has(frame, rank):
             grid = bins(run, frame, rank)
-            stress = mean_stress(run, frame, grid, rank)[:, component]
-            parts.append(Cells(grid.rectangles[grid.used], stress[grid.used]))
-    parts.append(Cells(run.gridpoints(frame).xy[zones.corners], zones.stress[:, component]))
+            inside = mean_stress(run, frame, grid, rank)[:, component]
+            parts.append(Cells(grid.rectangles[grid.used], inside[grid.used]))
+    stress = zones.stress if by_zone else run.smoothed_stress(frame)
+    parts.append(Cells(run.gridpoints(frame).xy[zones.corners], stress[:, component]))
     return Cells(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 

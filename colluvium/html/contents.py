@@ -1,7 +1,8 @@
 """Data of the page for every frame: positions, displacements, fields of both domains, contacts, and colour scales.
 
-Fields of zones are those recorded; fields of a window are means over bins as large as a zone (colluvium.results.window_fields),
-so that discs can be coloured in the scale of the zones. Displacements belong to gridpoints and discs.
+Fields of zones are those recorded, but the stress is averaged at gridpoints (colluvium.results.smoothed_stress). Fields of a
+window are means over bins as large as a zone (colluvium.results.window_fields), so that discs can be coloured in the scale of the
+zones. Displacements belong to gridpoints and discs.
 """
 
 from collections.abc import Iterator, Sequence
@@ -35,9 +36,9 @@ QUANTITIES = (
     Quantity("displacement", "displacement", "m", "displacement", "from zero"),
     Quantity("shear_strain", "shear strain", "-", "strain", "logarithmic"),
     Quantity("shear_strain_rate", "shear strain rate", "1/s", "rate", "logarithmic"),
-    Quantity("syy", "vertical stress syy, tension +", "Pa", "stress", "even"),
-    Quantity("sxx", "horizontal stress sxx, tension +", "Pa", "stress", "even"),
-    Quantity("sxy", "shear stress sxy", "Pa", "change", "about zero"),
+    Quantity("syy", "vertical stress syy, tension +, averaged at gridpoints", "Pa", "stress", "even"),
+    Quantity("sxx", "horizontal stress sxx, tension +, averaged at gridpoints", "Pa", "stress", "even"),
+    Quantity("sxy", "shear stress sxy, averaged at gridpoints", "Pa", "change", "about zero"),
 )
 STRESS = {"sxx": (0, 0), "syy": (1, 1), "sxy": (3, 2)}  # columns: of the zones' stress, of the bins'
 
@@ -121,7 +122,7 @@ class Contents:
         told = self._body(gridpoints.xy, gridpoints.displacement)
         told["corners"] = [self.packing.whole(column) for column in zones.corners.T]
         told["border"] = [self.packing.whole(column) for column in _border(zones.corners).T]
-        told["fields"] = {key: self._field(key, value) for key, value in _of_zones(zones)}
+        told["fields"] = {key: self._field(key, value) for key, value in _of_zones(zones, self.run.smoothed_stress(i))}
         if "plastic_state" in zones:
             told["fields"]["plastic"] = self.packing.whole(zones.plastic_state)
         return told
@@ -179,12 +180,12 @@ class Contents:
         return self._starts[rank]
 
 
-def _of_zones(zones: Any) -> Iterator[tuple[str, np.ndarray]]:
+def _of_zones(zones: Any, stress: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
     for key in ("shear_strain", "shear_strain_rate"):
         if key in zones:
             yield key, zones[key]
     for key, (column, _) in STRESS.items():
-        yield key, zones.stress[:, column]
+        yield key, stress[:, column]
 
 
 def _of_bins(run: Run, i: int, rank: int, grid: window_fields.Bins) -> Iterator[tuple[str, np.ndarray]]:

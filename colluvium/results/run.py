@@ -71,6 +71,17 @@ class Run:
         """Zones: stress (Z, 4) as xx, yy, zz, xy, .. and `corners` (Z, 4) gridpoints, `xy` centres [m]."""
         return self._file(rank, "continuum").zones(self._row(frame, rank))
 
+    def smoothed_stress(self, frame: int, rank: int = 0) -> np.ndarray:
+        """Stresses (Z, 4) [Pa] of the zones, averaged at their gridpoints: without the alternate signs of incompressible flow.
+
+        `zones(frame).stress` has the values as computed; colluvium.results.smoothed_stress has the equation.
+        """
+        from colluvium.results.smoothed_stress import smoothed
+
+        zones = self.zones(frame, rank)
+        material = zones.group if "group" in zones else np.zeros(len(zones.corners), dtype=np.int64)
+        return smoothed(self.gridpoints(frame, rank).xy, zones.corners, material, zones.stress)
+
     def discs(self, frame: int, rank: int = 1) -> Fields:
         """Discs: radius, displacement, .. and `xy`, the centres in this frame [m]."""
         return self._file(rank, "discrete").points(self._row(frame, rank))

@@ -71,6 +71,7 @@ HISTORIES = {
     "energy_kinetic": Quantity("J", "kinetic energy of the grid at whole steps, of the velocities before and after"),
     "energy_strain": Quantity("J", "elastic energy of the grid"),
     "energy_plastic": Quantity("J", "work on plastic strain since the stage began"),
+    "energy_averaging": Quantity("J", "work on averages of volumetric strain at gridpoints since the stage began"),
     "energy_damping": Quantity("J", "work lost to damping since the stage began"),
     "energy_external": Quantity("J", "work of applied forces and driven gridpoints since the stage began"),
     "energy_gravity": Quantity("J", "work of weights since the stage began"),

@@ -5,16 +5,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fdm_server.effects import added_laws, elastic, histories, mohr_coulomb, rayleigh, softening, tension
+from fdm_server.effects import added_laws, elastic, histories, mohr_coulomb, nodal_mixing, rayleigh, softening, tension
 
 
 class Law(NamedTuple):
     """Parameters of the effects in acting order; None for an effect that no material and no table has.
 
     elastic, mohr_coulomb, tension, softening: (M, P) rows of P parameters for M materials; added: one named tuple of arrays (M,)
-    for each law of another distribution (added_laws.py); damping, combined: alpha [-].
+    for each law of another distribution (added_laws.py); damping, combined: alpha [-]; nodal: True.
     """
 
+    nodal: bool | None
     elastic: NDArray[np.float64]
     mohr_coulomb: NDArray[np.float64] | None
     tension: NDArray[np.float64] | None
@@ -62,6 +63,7 @@ def law_from(scene):
 
     return with_damping(
         Law(
+            nodal=nodal_mixing.parameters(scene.grid),
             elastic=rows("elastic", lambda m: elastic.parameters(m.elastic)),
             mohr_coulomb=rows("mohr_coulomb", lambda m: mohr_coulomb.parameters(m.mohr_coulomb, m.elastic)),
             tension=rows("tension", lambda m: tension.parameters(m.tension, m.mohr_coulomb, m.elastic)),

@@ -15,10 +15,12 @@ rule, (X_n + X_n+1)/2 . du:
                sum (M' - M) v-^2 / 2
     plastic    of stresses on plastic strain, for each zone and triangle; plastic strain: strain increment minus the elastic
                strain of the stress increment
+    averaging  with nodal mixed discretisation: of sm on the difference between a zone's volumetric strain, on which forces do
+               work, and the averaged one, to which laws apply (effects/nodal_mixing.py); a stored energy in elastic ground
 
 The discrete leap-frog conserves T + U exactly without damping (T is the kinetic energy for which it does), so
 
-    error = T - T0 + U - U0 + plastic + damping - masses - gravity - external
+    error = T - T0 + U - U0 + plastic + averaging + damping - masses - gravity - external
 
 is round-off in small strain, also with yield: gridpoints and zones are booked separately. The stiffness part of Rayleigh damping
 is the difference of both, so there the error detects less.
@@ -30,6 +32,7 @@ from coupler_protocol.compiled.jit import jit
 from fdm_server.observe.energy import strain_energy
 from fdm_server.step.blocks import LANES
 from fdm_server.step.clock import seconds
+from fdm_server.step.nodal_pass import NodalPass
 from fdm_server.step.present_shape import masses
 from fdm_server.step.strain import DIFFERENCE, DILATION, GAMMA, STRAIN_ROWS, T0, T1, T2, T3, gather_increments, strain_increments
 from fdm_server.step.stress import SD, SM, XY, ZZ
@@ -65,11 +68,14 @@ def point_work(force, applied, weight_mass, mass, added_mass, fixed, gravity, dt
 
 
 @jit
-def zone_work(corner, x, y, inverse_double_area, share, pattern, elastic, velocity, dt, before, stress):
-    """Work [J] of the stresses in a step, from `before` to `stress`, and the part of it on plastic strain."""
+def zone_work(corner, x, y, inverse_double_area, share, pattern, elastic, velocity, dt, before, stress, excess):
+    """Work [J] of the stresses in a step, from `before` to `stress`, the part of it on plastic strain, and that of averaging.
+
+    excess (B,16): averaged volumetric strains minus those of the zones; None without nodal mixed discretisation.
+    """
     u = np.empty(8 * LANES)
     strain = np.empty(STRAIN_ROWS * LANES)
-    whole = plastic = 0.0
+    whole = plastic = averaging = 0.0
     for b in range(corner.shape[0]):
         gather_increments(b, corner, velocity, dt, u)
         strain_increments(b, x, y, inverse_double_area, u, strain)
@@ -81,9 +87,12 @@ def zone_work(corner, x, y, inverse_double_area, share, pattern, elastic, veloci
             K = elastic[m, i] - G / 3.0
             e = strain[DILATION + i]
             sm, zz = 0.5 * (before[b, SM + i] + stress[b, SM + i]), 0.5 * (before[b, ZZ + i] + stress[b, ZZ + i])
+            whole += area * sm * e
+            if excess is not None:
+                averaging -= area * sm * excess[b, i]
+                e += excess[b, i]
             d_sm = elastic[m, i] * e - (stress[b, SM + i] - before[b, SM + i])
             d_zz = lame * e - (stress[b, ZZ + i] - before[b, ZZ + i])
-            whole += area * sm * e
             plastic += area * ((2.0 * sm + zz) * (2.0 * d_sm + d_zz) / (9.0 * K) + (sm - zz) * (d_sm - d_zz) / (3.0 * G))
             for o in (T0, T1, T2, T3):
                 part = 0.5 * share[b, o + i] * area
@@ -94,7 +103,7 @@ def zone_work(corner, x, y, inverse_double_area, share, pattern, elastic, veloci
                 d_xy = G * gamma - (stress[b, XY + o + i] - before[b, XY + o + i])
                 whole += part * (sd * difference + xy * gamma)
                 plastic += part * (sd * d_sd + xy * d_xy) / G
-    return whole, plastic
+    return whole, plastic, averaging
 
 
 class Ledger:
@@ -106,6 +115,7 @@ class Ledger:
         self.work = np.zeros(4)  # up to half a step ahead of the last whole step
         self.half_old, self.half_new = np.zeros(4), np.zeros(4)
         self.plastic = self.zones = 0.0
+        self.averaging = None if model.nodal is None else 0.0
         self.begin = None  # T0 + U0
         self.power = self.work_of_discs = 0.0  # of the discs' forces on the rims, in coupled stages
         self.mass = masses(model, state) + state.added_mass
@@ -141,13 +151,19 @@ class Ledger:
 
     def book_strain(self, model, state):
         """Books the works of stresses, after stresses have changed."""
-        g = model.geometry
-        whole, plastic = zone_work(
+        g, excess = model.geometry, None
+        if model.nodal is not None:
+            nodal = NodalPass(model, state)
+            nodal.strains()
+            excess = nodal.excess
+        whole, plastic, averaging = zone_work(
             g.corner, g.x, g.y, g.inverse_double_area, g.share, model.pattern, model.law.elastic,
-            state.velocity, seconds(state), self.stress, state.stress,
+            state.velocity, seconds(state), self.stress, state.stress, excess,
         )  # fmt: skip
         self.zones += whole
         self.plastic += plastic
+        if self.averaging is not None:
+            self.averaging += averaging
 
     def values(self, model, state):
         """Energies {name: [J]} of the last whole step: NAMES."""
@@ -157,6 +173,8 @@ class Ledger:
             damping += -work[ZONES] - self.zones
         strain = strain_energy(model, state)
         gained = self.kinetic + strain - self.begin
-        error = gained + self.plastic + damping - self.masses - work[GRAVITY] - work[EXTERNAL]
+        averaging = self.averaging or 0.0
+        error = gained + self.plastic + averaging + damping - self.masses - work[GRAVITY] - work[EXTERNAL]
         values = self.kinetic, strain, self.plastic, damping, work[EXTERNAL], work[GRAVITY], self.masses, error
-        return dict(zip(NAMES, map(float, values), strict=True))
+        found = dict(zip(NAMES, map(float, values), strict=True))
+        return found if self.averaging is None else found | {"averaging": self.averaging}

@@ -13,6 +13,7 @@ from fdm_server.step.added_laws import correct_all
 from fdm_server.step.blocks import LANES
 from fdm_server.step.forces import corner_forces, sum_at_gridpoints
 from fdm_server.step.large_strain import TURN_ROWS, half_turns, middle_shape, present_shape, turn_stress
+from fdm_server.step.nodal_pass import NodalPass
 from fdm_server.step.safety import check_zones
 from fdm_server.step.softening import CURVES, OPENING_ROWS, SHEAR_ROWS, limit_softened
 from fdm_server.step.strain import STRAIN_ROWS, gather_increments, gather_velocities, strain_increments
@@ -159,9 +160,14 @@ def advance(model, state):
         )  # fmt: skip
 
     threads.each(move, parts.points)
+    nodal = None if model.nodal is None else NodalPass(model, state)
+    if nodal:
+        nodal.before()
     inverted = sum(threads.each(strain, parts.strips))
     if len(parts.strips) > 1:  # one thread leaves no seam
         sum_at_gridpoints(parts.order, *parts.ready[-2:], model.start, model.place, state.corner_force, state.force)
+    if nodal:
+        nodal.after()
     if inverted:
         check_zones(shape.present(model, state), model.zones, model.zone)
     if state.mass is not None:

@@ -32,7 +32,7 @@ DAMPING = {
     "combined": {"combined": 0.8},
     "rayleigh": {"rayleigh": {"fraction": 0.05, "frequency": 5.0}},
 }
-OTHERS = ("large_strain", "real_time", "energy")
+OTHERS = ("large_strain", "real_time", "energy", "nodal")
 LAWS = (*TABLES, *DAMPING, *OTHERS)
 PLASTIC = ("elastic", "mohr_coulomb", "tension")
 FULL = (*PLASTIC, "local")  # Mohr-Coulomb, tension cut-off, flags, local damping
@@ -50,6 +50,8 @@ SETS = (  # what is timed, and whether it flows
     (("elastic", "real_time"), False),
     (("elastic", "rayleigh"), False),
     ((*FULL, "energy"), False),
+    ((*FULL, "nodal"), False),
+    ((*FULL, "nodal"), True),
 )
 PRESSURE = -1e6  # [Pa], so that nothing yields at rest
 SHEAR = {False: 1e-15, True: 1e-3}  # shear strain a step; flowing: all triangles yield after a few
@@ -64,10 +66,11 @@ class Box:
             raise ValueError(f"no laws of this project: {', '.join(sorted(unknown))}; there are {', '.join(LAWS)}")
         self.zones, self.flowing = width * height, flowing
         soil = {"name": "soil", "density": 2000.0} | {name: TABLES[name] for name in TABLES if name in laws or name == "elastic"}
+        mixed = "nodal" if "nodal" in laws else "zone"
         scene = build_scene(
             {
                 "format": 1, "seed": 1, "material": [soil],
-                "grid": {"kind": "box", "length": float(width), "height": float(height), "zone_size": 1.0},
+                "grid": {"kind": "box", "length": float(width), "height": float(height), "zone_size": 1.0, "mixed": mixed},
                 "stage": [{"name": "overload", "until": {"steps": 1}}],
             }
         )  # fmt: skip

@@ -101,6 +101,7 @@ def test_stress_is_compared_before_and_after_the_discs_come_in(run_folder):
         assert titles[1] == "vertical stress: couple, step 3,000"
         labels = [axes.get_ylabel() for axes in figure.axes]
         assert "syy [kPa]\ntension +" in labels
+        assert figure.get_suptitle() == "zones: stress averaged at gridpoints"
         shown = [c.get_clim() for axes in figure.axes[:2] for c in axes.collections if c.get_array() is not None]
         assert len(shown) == 2
         assert len(set(shown)) == 1  # one colour scale

@@ -29,7 +29,7 @@ CHANGES = (  # of laws, sides and records from the last stages on
     "stage.3.discs={ soil = { friction = { coefficient = 0.4 }, spring = { normal = 60e6 } }, damping = { local = 0.5 } }",
     "stage.3.record={ every = 40, history = 5 }",
 )
-LARGE = ("grid.large_strain=true", *STONES, *CHANGES)
+LARGE = ("grid.large_strain=true", "grid.mixed=nodal", *STONES, *CHANGES)
 
 
 def quietly(*words):

@@ -51,9 +51,9 @@ def test_launched_run_equals_the_in_process_twin_bit_for_bit_and_takes_no_server
         assert differing(tmp_path / "run" / name, short_run / name) == [], name
 
 
-@pytest.mark.parametrize("body", ["clump", pytest.param("cluster", marks=pytest.mark.long)])
-def test_stones_are_the_same_bits_in_one_process_and_two(tmp_path, configs, body):
-    words = ["run", configs / "quick_slope.toml", "--quiet", *overrides(*STONES, f"stones.body={body}")]
+@pytest.mark.parametrize(("body", "mixed"), [("clump", "zone"), pytest.param("cluster", "nodal", marks=pytest.mark.long)])
+def test_stones_are_the_same_bits_in_one_process_and_two(tmp_path, configs, body, mixed):
+    words = ["run", configs / "quick_slope.toml", "--quiet", *overrides(*STONES, f"stones.body={body}", f"grid.mixed={mixed}")]
     for more in (["--out", tmp_path / "two"], ["--out", tmp_path / "one", "--in-process"]):
         done = run_colluvium(*words, *more)
         assert done.returncode == 0, done.stderr

@@ -18,6 +18,7 @@ GRADIENT = np.array([[2e-4, -3e-4], [1e-4, 5e-5]])
 PROFILE = ((0, 2), (2, 2), (3.1, 4.3), (4.4, 4.3), (7.3, 5), (9, 5))
 SCENES = {
     "net": slope(0.5, soil()),
+    "nodal": slope(0.5, soil(), mixed="nodal"),
     "fitted": slope(0.5, soil(), profile=PROFILE, fit="profile"),
     "layered": slope(0.5, soil(), soil(top=[(0, 1), (4, 2), (9, 3)]), profile=PROFILE, fit="profile"),
     "graded": slope(0.3, soil(), profile=PROFILE, fit="profile", graded={"x": (2.0, 5.0), "y": (3.0, 5.0), "ratio": 1.15}),
@@ -28,13 +29,13 @@ SCENES = {
 
 @pytest.fixture(scope="module", params=SCENES)
 def distorted(request):
-    """Quads and triangles; in the net inner gridpoints have been shaken by up to 30 % of a zone."""
+    """Quads and triangles; inner gridpoints of the net, and with nodal averages, have been shaken by up to 30 % of a zone."""
     scene = SCENES[request.param]
     grid = build_grid(scene)
     outer = np.unique(boundary_edges(grid.zones))
     xy = grid.xy.copy()
     inner = np.setdiff1d(np.arange(len(xy)), outer)
-    if request.param == "net":
+    if request.param in ("net", "nodal"):
         xy[inner] += np.random.default_rng(5).uniform(-0.15, 0.15, (len(inner), 2))
     model = build_model(scene, grid._replace(xy=xy))
     fixed = np.zeros(xy.shape, dtype=np.bool_)

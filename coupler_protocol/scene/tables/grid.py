@@ -86,6 +86,11 @@ class Grid(Table):
         ge=1,
         le=1.5,
     )
+    mixed: Literal["zone", "nodal"] = quantity(
+        "zone",
+        meaning="volumetric strain of triangles is averaged over their zone, or also at gridpoints over the zones around them "
+        "(nodal mixed discretisation: no pressure of alternate signs in plastic flow; docs/theory.md says when)",
+    )
     large_strain: bool = quantity(False, meaning="zones follow their gridpoints, in all stages except those of kind equilibrium")
 
     @model_validator(mode="after")
@@ -94,7 +99,7 @@ class Grid(Table):
         missing = [key for key in needed if getattr(self, key) is None]
         if missing:
             raise ValueError(f'kind = "{self.kind}" needs {", ".join(missing)}')
-        known = {"kind", "large_strain", *needed, *ALLOWED[self.kind]}
+        known = {"kind", "mixed", "large_strain", *needed, *ALLOWED[self.kind]}
         fields = type(self).model_fields
         extra = [key for key in fields if key not in known and getattr(self, key) != fields[key].default]
         if extra:

@@ -49,7 +49,7 @@ DAMPING = {
 ADDED = {"hardening_mises": {"strength": 5e4, "hardening": 5e7}, "crushing": {"pressure": 1e5}}  # laws of the folder `laws`
 INSTALLED = {name: law(**ADDED[name]) for name, law in added_laws.declared().items() if name in ADDED}
 LAWS = ("elastic", *LIMITS, *INSTALLED)
-EFFECTS = (*LAWS, *DAMPING)
+EFFECTS = (*LAWS, *DAMPING, "nodal")
 EVERY = pytest.mark.parametrize("name", EFFECTS)
 
 
@@ -59,7 +59,7 @@ def box(name):
     soil = material(elastic=ELASTIC, **tables)
     if name in INSTALLED:
         setattr(soil, name, INSTALLED[name])
-    grid = Grid(kind="box", length=4.0, height=3.0, zone_size=1.0)
+    grid = Grid(kind="box", length=4.0, height=3.0, zone_size=1.0, mixed="nodal" if name == "nodal" else "zone")
     undamped = Damping(local=0.0)
     scene = SimpleNamespace(grid=grid, material=[soil], boundary=[], damping=undamped)
     model = build_model(scene, build_grid(scene))
