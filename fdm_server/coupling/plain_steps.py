@@ -40,6 +40,7 @@ def obstacle(side, stage):
         "exchange_every": side.scene.coupling.exchange_every > 1,
         "energies are recorded": stage.ledger is not None,
         "a plugin is called": side.plugin is not None,
+        "volumetric strain is averaged at gridpoints": side.model.nodal is not None,
         "the grid has several threads": len(parts.points) > 1 or len(parts.strips) > 1,
         "loads or boundaries change": bool(stage.ramps) or stage.load is not None or stage.sides.act,
         "a trace is recorded": side.scene.record.trace is not None,

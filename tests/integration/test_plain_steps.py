@@ -105,9 +105,16 @@ def test_a_lane_that_breaks_leaves_its_steps_to_the_link(tmp_path, monkeypatch):
     assert 0 < sum(row["plain_steps"] for row in rows) < 150
 
 
-def test_stages_say_why_their_steps_are_taken_one_by_one(tmp_path):
-    data = scene(record__energy=True)
-    run(build_scene(data), tmp_path)
+@pytest.mark.parametrize(
+    ("more", "why"),
+    [
+        ({"record__energy": True}, "energies are recorded"),
+        ({"grid__mixed": "nodal"}, "volumetric strain is averaged at gridpoints"),
+        ({"coupling__exchange_every": 2}, "exchange_every"),
+    ],
+)
+def test_stages_say_why_their_steps_are_taken_one_by_one(tmp_path, more, why):
+    run(build_scene(scene(**more)), tmp_path)
     with open_run(tmp_path) as found:
         rows = [row for row in found.info["stages"] if "plain_steps" in row]
-    assert [row["one_by_one"] for row in rows] == ["energies are recorded"] * 2
+    assert [(row["one_by_one"], row["plain_steps"]) for row in rows] == [(why, 0)] * 2
