@@ -62,6 +62,7 @@ def same_files(tmp_path):
     return [(name, found) for name in names for found in differing(tmp_path / "lane" / name, tmp_path / "link" / name)]
 
 
+SHORT = "large strain, clumps"
 CASES = {
     "two windows, paper's mapping, combined damping, histories of every third step": {
         "window": [{"name": "a", "polygon": SMALL}, {"name": "b", "polygon": OTHER}],
@@ -69,7 +70,7 @@ CASES = {
         "damping": {"combined": 0.8},
         "record__history": 3,
     },
-    "large strain, clumps": {"grid__large_strain": True, "stones": STONES, "discs__stone": STONE},
+    SHORT: {"grid__large_strain": True, "stones": STONES, "discs__stone": STONE},
     "real time, Rayleigh damping, large strain": {
         "grid__large_strain": True,
         "stage__3__time": "real",
@@ -78,7 +79,10 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+LONG = [case for case in CASES if case != SHORT]
+
+
+@pytest.mark.parametrize("case", [SHORT, *(pytest.param(case, marks=pytest.mark.long) for case in LONG)])
 def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
     rows = both_ways(tmp_path, scene(**CASES[case]))
     assert same_files(tmp_path) == []
@@ -100,7 +104,7 @@ def test_a_lane_that_breaks_leaves_its_steps_to_the_link(tmp_path, monkeypatch):
         return said(lanes, row)
 
     monkeypatch.setattr(Lanes, "said", break_once)
-    rows = both_ways(tmp_path, scene(link__timeout=0.2))
+    rows = both_ways(tmp_path, scene(link__timeout=0.2, **CASES[SHORT]))
     assert same_files(tmp_path) == []
     assert 0 < sum(row["plain_steps"] for row in rows) < 150
 
