@@ -111,7 +111,13 @@ class Coupling(Table):
 
 
 class Link(Table):
-    """Time-outs of the connection."""
+    """Time-outs of the connection, and the way of its step messages."""
+
+    lane: bool | None = quantity(
+        None,
+        meaning="step messages over a plain TCP connection beside the link, faster, readable on the network; "
+        "if left out: only if both sides are on one machine",
+    )
 
     timeout: float = quantity(5.0, unit="s", meaning="silence after which the last message is sent again", gt=0)
     give_up: float = quantity(120.0, unit="s", meaning="silence after which the peer is considered lost", gt=0)

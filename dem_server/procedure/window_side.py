@@ -22,6 +22,7 @@ from coupler_protocol.wire.frames import content_of
 from coupler_protocol.wire.handshake import join, resume_from
 from dem_server import run
 from dem_server.coupling.grid_talk import GridTalk
+from dem_server.coupling.plain_steps import PlainSteps
 from dem_server.coupling.ring_guard import RingGuard
 from dem_server.coupling.window_strain import WindowStrain
 from dem_server.insitu.takeover import take_over
@@ -30,9 +31,14 @@ from dem_server.observe.energy_ledger import Ledger
 from dem_server.packing.coupled_window import drawn_stones, packed_window
 from dem_server.procedure import restart, stage_changes
 from dem_server.step import clock
+from dem_server.step.motion import SPEED_CAP
 from dem_server.stones import bodies
 
 log = logging.getLogger(__name__)
+TOO_FAST = (
+    "move by more than a tenth of the smallest radius a step after step {}: give the stage a smaller step_factor, or less "
+    "violent loads"
+)
 
 
 class DiscreteSide:
@@ -180,6 +186,7 @@ class DiscreteSide:
         longest = clock.longest_step(self.model, self.state, self.substeps)
         self.answer, self.looked = (a._replace(dt_limit=longest) for a in (self.answer, self.looked))
         self.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
+        self.plain = PlainSteps(self)
 
     def _name_of(self, index):
         if not 0 <= index < len(self.scene.stage):
@@ -223,6 +230,25 @@ class DiscreteSide:
                 f"{self.steps}: the discs' contacts now need {self.substeps * self.state.next_dt:.4g} s; "
                 "give the stage a smaller step_factor"
             )
+
+    def refuse_infinite(self, force):
+        """Raises PhysicsFailed for nodal forces that are NaN or infinite."""
+        if not np.isfinite(force.sum()):
+            raise PhysicsFailed(
+                f"the discs' forces on the rim are NaN or infinite after step {self.steps}: the window has blown up; "
+                "try a smaller step_factor"
+            )
+
+    def refuse_fast(self, count):
+        """Raises PhysicsFailed if `count` discs or stones were too fast in real time, where no speed is capped."""
+        if count and self.model.in_real_time:
+            raise PhysicsFailed(f"{count} discs or stones {TOO_FAST.format(self.steps)}")
+
+    def refuse_fast_rim(self):
+        """Raises PhysicsFailed if the grid moves control discs so fast that others could pass through them."""
+        model, state = self.model, self.state
+        if model.in_real_time and np.abs(state.v[: model.ring]).max() * state.dt > SPEED_CAP * model.smallest_radius:
+            raise PhysicsFailed(f"control discs {TOO_FAST.format(self.steps)}")
 
     def measure_power(self, order):
         """Stores the ring's power in a step with histories, before its contact forces change."""

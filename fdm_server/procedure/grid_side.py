@@ -16,6 +16,7 @@ from coupler_protocol.scene.schedule import large_strain, leg_of
 from coupler_protocol.wire import messages
 from coupler_protocol.wire.handshake import resume_from, welcome_all
 from fdm_server.coupling.band_reached import bin_length
+from fdm_server.coupling.plain_steps import PlainSteps
 from fdm_server.coupling.rim import Rim
 from fdm_server.coupling.rim_growth import RimWatch
 from fdm_server.coupling.rim_stretch import StretchWatch
@@ -122,6 +123,7 @@ class ContinuumSide:
         kept = coupling.mapping != "paper" and coupling.exchange_every == 1
         stage.interface = [RimWatch(rim, stage.record.history, kept, stage.warn) for rim in stage.rims]
         stage.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
+        stage.plain = PlainSteps(self, stage) if stage.rims else None
         run_stage(self, stage)
 
     # -- what a stage leaves -----------------------------------------------------------------------------------------
