@@ -10,7 +10,7 @@ from fdm_server.checks.room_for_discs import lack_of_room
 from fdm_server.ground.even_loads import forces_of_even_loads
 from fdm_server.ground.excavation import excavations, held_in_stages
 from fdm_server.mesh.grid import build_grid
-from fdm_server.mesh.grid_sides import drawn_place, edges_of, extent_of, points_in, sides_of
+from fdm_server.mesh.grid_sides import as_drawn, edges_of, extent_of, points_in, sides_of
 from fdm_server.mesh.window_zones import rim_of, window_zones
 
 
@@ -78,6 +78,6 @@ def _misplaced(scene, grid):
             if boundary.loads and not np.any(
                 forces_of_even_loads(grid.xy, points, np.ones(points.shape), boundary.x, boundary.y)
             ):
-                yield path, f"no part of the side lies in {drawn_place(grid, boundary)!r}", extent_of(grid, boundary.on)
+                yield path, f"no part of the side lies in {as_drawn(grid, boundary).place!r}", extent_of(grid, boundary.on)
         except ValueError as error:
             yield path, str(error), ""

@@ -6,9 +6,10 @@ A motion acts on gridpoints, an excavation takes whole zones. What is drawn beyo
 import numpy as np
 import shapely
 
+from coupler_protocol.geometry import spot_on
 from fdm_server.checks.materials import AREA, ground_of
 from fdm_server.mesh.grid import areas, chosen_zones
-from fdm_server.mesh.grid_sides import edges_of, points_in, sides_of
+from fdm_server.mesh.grid_sides import as_drawn, edges_of, points_in, sides_of
 
 LENGTH = 0.05  # of the length of a range: a larger difference is doubted
 
@@ -36,10 +37,12 @@ def _motion_range(grid, boundary, axis, span):
     width = reached[1] - reached[0]
     if width <= 0.0 or max(abs(reached[0] - drawn[0]), abs(reached[1] - drawn[1])) <= LENGTH * width:
         return None
-    what = f"{boundary.summary} acts on gridpoints from {reached[0]:g} to {reached[1]:g} m: the range ends between gridpoints"
+    start = grid.origin[axis]
+    from_, to = (spot_on(end, start) for end in reached)
+    what = f"{as_drawn(grid, boundary).summary} acts on gridpoints from {from_} to {to} m: the range ends between gridpoints"
     below, above = all_along[all_along < reached[0]], all_along[all_along > reached[1]]
-    first = f"{reached[0]:g}" + (f" or {below.max():g}" if reached[0] > drawn[0] and len(below) else "")
-    last = f"{reached[1]:g}" + (f" or {above.min():g}" if reached[1] < drawn[1] and len(above) else "")
+    first = from_ + (f" or {spot_on(below.max(), start)}" if reached[0] > drawn[0] and len(below) else "")
+    last = to + (f" or {spot_on(above.min(), start)}" if reached[1] < drawn[1] and len(above) else "")
     return what, f"let it begin at {first} and end at {last} m, or use zones that divide it"
 
 
@@ -51,8 +54,10 @@ def _load_range(grid, boundary, axis, span):
     covered = float(np.clip(np.minimum(ends[:, 1], span[1]) - np.maximum(ends[:, 0], span[0]), 0.0, None).sum())
     if covered >= (1.0 - LENGTH) * (span[1] - span[0]):
         return None
-    what = f"{boundary.summary} acts on {covered:.3g} of {span[1] - span[0]:.3g} m: the side {boundary.on} has no more there"
-    return what, f"end the range with the side, which lies between {ends.min():g} and {ends.max():g} m"
+    low, high = (spot_on(end, grid.origin[axis]) for end in (ends.min(), ends.max()))
+    what = f"{as_drawn(grid, boundary).summary} acts on {covered:.3g} of {span[1] - span[0]:.3g} m: the side {boundary.on} has "
+    what += "no more there"
+    return what, f"end the range with the side, which lies between {low} and {high} m"
 
 
 def _excavations(scene, grid):

@@ -77,7 +77,7 @@ def points_in(grid, sides, boundary):
             at = grid.xy[points, axis]
             inside &= (at >= span[0] - _near(grid)) & (at <= span[1] + _near(grid))
     if not np.any(inside):
-        raise ValueError(f"no gridpoint lies in {drawn_place(grid, boundary)!r}: {extent_of(grid, boundary.on)}")
+        raise ValueError(f"no gridpoint lies in {as_drawn(grid, boundary).place!r}: {extent_of(grid, boundary.on)}")
     return points[inside]
 
 
@@ -90,9 +90,9 @@ def extent_of(grid, name):
     return f"the {name} has {len(xy)} gridpoints, from x = {x0} to {x1} and from y = {y0} to {y1} m"
 
 
-def drawn_place(grid, boundary):
-    """Text of side and range of a boundary, in the coordinates of the scene."""
-    return counted(boundary, -np.array(grid.origin)).place
+def as_drawn(grid, boundary):
+    """A boundary with its range in the coordinates of the scene."""
+    return counted(boundary, -np.array(grid.origin))
 
 
 def motion_of(boundary):

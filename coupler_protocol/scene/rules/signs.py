@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
+from coupler_protocol.geometry import spot_on
 from coupler_protocol.problems import Finding
 from coupler_protocol.scene.rules.units import as_written, height_of
 
@@ -20,14 +21,14 @@ def initial_tension(scene: Any) -> Iterator[Finding]:
     (name, y), value = max(at.items(), key=lambda item: item[1])
     if value <= 1e-9 * max(map(abs, at.values())):
         return
-    where = f" at y = {y:g} m" if table.gradient is not None else ""
+    where = f" at y = {spot_on(y, scene.origin[1])} m" if table.gradient is not None else ""
     what = f"{name} is {as_written(value)} Pa{where}: tension"
     if getattr(table, name) > 0.0:
         remedy = f"compression is negative: did you mean {name} = {as_written(-getattr(table, name))}?"
     elif getattr(table.gradient, name) > 0.0:
         remedy = "compression is negative, also its growth with depth: change the sign of the gradient"
     else:
-        remedy = f"the gradient counts from `level`: did you mean level = {height_of(scene):g}?"
+        remedy = f"the gradient counts from `level`: did you mean level = {spot_on(height_of(scene), scene.origin[1])}?"
     yield ("initial_stress",), what, remedy
 
 
