@@ -137,17 +137,17 @@ def run_command(options: argparse.Namespace) -> int:
     if any(Path(options.scene).resolve() == (Path(wanted) / name).resolve() for name in own):
         raise exits.EnvironmentFailed(f"{options.scene} belongs to the run in {wanted}: choose another --out")
     out = command_line.prepare_folder(wanted, own, options.force)
-    _open(options, scene)
+    _open(options, scene, out)
     if Path(options.scene).suffix != ".json":
         (out / "scene.toml").write_bytes(Path(options.scene).read_bytes())
     return _compute(options, scene, options.scene, out, [f"--set={pair}" for pair in options.set])
 
 
-def _open(options: argparse.Namespace, scene: Any) -> None:
+def _open(options: argparse.Namespace, scene: Any, out: Path) -> None:
     """Prints, before a run, zones and areas of materials, and doubts about the scene, on standard error."""
     from colluvium.forecast import check
 
-    for line in [] if options.quiet else check.opening(scene):
+    for line in [] if options.quiet else check.opening(scene, out):
         print(line, file=sys.stderr)
 
 

@@ -167,7 +167,10 @@ def _lost_shear(window: Info) -> Iterator[str]:
 def _beyond_reach(window: Info) -> Iterator[str]:
     """Yields sentences about the part of the zones' stress that a packing of these discs cannot carry."""
     if window.get("projected", 0.0) >= NOTICED:
-        yield f"at {100 * window['projected']:.0f} % of its points the stress exceeded the discs' strength and was reduced to it"
+        beyond = f"{100 * window['projected']:.0f} %"
+        yield f"at {beyond} of its points the stress of the zones exceeded the estimated strength of the discs"
+    if window.get("further_rounds"):
+        yield f"{window['further_rounds']} further rounds brought the discs nearer to it, up to their own strength"
     left = [window.get(f"imbalance_{axis}", 0.0) for axis in "xy"]
     if max(map(abs, left)) >= NOTICED:
         x, y = (f"{100 * share:+.0f} %" for share in left)

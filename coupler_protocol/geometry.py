@@ -7,6 +7,7 @@ c = x_i y_(i+1) - x_(i+1) y_i:
     int p p^T = sum c (p_i p_i^T + p_(i+1) p_(i+1)^T + sym(p_i p_(i+1)^T)) / 12  (2)
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -17,6 +18,18 @@ Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
 CORNERS = np.arange(4)  # of a zone
+NOWHERE = (0.0, 0.0)
+FAR = 1e5  # times the size of a loop: its area has lost half of its digits there
+
+
+def spot(point: Array | Sequence[float], origin: tuple[float, float] = NOWHERE, digits: int = 4) -> str:
+    """Text "(x, y)" of a point [m] counted from `origin`, in the coordinates of the scene."""
+    return f"({', '.join(spot_on(value, start, digits) for value, start in zip(point, origin, strict=True))})"
+
+
+def spot_on(value: float, start: float = 0.0, digits: int = 6) -> str:
+    """Text of a coordinate [m] counted from `start`, in those of the scene; digits: of the number counted from `start`."""
+    return f"{value:.{digits}g}" if start == 0.0 else f"{float(f'{value:.{digits}g}') + start:.12g}"
 
 
 def segment_vectors(nodes: Array) -> Array:
@@ -25,7 +38,9 @@ def segment_vectors(nodes: Array) -> Array:
 
 
 def polygon_area(nodes: Array) -> float:
-    """Signed area [m2] of the loop, positive when it runs counter-clockwise."""
+    """Signed area [m2] of the loop, positive when it runs counter-clockwise; nodes FAR away are counted from the first one."""
+    if np.abs(nodes).max() > FAR * np.ptp(nodes, axis=0).max():
+        nodes = nodes - nodes[0]  # the products below cancel
     following = np.roll(nodes, -1, axis=0)
     return 0.5 * float(np.sum(nodes[:, 0] * following[:, 1] - nodes[:, 1] * following[:, 0]))
 

@@ -1,19 +1,10 @@
 """The discrete side of the coupled run. `lockstep` is the loop; the twin of fdm_server/run.py."""
 
-from math import isfinite
-
-import numpy as np
-
-from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.wire import messages
 from dem_server.coupling.grid_talk import steps_between
+from dem_server.coupling.plain_steps import COMPLETE, MOVE
 from dem_server.step.contact_pass import contact_forces
-from dem_server.step.motion import SPEED_CAP, move_free
-
-TOO_FAST = (
-    "move by more than a tenth of the smallest radius a step after step {}: give the stage a smaller step_factor, or less "
-    "violent loads"
-)
+from dem_server.step.motion import move_free
 
 
 def lockstep(side):
@@ -22,7 +13,8 @@ def lockstep(side):
     Forces are sent as soon as the contacts are computed. Observation, recording and the motion of the free discs follow while
     the continuum computes the rim's velocities. After the last step of a stage observation and recording come first, because
     FORCE contains the longest step of the next stage; in its first step the free discs wait for the agreed step. A VELOCITY may
-    be for several steps: it contains the rim's mean velocities in them.
+    be for several steps: it contains the rim's mean velocities in them. Steps that nobody has to see are taken in one compiled
+    call (dem_server/coupling/plain_steps.py), which ends inside of a step.
     """
     order = None
     while True:
@@ -33,11 +25,16 @@ def lockstep(side):
         if order is not None and not last:
             finish_step(side, order)
         side.answer = side.looked
+        how, order = side.plain.take()
         gravity, agreed = side.gravity, side.step is not None
-        if agreed:
+        if how == COMPLETE:
+            complete_contacts(side, order)
+            continue
+        if how == MOVE and agreed:
             move_discs(side, gravity)
         side.watch.add_to("computing")
-        order, stopped = side.talk.receive_order()
+        if order is None:
+            order, stopped = side.talk.receive_order()
         side.watch.add_to("waiting")
         if order is None:
             return stopped
@@ -64,16 +61,20 @@ def complete_step(side, gravity, order):
 
 def move_rim(side, gravity, order=None):
     """Moves control discs with the rim, then computes contacts. order: of the step that begins with this motion."""
-    state, ledger = side.state, side.ledger
-    side.rim.move(state, side.talk.velocity)
-    refuse_fast_rim(side)
+    side.rim.move(side.state, side.talk.velocity)
+    side.refuse_fast_rim()
+    if side.ledger:
+        side.book_energy(gravity, begins=order is not None)
+    complete_contacts(side, order)
+
+
+def complete_contacts(side, order):
+    """Computes contacts after the ring has moved; order: as in `move_rim`."""
     if order is not None:
         side.measure_power(order)
-    if ledger:
-        side.book_energy(gravity, begins=order is not None)
-    contact_forces(side.model, state)
-    if ledger:
-        ledger.book_contacts(side.model, state)
+    contact_forces(side.model, side.state)
+    if side.ledger:
+        side.ledger.book_contacts(side.model, side.state)
     side.check_step()
 
 
@@ -89,26 +90,13 @@ def move_discs(side, gravity):
     """Moves the free discs; raises PhysicsFailed for a disc that is too fast in real time, where no speed is capped."""
     if side.ledger:
         side.ledger.copy_before_step(side.state, gravity)
-    fast = move_free(side.model, side.state, gravity)
-    if fast and side.model.in_real_time:
-        raise PhysicsFailed(f"{fast} discs or stones {TOO_FAST.format(side.steps)}")
-
-
-def refuse_fast_rim(side):
-    """Raises PhysicsFailed if the grid moves control discs so fast that others could pass through them."""
-    model, state = side.model, side.state
-    if model.in_real_time and np.abs(state.v[: model.ring]).max() * state.dt > SPEED_CAP * model.smallest_radius:
-        raise PhysicsFailed(f"control discs {TOO_FAST.format(side.steps)}")
+    side.refuse_fast(move_free(side.model, side.state, gravity))
 
 
 def send_forces(side, order):
     """Sends nodal forces and additional masses of the rim, the last Answer, and strain if it was requested."""
     asked = order is not None and side.strain is not None and int(order.flags) & messages.STRAIN
     force = side.rim.nodal_forces(side.state)
-    if not isfinite(force.sum()):
-        raise PhysicsFailed(
-            f"the discs' forces on the rim are NaN or infinite after step {side.steps}: the window has blown up; "
-            "try a smaller step_factor"
-        )
+    side.refuse_infinite(force)
     strain = side.strain.measure(side.state) if asked else None
     side.talk.send_forces(force, side.rim.stiffness_sums(side.model, side.state), side.answer, strain)

@@ -146,7 +146,7 @@ def with_materials(model, state, scene):
 def model_of(grid, zone, density, material_law, fixed):
     """Model of the zones `zone` (A,) of the grid; gridpoints without a zone are held."""
     zones, material = grid.zones[zone], grid.material[zone]
-    check_zones(grid.xy, zones, zone)
+    check_zones(grid.xy, zones, zone, grid.origin)
     attached = np.bincount(zones.ravel(), minlength=len(grid.xy)) > 0
     start, place = build_gather(zones, len(grid.xy))
     patterns, pattern = np.unique(to_blocks(material[:, None]), axis=0, return_inverse=True)

@@ -1,6 +1,5 @@
 """Pictures of a search for a factor of safety: mechanism, plastic zones, motion in all trials, value over zone size."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +7,7 @@ import numpy as np
 
 from colluvium.figures import domain, plastic, style
 from colluvium.results.run import Run, open_run
+from coupler_protocol.files import run_json
 
 COLOURS = {"rests": "#2f6f9f", "fails": "#b03a2e", "undecided": "#8a8a8a"}
 ARROWS = 22  # number across the longer side
@@ -18,7 +18,7 @@ def write(out: str | Path) -> list[Path]:
     import matplotlib.pyplot as plt
 
     out = Path(out)
-    found = json.loads((out / "fos.json").read_text(encoding="utf-8"))
+    found = run_json.read_search(out / "fos.json")
     finest = found["meshes"][-1]
     drawn = {"trials": draw_trials(found)}
     failed = [t for t in finest["trials"] if t["verdict"] == "fails"]

@@ -21,6 +21,8 @@ RC = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,  # coordinates far from zero in full
+    "axes.formatter.limits": (-5, 8),
     "figure.dpi": 160,  # belongs to the figure: "savefig.dpi" would end with the context
     "legend.frameon": False,
 }

@@ -1,16 +1,19 @@
 """`colluvium check`: description of the computation of a scene, its effects that act and those that do not."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from coupler_protocol.files import disc_csv
+from coupler_protocol.files.room import disk_free, megabytes
 from coupler_protocol.geometry import polygon_area
 from coupler_protocol.scene.changes import changes_anything_in, changes_in, words
+from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.rules.between_tables import listed_doubts
-from coupler_protocol.scene.rules.sizes import memory_of
+from coupler_protocol.scene.rules.sizes import files_of, frames_of, memory_of
 from coupler_protocol.scene.rules.units import as_written
 from coupler_protocol.scene.scene import declared_effects
 from coupler_protocol.scene.schedule import large_strain, new_boundaries, plan
@@ -56,12 +59,13 @@ def _tables(scene: Any, place: str) -> list[str]:
 def _holders_in_stages(scene: Any, parent: str) -> Iterator[tuple[str, Any]]:
     """Yields (name, table) of the tables of stages that change effects of this place and do not end them."""
     for stage in scene.stage:
-        tables = [(f"material {table.name!r}", table) for table in stage.material if parent == "material"]
-        if stage.discs is not None and parent == "grain":
-            tables += [("discs.soil", stage.discs.soil), ("discs.stone", stage.discs.stone)]
-            tables += [(f"discs.pair {' and '.join(p.between)}", p) for p in stage.discs.pair]
-        tables += [("ring", stage.ring)] if parent == "grain" else []
-        tables += [("discs", stage.discs)] if parent == "discs" else []
+        grains = [("ring", stage.ring)]
+        if stage.discs is not None:
+            grains += [("discs.soil", stage.discs.soil), ("discs.stone", stage.discs.stone)]
+            grains += [(f"discs.pair {' and '.join(p.between)}", p) for p in stage.discs.pair]
+        places = {"grain": grains, "discs": [("discs", stage.discs)]}
+        places["material"] = [(f"material {table.name!r}", table) for table in stage.material]
+        tables = places.get(parent, [])
         for name, table in tables:
             there = {key: change for key, change in changes_in(table).items() if not change.absent}
             if there:
@@ -75,6 +79,7 @@ def sizes(scene: Any) -> dict[str, Any]:
     from fdm_server.mesh.grid import build_grid
     from fdm_server.mesh.window_zones import rim_of, window_zones
 
+    scene = local(scene)
     grid = build_grid(scene)
     windows = []
     for window in scene.window:
@@ -86,7 +91,8 @@ def sizes(scene: Any) -> dict[str, Any]:
     stones = scene.stones.model_dump(mode="json") if scene.stones else None
     counts: dict[str, Any] = {"columns": int(grid.column.max()) + 1, "rows": int(grid.row.max()) + 1}
     counts |= {"zones": len(grid.zones), "gridpoints": len(grid.xy), "materials": materials(scene, grid)}
-    return {**counts, "windows": windows, "stones": stones}
+    begins = {"begins": list(scene.origin)} if any(scene.origin) else {}
+    return {**counts, **begins, "windows": windows, "stones": stones}
 
 
 def materials(scene: Any, grid: Any) -> list[dict[str, Any]]:
@@ -141,18 +147,37 @@ def file_of_discs(scene: Any) -> dict[str, Any]:
 def describe(scene: Any) -> dict[str, Any]:
     """All of the above in one dictionary."""
     found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
-    found |= {"memory_MB": memory_of(scene), "effects": effects(scene), "stages": stages(scene)}
-    return found | {"doubts": listed_doubts(scene)}
+    found |= {"memory_MB": memory_of(local(scene)), "frames": frames_of(scene), "files_MB": files_of(local(scene))}
+    found |= {"effects": effects(scene), "stages": stages(scene)}
+    return found | {"doubts": [*listed_doubts(scene), *lack_of_disk(scene)]}
 
 
-def opening(scene: Any) -> Iterator[str]:
-    """What a run says before it starts: zones and areas of materials, and doubts."""
+def lack_of_disk(scene: Any, folder: str | Path = ".") -> list[dict[str, str]]:
+    """A doubt, as a row of `listed_doubts`, if the disk of `folder` has no room for the files of the scene."""
+    needed, free = 1e6 * files_of(local(scene)), disk_free(folder)
+    if free is None or needed <= free:
+        return []
+    what = f"up to {frames_of(scene):,} frames and the checkpoints need about {megabytes(int(needed))} before compression, "
+    remedy = f"record fewer frames: record.every = {int(scene.record.every * max(needed / max(free, 1), 2.0)) + 1}"
+    return [{"key": "record.every", "what": f"{what}{megabytes(free)} are free", "remedy": remedy}]
+
+
+def opening(scene: Any, folder: str | Path = ".") -> Iterator[str]:
+    """What a run into `folder` says before it starts: zones and areas of materials, and doubts."""
     if scene.grid is not None:
         from fdm_server.mesh.grid import build_grid
 
-        yield from materials_as_text(materials(scene, build_grid(scene)))
-    for doubt in listed_doubts(scene):
+        here = local(scene)
+        yield from [beginning(here.origin)] if any(here.origin) else []
+        yield from materials_as_text(materials(here, build_grid(here)))
+    for doubt in [*listed_doubts(scene), *lack_of_disk(scene, folder)]:
         yield f"worth a second look: {doubt['key']}: {doubt['what']}; {doubt['remedy']}"
+
+
+def beginning(origin: Sequence[float]) -> str:
+    """A sentence for a grid that does not begin at (0, 0)."""
+    x, y = origin
+    return f"the grid begins at x = {x:.12g}, y = {y:.12g} m, about which the scene is computed"
 
 
 def print_description(found: dict[str, Any], console: Any) -> None:
@@ -167,6 +192,8 @@ def print_description(found: dict[str, Any], console: Any) -> None:
             f"grid of {found['zones']} zones in {found['columns']} columns and {found['rows']} rows, "
             f"{found['gridpoints']} gridpoints"
         )
+        if "begins" in found:
+            console.print(beginning(found["begins"]))
         for line in materials_as_text(found["materials"]):
             console.print(line, markup=False)
     else:
@@ -183,6 +210,10 @@ def print_description(found: dict[str, Any], console: Any) -> None:
     if any(found["memory_MB"].values()):
         parts = [f"{name} {size:.2g} MB" for name, size in found["memory_MB"].items() if size]
         console.print(f"memory, approximately: {', '.join(parts)}, beside that of the programs")
+    if found["frames"]:
+        console.print(
+            f"files: up to {found['frames']:,} frames, about {megabytes(int(1e6 * found['files_MB']))} before compression"
+        )
     if found["stones"]:
         console.print(_stones_as_text(found["stones"]), markup=False)
     console.print("effects that act:")

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from coupler_protocol import exits
+from coupler_protocol.files import run_json
 from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.process import command_line
 
@@ -63,7 +64,7 @@ def command(options: argparse.Namespace) -> int:
         code = _search(options, own, [*changes, f'fos.flow="{flow}"'])
         if code != exits.DONE:
             return code
-        found[flow] = json.loads((own / "fos.json").read_text(encoding="utf-8"))
+        found[flow] = run_json.read_search(own / "fos.json")
         if not options.no_pictures:
             _draw(own)
     whole = {"flows": found} if len(flows) > 1 else next(iter(found.values()))

@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 
 from coupler_protocol.criteria.stable_step import Limit, highest, limit, stiffness_matrix
+from coupler_protocol.scene.local_origin import in_the_scene
 
 
 class Window(NamedTuple):
@@ -68,7 +69,7 @@ def exact_limit(model: Any, state: Any, windows: Sequence[Window]) -> Limit:
 
 
 def _largest(model: Any, state: Any, windows: Sequence[Window], energy: np.ndarray) -> tuple[str, np.ndarray]:
-    """Name and position [m] of the object with the largest share of a mode's kinetic energy (d,)."""
+    """Name and position in the scene [m] of the object with the largest share of a mode's kinetic energy (d,)."""
     from dem_server.observe.stable_limit import bodies_of
     from fdm_server.step.present_shape import present
 
@@ -83,4 +84,4 @@ def _largest(model: Any, state: Any, windows: Sequence[Window], energy: np.ndarr
         points += 3 * len(bodies.mass)
         best = int(np.argmax(share))
         found = max(found, (share[best], bodies.name(best), bodies.xy[best]), key=lambda entry: entry[0])
-    return found[1:]
+    return found[1], in_the_scene(found[2], model.grid.origin)

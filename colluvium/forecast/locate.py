@@ -19,6 +19,7 @@ from colluvium.results import failure as recorded
 from colluvium.results.run import Run, open_run
 from coupler_protocol.criteria import shear_band
 from coupler_protocol.exits import RunEnded
+from coupler_protocol.scene.local_origin import in_the_scene, local
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.rules.stages import is_level
 from coupler_protocol.scene.stage_kinds import of
@@ -77,14 +78,27 @@ def band_and_windows(run: Run, scene: Any) -> dict | None:
         return None
     name = scene.stage[number].name
     frame = run.last_frame(name)
-    cells, surface = recorded.cells(run, frame), recorded.ground(run)
+    here = local(scene)
+    cells, surface = _local(recorded.cells(run, frame), recorded.ground(run), np.array(here.origin))
     level = shear_band.toe_to_crest(cells, surface)
     found = {"stage": name, "gravity_factor": run.frames[frame].gravity_factor, "level": level, "counted": shear_band.COUNTED}
     if level < shear_band.COUNTED:
         return found | {"line": [], "windows": []}
     there = Band(cells, surface, level, band_line.line_of_band(cells, surface, level))
-    windows = [_beside(there, scene, _grid(scene), i) for i in range(len(scene.window))]
-    return found | {"line": there.line.tolist(), "windows": windows}
+    windows = [_in_the_scene(_beside(there, here, _grid(here), i), here.origin) for i in range(len(scene.window))]
+    return found | {"line": in_the_scene(there.line, here.origin).tolist(), "windows": windows}
+
+
+def _local(cells: shear_band.Cells, surface: shear_band.Surface, origin: np.ndarray) -> tuple[Any, Any]:
+    """Cells and surface of a run, counted from the local origin of its scene."""
+    if not origin.any():
+        return cells, surface
+    return cells._replace(xy=cells.xy - origin), shear_band.Surface(*(xy - origin for xy in surface))
+
+
+def _in_the_scene(found: dict[str, Any], origin: tuple[float, float]) -> dict[str, Any]:
+    """A row of `_beside` with its points in the coordinates of the scene."""
+    return found | {key: in_the_scene(np.array(found[key]), origin).tolist() for key in ("enters", "leaves") if found[key]}
 
 
 def _grid(scene: Any) -> Any:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from coupler_protocol.criteria.stable_step import Limit, as_text
+from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.stage_kinds import coupled
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def limits_of_scene(scene: Any, exact: bool = False, note: Callable[..., None] |
     model, state, windows = open_model(scene, note)
     nodes = np.concatenate([window.nodes for window in windows])
     found = safe_limits(model, state, nodes, state.added_mass[nodes])
-    each = [safe_limit(window.model, window.state, window.rim) for window in windows]
+    each = [safe_limit(window.model, window.state, window.rim, model.grid.origin) for window in windows]
     found["discs"] = min(each, key=lambda limit: limit["share"])
     if exact:
         found["exact"] = linearised_step.exact_limit(model, state, windows)
@@ -53,7 +54,7 @@ def open_model(scene: Any, note: Callable[..., None] | None = None) -> tuple[Any
     from fdm_server.mesh.window_zones import rim_of, window_zones
     from fdm_server.model import build_model, new_state
 
-    scene = in_stage(scene, number_of(scene.stage, couples=True) or 0)
+    scene = local(in_stage(scene, number_of(scene.stage, couples=True) or 0))
     grid = build_grid(scene)
     model = build_model(scene, grid)
     state, windows = new_state(model), []
@@ -101,6 +102,7 @@ def saved_model(scene: Any, index: int, paths: Sequence[Path]) -> tuple[Any, Any
     from fdm_server.mesh.window_zones import rim_of, window_zones
     from fdm_server.procedure.restart import GridState, model_at
 
+    scene = local(scene)
     grid, stage, windows = build_grid(scene), scene.stage[index], []
     saved, *discs = (checkpoint.load(path)[0] for path in paths)
     saved = checkpoint.rebuild(GridState, saved)

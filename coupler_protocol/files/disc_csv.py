@@ -21,6 +21,8 @@ MOTION = ("vx", "vy", "spin")
 MATERIALS = ("soil", "stone")
 COLUMNS = (*PLACE, *MOTION, "material", "stone")
 SHOWN = 5  # problems of a file that are named
+LARGEST = 2**31 - 1  # number of a stone
+FARTHEST = 1e9  # [m, m/s, rad/s]: larger numbers have lost their metres
 
 
 class DiscFile(NamedTuple):
@@ -33,7 +35,7 @@ class DiscFile(NamedTuple):
 
     def counted_from(self, origin: np.ndarray) -> "DiscFile":
         """The same discs with positions counted from the point `origin` (2,) [m]."""
-        return self._replace(xy=self.xy - origin)
+        return self._replace(xy=self.xy - origin) if np.any(origin) else self
 
 
 def read(path: str | Path, key: str = "discs.file") -> DiscFile:
@@ -53,7 +55,8 @@ def read(path: str | Path, key: str = "discs.file") -> DiscFile:
     for number, row in rows[1:]:
         try:
             if len(row) != len(head):
-                raise ValueError(f"{len(row)} columns instead of {len(head)}")
+                hint = ": are decimals written with commas?" if len(row) > len(head) else ""
+                raise ValueError(f"{len(row)} columns instead of {len(head)}{hint}")
             for name, text in zip(head, row, strict=True):
                 table[name].append(_value(name, text.strip()))
         except ValueError as error:
@@ -86,13 +89,16 @@ def _value(name: str, text: str) -> str | float:
     if name == "stone":
         if not text.removeprefix("-").isdecimal() and text:
             raise ValueError(f"stone {text!r} is not an integer")
-        return int(text or -1)
+        number = int(text or -1)
+        if abs(number) > LARGEST:
+            raise ValueError(f"stone {text!r} is larger than {LARGEST}")
+        return number
     try:
-        value = float(text)
+        value = float(text.replace("_", "?"))
     except ValueError:
         value = float("nan")
-    if not isfinite(value):
-        raise ValueError(f"{name} {text!r} is not a number")
+    if not isfinite(value) or abs(value) > FARTHEST:
+        raise ValueError(f"{name} {text!r} is not a number" + (": decimals have a point" if "," in text else ""))
     if name == "radius" and value <= 0.0:
         raise ValueError("the radius is not positive")
     return value

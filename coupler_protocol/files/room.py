@@ -14,7 +14,7 @@ def not_written(path: str | Path, what: str, size: int, error: OSError) -> Envir
     text = f"{what} cannot be written to {path}: {error.strerror or error}"
     if error.errno in FULL:
         text += f"; it needs {megabytes(size)}"
-        free = None if error.errno == errno.EFBIG else _free(path)
+        free = None if error.errno == errno.EFBIG else disk_free(Path(path).parent)
         text += "" if free is None else f" and {megabytes(free)} are free"
         text += ". Make room; colluvium resume then continues after the last stage that was saved"
     return EnvironmentFailed(text)
@@ -25,9 +25,9 @@ def megabytes(size: int) -> str:
     return f"{size / 1e6:.3g} MB" if size < 1e9 else f"{size / 1e9:.3g} GB"
 
 
-def _free(path: str | Path) -> int | None:
-    """Free bytes of the disk of a file; None where nobody says."""
+def disk_free(folder: str | Path) -> int | None:
+    """Free bytes of the disk of a folder; None where nobody says."""
     try:
-        return shutil.disk_usage(Path(path).parent).free
+        return shutil.disk_usage(folder).free
     except OSError:
         return None

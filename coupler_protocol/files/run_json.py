@@ -58,17 +58,39 @@ def origin_content(out: Path, origin: "Origin | None", plugin: Any) -> dict[str,
 
 def read(path: str | Path) -> dict[str, Any]:
     """The content of a run.json; raises EnvironmentFailed where it is not one."""
-    path = Path(path)
-    try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
-    except ValueError as error:  # of the text's encoding, or of JSON
-        raise exits.EnvironmentFailed(f"{path} is damaged: {error}. {_WITHOUT}") from None
-    if not isinstance(content, dict) or not all(isinstance(row, dict) for row in content.get("stages", ())):
+    content = _object(Path(path), _WITHOUT)
+    if not _are_objects(content.get("stages", [])):
         raise exits.EnvironmentFailed(f"{path} is not what a run writes there. {_WITHOUT}")
     return content
 
 
 _WITHOUT = "Remove it: resume and open_run need only the other files of the run"
+_AGAIN = "Remove it and search again: colluvium fos SCENE --out DIR --force"
+
+
+def read_search(path: str | Path) -> dict[str, Any]:
+    """The content of a fos.json of one search; raises EnvironmentFailed where it is not one."""
+    content = _object(Path(path), _AGAIN)
+    meshes = content.get("meshes")
+    whole = _are_objects(meshes) and meshes and all(_are_objects(m.get("trials")) and "zone_size" in m for m in meshes)
+    if not whole or not isinstance(content.get("quantity"), str):
+        raise exits.EnvironmentFailed(f"{path} is not what a search for a factor writes there. {_AGAIN}")
+    return content
+
+
+def _are_objects(rows: Any) -> bool:
+    return isinstance(rows, list | tuple) and all(isinstance(row, dict) for row in rows)
+
+
+def _object(path: Path, remedy: str) -> dict[str, Any]:
+    """The object in a JSON file of results; raises EnvironmentFailed for a file that is not JSON, or not an object."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
+    except ValueError as error:  # of the text's encoding, or of JSON
+        raise exits.EnvironmentFailed(f"{path} is damaged: {error}. {remedy}") from None
+    if not isinstance(content, dict):
+        raise exits.EnvironmentFailed(f"{path} is not what a run writes there. {remedy}")
+    return content
 
 
 def _attempts(earlier: dict[str, Any]) -> list[dict[str, Any]]:

@@ -75,6 +75,10 @@ class StageRow(_Part):
     )
     limits: dict[str, Limit] | None = quantity(None, meaning="coupled: safe limits of the step by grid and interface")
     rim_stretched: Stretched | None = quantity(None, meaning="coupled: if a zone at a rim was stretched beyond the warning level")
+    plain_steps: int | None = quantity(
+        None, meaning="coupled: steps that the grid took in compiled calls of many steps ([performance](performance.md))"
+    )
+    one_by_one: str | None = quantity(None, meaning="coupled: why no step was taken in such a call")
     changes: Changes | None = quantity(None, meaning="if materials, discs, ring or record change in this stage")
     exchanges: int | None = quantity(None, meaning="with coupling.exchange_every above 1: exchanges of the stage")
     fell_back: str | None = quantity(
@@ -132,6 +136,9 @@ class RunJson(_Part):
     steps: int | None = quantity(None, unit="steps", meaning="with a grid: steps of the run")
     gridpoints: int | None = quantity(None, meaning="with a grid: number of gridpoints")
     zones: int | None = quantity(None, meaning="with a grid: number of zones")
+    computed_about: list[float] | None = quantity(
+        None, unit="m", meaning="with a grid that does not begin at (0, 0): the point about which the scene is computed"
+    )
     windows: list[dict[str, Any]] = quantity(
         [],
         meaning="for each window: name, packing, stones, initial stress, gaps of the ring, step limits, changes of the discs by "

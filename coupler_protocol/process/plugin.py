@@ -17,13 +17,17 @@ from coupler_protocol.files.restart import FUNCTIONS
 
 
 class Moment(NamedTuple):
-    """One side after a step. model, state: of fdm_server.model or dem_server.model; their arrays may be changed."""
+    """One side after a step. model, state: of fdm_server.model or dem_server.model; their arrays may be changed.
+
+    origin: point [m] of the scene from which their positions count.
+    """
 
     rank: int
     stage: str
     step: int  # since the run began
     model: Any
     state: Any
+    origin: tuple[float, float] = (0.0, 0.0)
 
 
 Function = Callable[[Moment], None]
@@ -62,9 +66,13 @@ def from_functions(on_stage: Function | None = None, on_step: tuple[int, Functio
     if on_stage is None and on_step is None:
         return None
     every, function = on_step or (1, None)
-    if not isinstance(every, int) or every < 1:
+    if not _is_count(every):
         raise ValueError(f"on_step is (steps between calls, function), at least 1 step, not {on_step!r}")
     return Plugin(FUNCTIONS, function, on_stage, every)
+
+
+def _is_count(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 1
 
 
 def from_file(path: str | Path) -> Plugin:
@@ -84,6 +92,6 @@ def from_file(path: str | Path) -> Plugin:
     every = getattr(module, "EVERY", 1)
     if not (callable(on_step) or callable(on_stage)):
         raise EnvironmentFailed(f"the plugin {path} has neither on_step nor on_stage")
-    if not isinstance(every, int) or every < 1:
+    if not _is_count(every):
         raise EnvironmentFailed(f"the plugin {path}: EVERY is a whole number of steps from 1, not {every!r}")
     return Plugin(str(path), on_step, on_stage, every)

@@ -54,6 +54,14 @@ class Stopwatch:
         setattr(stage, column, getattr(stage, column) + now - self._last)
         self._last = now
 
+    def add_waiting(self, seconds: float) -> None:
+        """Books the time since the last booking: `seconds` of it under waiting, the rest under computing."""
+        now = time.perf_counter()
+        stage = self.stages[-1]
+        stage.waiting += seconds
+        stage.computing += now - self._last - seconds
+        self._last = now
+
 
 class Trace(Stopwatch):
     """A Stopwatch that stores its intervals in the first `steps` steps of every stage."""

@@ -24,8 +24,10 @@ class Table(BaseModel):
     @field_validator("*", mode="before")
     @classmethod
     def _numbers_are_numbers(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse texts and truth values where numbers are declared: a conversion would hide a mistake."""
+        """Refuse texts and truth values where numbers are declared, and others than truth values: conversions hide mistakes."""
         kinds = _leaves(cls.model_fields[info.field_name or ""].annotation)
+        if kinds <= {bool, type(None)} and value is not None and not isinstance(value, bool):
+            raise refused(f"{value!r} is not true or false", f"{info.field_name} = true, or leave the key out")
         if not kinds & {int, float}:
             return value
         for item in _items(value):
@@ -35,6 +37,9 @@ class Table(BaseModel):
                 raise refused(
                     f"the text {item!r} is not a number", f"{info.field_name} = {item.strip()}, without quotation marks"
                 )
+            if isinstance(item, str) and str not in kinds and _is_number(item.replace(",", ".", 1)):
+                what = f"the text {item!r} is not a number: decimals have a point, thousands no mark"
+                raise refused(what, f"{info.field_name} = {item.strip().replace(',', '.', 1)}, without quotation marks")
         return value
 
 
@@ -77,14 +82,18 @@ def quantity(
     meaning: str,
     usual: tuple[float, float] | None = None,
     remedy: str = "",
+    place: str = "",
     **bounds: Any,
 ) -> Any:
     """Declares one key: its unit, its meaning and its bounds (pydantic's ge, gt, le, lt, min_length, ...).
 
     usual: smallest and largest value of soil and rock, beside 0; others are doubted (coupler_protocol.scene.rules.units).
     remedy: what to use instead of a value outside the bounds.
+    place: the value is a place in the scene: "x" or "y" of coordinates along one axis, "xy" of points
+    (coupler_protocol.scene.local_origin).
     """
     extra: dict[str, Any] = {"unit": unit} | ({"usual": list(usual)} if usual else {}) | ({"remedy": remedy} if remedy else {})
+    extra |= {"place": place} if place else {}
     return Field(default, description=meaning, json_schema_extra=extra, **bounds)
 
 

@@ -2,6 +2,9 @@
 
 from functools import cache
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
+from typing import Any
+
+from coupler_protocol.exits import EnvironmentFailed
 
 
 @cache
@@ -13,3 +16,13 @@ def installed(group: str) -> EntryPoints:
 def distribution(point: EntryPoint) -> str:
     """Name of the distribution of an entry point; "" if it has none."""
     return point.dist.name if point.dist is not None else ""
+
+
+def loaded(point: EntryPoint) -> Any:
+    """What an entry point names; raises EnvironmentFailed if it cannot be imported, with the distribution that declares it."""
+    try:
+        return point.load()
+    except (ImportError, AttributeError, SyntaxError) as error:
+        owner = f"of the installed distribution {distribution(point)!r}" if distribution(point) else "of no distribution"
+        why = f"the entry point {point.name!r} ({point.group}) {owner}, {point.value}, cannot be imported: {error}"
+        raise EnvironmentFailed(f"{why}. Repair or uninstall the distribution, or install it again") from error

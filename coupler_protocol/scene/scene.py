@@ -10,11 +10,11 @@ from functools import cache
 from itertools import pairwise
 from typing import Any, Literal
 
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, PrivateAttr, create_model, model_validator
 
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.scene.declare import Table, quantity
-from coupler_protocol.scene.installed import distribution, installed
+from coupler_protocol.scene.installed import distribution, installed, loaded
 from coupler_protocol.scene.named_files import without_paths
 from coupler_protocol.scene.names import Name, Title
 from coupler_protocol.scene.tables.boundary import Boundary, InitialStress
@@ -44,7 +44,7 @@ def declared_effects() -> dict[str, Any]:
     ]
     if twice:
         raise EnvironmentFailed(f"{'; '.join(twice)}: uninstall one of them, or let it declare another place")
-    return {point.name: point.load() for point in found}
+    return {point.name: loaded(point) for point in found}
 
 
 def distribution_of(place: str) -> str:
@@ -88,7 +88,7 @@ class Window(Table):
     columns: Span | None = quantity(None, meaning="first and last zone in x, from 0")
     rows: Span | None = quantity(None, meaning="first and last zone in y, from 0")
     polygon: list[Point] | None = quantity(
-        None, unit="m", meaning="corners of the outline: zones with their centre inside become the hole", min_length=3
+        None, unit="m", place="xy", meaning="corners of the outline: zones with their centre inside become the hole", min_length=3
     )
 
     @model_validator(mode="after")
@@ -111,7 +111,13 @@ class Coupling(Table):
 
 
 class Link(Table):
-    """Time-outs of the connection."""
+    """Time-outs of the connection, and the way of its step messages."""
+
+    lane: bool | None = quantity(
+        None,
+        meaning="step messages over a plain TCP connection beside the link, faster, readable on the network; "
+        "if left out: only if both sides are on one machine",
+    )
 
     timeout: float = quantity(5.0, unit="s", meaning="silence after which the last message is sent again", gt=0)
     give_up: float = quantity(120.0, unit="s", meaning="silence after which the peer is considered lost", gt=0)
@@ -228,9 +234,26 @@ class SceneBase(Table):
     fos: FactorOfSafety = Field(default=FactorOfSafety(), description="search for a factor of safety")
     stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
 
+    _drawn: Any = PrivateAttr(None)
+    _origin: tuple[float, float] = PrivateAttr((0.0, 0.0))
+
+    @property
+    def drawn(self) -> Any:
+        """The scene in the coordinates of its file: this one, or the one of which this one is a local copy."""
+        return self if self._drawn is None else self._drawn
+
+    @property
+    def origin(self) -> tuple[float, float]:
+        """Point of the scene as drawn from which the coordinates of this one count (coupler_protocol.scene.local_origin)."""
+        return self._origin
+
+    def note_drawn(self, drawn: Any, origin: tuple[float, float]) -> None:
+        """Stores that this scene is a copy of the scene `drawn` whose coordinates count from `origin` (2,) [m]."""
+        self._drawn, self._origin = drawn, origin
+
     def resolved(self) -> dict[str, Any]:
-        """The scene as plain data, with all defaults."""
-        return self.model_dump(mode="json")
+        """The scene as drawn, as plain data with all defaults."""
+        return self.drawn.model_dump(mode="json")
 
     def digest(self) -> str:
         """Hash of the resolved scene: equal for scenes with the same results."""

@@ -1,6 +1,8 @@
 """Handshake, by which both sides agree that they compute the same scene: HELLO, then WELCOME or REJECT."""
 
+import os
 import secrets
+import sys
 import time
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -13,7 +15,15 @@ from coupler_protocol.scene.differences import both_values, first_difference
 from coupler_protocol.scene.named_files import without_paths
 from coupler_protocol.wire import frames, messages
 from coupler_protocol.wire.frames import Buffer
+from coupler_protocol.wire.lanes import Lanes, Peer
 from coupler_protocol.wire.lockstep import Conversation, Hub
+
+
+def takes_lanes(scene: Any, transport: Any) -> bool:
+    """Whether a side of `scene` sends its step messages over lanes: if the scene says so, by default on one machine."""
+    return (
+        os.name == "posix" and sys.byteorder == "little" and bool(transport.local if scene.link.lane is None else scene.link.lane)
+    )
 
 
 def _begins(resume: dict[str, Any] | None) -> str:
@@ -38,6 +48,11 @@ def _objection(hello: dict[str, Any], scene: Any, resume: dict[str, Any] | None)
     return None
 
 
+def _wants_lane(hello: Mapping[str, Any], scene: Any, transport: Any) -> bool:
+    """Whether a lane is to be opened: by default not through a relay or a tunnel, which lead to a port of their own."""
+    return takes_lanes(scene, transport) and "lane" in hello and (bool(scene.link.lane) or hello["lane"] == transport.port)
+
+
 def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], resume: dict[str, Any] | None = None) -> None:
     """Waits for HELLO of every rank and sends WELCOME with the nodes of its window's rim.
 
@@ -47,6 +62,7 @@ def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], resume: di
     """
     session = secrets.randbits(63) | 1
     missing = set(hub.conversations)
+    lanes = Lanes(session, [Peer(rank, rank, len(xy)) for rank, xy in rims.items()], messages.FORCE, messages.VELOCITY)
     deadline = time.monotonic() + hub.clocks.arrival
     while missing:
         heard = hub.receive_hello()
@@ -65,15 +81,18 @@ def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], resume: di
         deadline = time.monotonic() + hub.clocks.arrival
         conversation = hub.conversations[rank]
         conversation.begin(session)
-        conversation.send_control(
-            messages.WELCOME,
-            {
-                "session": session,
-                "rim": frames.pack_array(rims[rank]),
-                "dt": 1.0,
-                "exchange_every": scene.coupling.exchange_every,
-            },
-        )
+        content = {
+            "session": session,
+            "rim": frames.pack_array(rims[rank]),
+            "dt": 1.0,
+            "exchange_every": scene.coupling.exchange_every,
+        }
+        door = hub.transport.door() if _wants_lane(frames.content_of(frame), scene, hub.transport) else None
+        conversation.send_control(messages.WELCOME, content | ({"lane": door.offer} if door else {}))
+        if door and (connection := door.admit(hub.stop.check)):
+            lanes.open(rank, connection)
+    if lanes.any:
+        hub.transport.lanes = lanes
 
 
 def _heard_objection(frame: Buffer, scene: Any, resume: dict[str, Any] | None) -> str | None:
@@ -91,6 +110,8 @@ def resume_from(after: str, session: int) -> dict[str, Any]:
 def join(conversation: Conversation, scene: Any, resume: dict[str, Any] | None = None) -> np.ndarray:
     """Sends HELLO and waits for WELCOME; returns the positions (K,2) [m] of the rim's nodes. Raises PeerLost if rejected."""
     hello = {"package": version("colluvium"), "float": "<f8", "scene": scene.resolved()}
+    if takes_lanes(scene, conversation.transport):
+        hello["lane"] = conversation.transport.port
     conversation.send_control(messages.HELLO, hello if resume is None else hello | {"resume": resume})
     kind, frame = conversation.receive((messages.WELCOME, messages.REJECT), within=conversation.clocks.arrival)
     content = frames.content_of(frame)
@@ -102,4 +123,8 @@ def join(conversation: Conversation, scene: Any, resume: dict[str, Any] | None =
     if len(rim) < 3:
         raise PeerLost(f"the continuum sent a rim of {len(rim)} nodes")
     conversation.session = content["session"]
+    if "lane" in content and (connection := conversation.transport.enter(content["lane"])):
+        peer = Peer(conversation.peer, conversation.rank, len(rim))
+        conversation.transport.lanes = Lanes(conversation.session, [peer], messages.VELOCITY, messages.FORCE)
+        conversation.transport.lanes.open(conversation.peer, connection)
     return np.ascontiguousarray(rim)

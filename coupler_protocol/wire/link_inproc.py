@@ -1,10 +1,20 @@
 """The in-process twin of the link: the same frames through queues between threads of one process."""
 
+import os
 import queue
+import secrets
+import select
+import socket
 import threading
+import time
+from collections.abc import Callable
 from typing import Any
 
 from coupler_protocol.wire.frames import Buffer
+from coupler_protocol.wire.lanes import Lanes
+
+AWAKE = 5e-4  # [s] before this side sleeps
+NAP = 1e-3  # [s] of sleep on the lanes before the queue is looked at
 
 
 class InprocTransport:
@@ -14,10 +24,14 @@ class InprocTransport:
     """
 
     endpoint = "inproc"
+    local, port = True, 0  # both ends are on one machine
 
     def __init__(
-        self, inbox: queue.Queue, outboxes: dict[Any, queue.Queue], me: Any, users: dict[Any, threading.Thread | None]
-    ) -> None:
+        self, inbox: queue.Queue, outboxes: dict[Any, queue.Queue], me: Any, users: dict[Any, threading.Thread | None],
+        ways: dict[bytes, socket.socket] | None = None,
+    ) -> None:  # fmt: skip
+        self.lanes: Lanes | None = None  # set by the handshake
+        self.ways = {} if ways is None else ways  # other ends of lanes by their tokens, shared by all ends
         self.inbox, self.outboxes, self.me, self.users = inbox, outboxes, me, users
         self._rank: dict[Any, int] = {}
         self._name: dict[int, Any] = {0: 0}
@@ -33,10 +47,37 @@ class InprocTransport:
         """Waits for a frame; returns (sender, frame), or None after `seconds` without one."""
         self._here()
         try:
-            sender, frame = self.inbox.get(timeout=seconds)
+            if self.lanes is None:
+                sender, frame = self.inbox.get(timeout=seconds)
+            elif (found := self._await(seconds)) is not None:
+                return found
+            else:
+                sender, frame = self.inbox.get_nowait()
         except queue.Empty:
             return None
         return self._rank.get(sender, sender), memoryview(frame)
+
+    def _await(self, seconds: float) -> tuple[int, memoryview] | None:
+        """Waits for a frame on either way; returns (rank, frame) of a lane, None if the queue has one or none came."""
+        assert self.lanes is not None
+        begin = time.monotonic()
+        while True:
+            found = self.lanes.look()
+            waited = time.monotonic() - begin
+            if found is not None or not self.inbox.empty() or waited > seconds:
+                return found
+            if waited < AWAKE:
+                os.sched_yield()
+            else:
+                select.select(list(filter(None, self.lanes.sockets)), [], [], NAP)
+
+    def door(self) -> "Hatch":
+        """A Hatch for the lane of a discrete thread."""
+        return Hatch(self.ways)
+
+    def enter(self, offer: dict[str, Any]) -> socket.socket | None:
+        """Connection through a Hatch of the continuum."""
+        return self.ways.pop(offer["token"], None)
 
     def admit(self, sender: Any, rank: int) -> None:
         """Assigns later frames of this sender to `rank`."""
@@ -49,12 +90,27 @@ class InprocTransport:
         return user is self or (user is not None and user.is_alive())
 
     def close(self) -> None:
-        """Closes this end."""
+        """Closes this end and its lanes."""
         self.users[self.me] = None
+        if self.lanes is not None:
+            self.lanes.close_all()
 
     def _here(self) -> None:
         if self.me not in self.users:
             self.users[self.me] = threading.current_thread()
+
+
+class Hatch:
+    """The in-process twin of coupler_protocol.wire.lane_door.Door: a pair of connected sockets. ways: token to the other end."""
+
+    def __init__(self, ways: dict[bytes, socket.socket]) -> None:
+        token = secrets.token_bytes(8)
+        self.offer: dict[str, Any] = {"port": 0, "token": token}
+        self._own, ways[token] = socket.socketpair()
+
+    def admit(self, check: Callable[[], object]) -> socket.socket:
+        """The continuum's end."""
+        return self._own
 
 
 def transports(n_ranks: int) -> tuple[InprocTransport, list[InprocTransport]]:
@@ -63,5 +119,6 @@ def transports(n_ranks: int) -> tuple[InprocTransport, list[InprocTransport]]:
     inbox: queue.Queue = queue.Queue()
     inboxes: dict[str, queue.Queue] = {name: queue.Queue() for name in names}
     users: dict[Any, threading.Thread | None] = {}
-    hub = InprocTransport(inbox, inboxes, 0, users)
-    return hub, [InprocTransport(inboxes[name], {0: inbox}, name, users) for name in names]
+    ways: dict[bytes, socket.socket] = {}
+    hub = InprocTransport(inbox, inboxes, 0, users, ways)
+    return hub, [InprocTransport(inboxes[name], {0: inbox}, name, users, ways) for name in names]

@@ -4,6 +4,7 @@ A transport transmits frames between ranks, whatever their content:
 
     send(frame, rank)             sends a frame to the peer (dropped without a peer: the conversation sends it again)
     receive(seconds)              (sender, frame) or None; the frame is valid until the next call
+    lanes                         Lanes of step messages (lanes.py), whose frames `receive` also finds, or None
     admit(sender, rank)           assigns later frames of this sender to `rank`
     connected(rank)               whether a peer is connected, according to the last frames
     close()
@@ -25,6 +26,8 @@ from zmq.utils.monitor import recv_monitor_message
 
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.wire.frames import MAX_FRAME, Buffer
+from coupler_protocol.wire.lane_door import Door, enter
+from coupler_protocol.wire.lanes import Lanes
 
 HEARTBEAT, HEARTBEAT_TIMEOUT, LINGER = 1000, 5000, 1000  # ms
 # One message is under way at a time, but ZeroMQ frees the room of delivered messages late and in batches: with room for 8, a
@@ -53,6 +56,27 @@ class _Socket:
         # Room for the largest frame, so that none is truncated; the system allocates memory only for the part that is used.
         self._buffer = np.empty(MAX_FRAME, np.uint8).data
         self._timeout: float | None = None
+        self.lanes: Lanes | None = None  # set by the handshake
+        self.endpoint = endpoint
+
+    def _await(self, seconds: float) -> tuple[int, memoryview] | None:
+        """Waits for a frame on either way; returns (rank, frame) of a lane, None if the link has one or none came."""
+        assert self.lanes is not None
+        until = time.perf_counter() + AWAKE
+        while True:
+            if int(self.socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:  # first, so that strangers are answered during the steps
+                return None
+            found = self.lanes.look()
+            if found is not None:
+                return found
+            if time.perf_counter() > until:
+                break
+            os.sched_yield()
+        poller = zmq.Poller()
+        for way in (self.socket, *filter(None, self.lanes.sockets)):
+            poller.register(way, zmq.POLLIN)
+        poller.poll(int(1000 * seconds))
+        return self.lanes.look()
 
     def _wait(self, seconds: float) -> None:
         if seconds != self._timeout:
@@ -65,9 +89,9 @@ class _Socket:
         while not int(self.socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN and time.perf_counter() < until:
             os.sched_yield()
 
-    def _take(self) -> memoryview:
+    def _take(self, flags: int = 0) -> memoryview:
         """The next frame, in a buffer that is reused."""
-        return self._buffer[: self.socket.recv_into(self._buffer)]
+        return self._buffer[: self.socket.recv_into(self._buffer, flags=flags)]
 
     def _open(self, call: Callable[[str], Any], endpoint: str, doing: str) -> None:
         port = endpoint.rpartition(":")[2]
@@ -79,8 +103,20 @@ class _Socket:
             self.close()
             raise EnvironmentFailed(f"cannot {doing} {endpoint}: {error}") from None
 
+    @property
+    def port(self) -> int:
+        """Port of the endpoint."""
+        return int(self.endpoint.rpartition(":")[2])
+
+    @property
+    def local(self) -> bool:
+        """Whether both ends are on one machine."""
+        return is_loopback(self.endpoint)
+
     def close(self) -> None:
-        """Closes the socket; waiting frames have one second to be sent."""
+        """Closes the socket and all lanes; waiting frames have one second to be sent."""
+        if self.lanes is not None:
+            self.lanes.close_all()
         self.socket.close()
         self.context.term()
 
@@ -116,10 +152,13 @@ class HubTransport(_Socket):
 
     def receive(self, seconds: float) -> tuple[Any, Buffer] | None:
         """Waits for a frame; returns (rank, or routing id of a sender without rank; frame), or None after `seconds`."""
-        self._wait(seconds)
-        self._stay_awake()
+        if self.lanes is None:
+            self._wait(seconds)
+            self._stay_awake()
+        elif (found := self._await(seconds)) is not None:
+            return found
         try:
-            sender = self.socket.recv()
+            sender = self.socket.recv(0 if self.lanes is None else zmq.NOBLOCK)
         except zmq.Again:
             return None
         frame = self._take()
@@ -136,6 +175,10 @@ class HubTransport(_Socket):
     def connected(self, rank: int) -> bool:
         """Whether the last frame for `rank` had a receiver."""
         return rank in self._route and rank not in self._gone
+
+    def door(self) -> Door:
+        """A Door for the lane of a discrete process, at the address of the link."""
+        return Door(_host(self.endpoint))
 
 
 class RankTransport(_Socket):
@@ -157,12 +200,19 @@ class RankTransport(_Socket):
 
     def receive(self, seconds: float) -> tuple[Any, Buffer] | None:
         """Waits for a frame; returns (0, frame), or None after `seconds` without one."""
-        self._wait(seconds)
-        self._stay_awake()
+        if self.lanes is None:
+            self._wait(seconds)
+            self._stay_awake()
+        elif (found := self._await(seconds)) is not None:
+            return 0, found[1]
         try:
-            return 0, self._take()
+            return 0, self._take(0 if self.lanes is None else zmq.NOBLOCK)
         except zmq.Again:
             return None
+
+    def enter(self, offer: dict[str, Any]) -> Any:
+        """Connection through a Door of the continuum, or None."""
+        return enter(_host(self.endpoint), offer)
 
     def admit(self, sender: Any, rank: int) -> None:
         """Does nothing: there is only one peer."""
@@ -180,6 +230,11 @@ class RankTransport(_Socket):
         super().close()
 
 
+def _host(endpoint: str) -> str:
+    """HOST of tcp://HOST:PORT."""
+    return endpoint.partition("://")[2].rpartition(":")[0].strip("[]")
+
+
 def any_port(endpoint: str) -> str:
     """Endpoint by which ZeroMQ chooses a free port, for tcp://HOST:0; other endpoints unchanged."""
     return endpoint[:-1] + "*" if endpoint.endswith(":0") else endpoint
@@ -187,8 +242,8 @@ def any_port(endpoint: str) -> str:
 
 def is_loopback(endpoint: str) -> bool:
     """Whether tcp://HOST:PORT names this machine only."""
-    protocol, _, address = endpoint.partition("://")
-    host = address.rpartition(":")[0].strip("[]")
+    protocol = endpoint.partition("://")[0]
+    host = _host(endpoint)
     try:
         return protocol == "tcp" and (host == "localhost" or ipaddress.ip_address(host).is_loopback)
     except ValueError:

@@ -17,6 +17,7 @@ from typing import Any, Protocol
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.wire import frames, messages
 from coupler_protocol.wire.frames import Buffer
+from coupler_protocol.wire.lanes import Lanes
 
 log = logging.getLogger(__name__)
 SLICE = 0.2  # seconds between checks of the clocks and of the stop request while waiting
@@ -26,7 +27,22 @@ MAX_HELLO = 4 << 20  # largest message of an unknown sender in bytes
 
 
 class Transport(Protocol):
-    """One end of a link, as in link_tcp.py and link_inproc.py."""
+    """One end of a link, as in link_tcp.py and link_inproc.py. lanes: of its step messages; None without any."""
+
+    lanes: Lanes | None
+
+    @property
+    def port(self) -> int:
+        """Port of the link on the side of this end."""
+        ...
+
+    def door(self) -> Any:
+        """A Door for the lane of a peer (lane_door.py); of the continuum."""
+        ...
+
+    def enter(self, offer: dict[str, Any]) -> Any:
+        """Connection through the Door of an offer, or None; of a discrete process."""
+        ...
 
     def send(self, frame: Buffer, rank: Any) -> None:
         """Sends a frame to the peer."""
@@ -92,8 +108,20 @@ class Conversation:
         self.sequence += self.answers
 
     def send_step(self, frame: frames.StepFrame) -> None:
-        """Sends a coupler_protocol.wire.frames.StepFrame."""
-        self.send(frame.seal(self.sequence))
+        """Sends a coupler_protocol.wire.frames.StepFrame as `send` does, over the lane if there is one."""
+        self._last, lanes = frame.seal(self.sequence), self.transport.lanes
+        if lanes is None or not lanes.send(self._last, self.peer):
+            self.transport.send(self._last, self.peer)
+        self.sequence += self.answers
+
+    def continue_from(self, sequence: int, said: frames.Buffer | None) -> None:
+        """Goes on after turns over a lane: number of the present turn, and the last frame of this side if it is a new one."""
+        self._last = self._last if said is None else said
+        self.sequence = sequence
+
+    def send_by_link(self) -> None:
+        """Sends the last frame, which a lane could not send, over the link."""
+        self.transport.send(self._last, self.peer)
 
     def send_control(self, kind: int, content: Mapping[str, Any]) -> None:
         """Sends a control message with the number of the current turn."""
@@ -125,6 +153,8 @@ class Conversation:
                         kind = self._accepted_kind(frame, kinds)
                         if kind is not None:
                             self.sequence += not self.answers
+                            if in_step and self.transport.lanes is not None:
+                                self.transport.lanes.note_way(frame, self.peer)
                             return kind, frame
                     else:
                         self._other_sender(sender, frame)

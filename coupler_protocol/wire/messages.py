@@ -14,11 +14,14 @@ if both sides were coupled, GO follows READY immediately.
 The first FORCE of a stage in real time contains the longest step of the discs, and the VELOCITY that answers it the step of the
 stage.
 
+If the discrete side can use a lane (lanes.py), HELLO has the key `lane`, the port to which it is connected; if the continuum can,
+too, and that is its own port, WELCOME has the port and the token by which the lane is opened.
+
 If a stage may end by the state of the band, GO contains the length of bins (key `bin`), and the FORCE after a VELOCITY with the
 flag STRAIN also contains the window's strain in such bins (coupler_protocol.criteria.strain_bins.as_rows).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 PROTOCOL_VERSION = 3
 
@@ -45,7 +48,12 @@ CONTENT = {
     FAILURE: {"reason": str},
 }
 
-OPTIONAL = {GO: {"bin": float}}  # optional content, with its types
+# Optional content, with its types.
+OPTIONAL: dict[int, dict[str, Any]] = {
+    HELLO: {"lane": int},
+    WELCOME: {"lane": {"port": int, "token": bytes}},
+    GO: {"bin": float},
+}
 
 RECORD, END_OF_STAGE, CHECKPOINT, STRAIN = 1, 2, 4, 8
 

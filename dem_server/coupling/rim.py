@@ -31,7 +31,7 @@ from dem_server.model import MOMENT, SPIN, VX
 
 
 @jit
-def _move_ring(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper, dt):
+def move_ring(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper, dt):
     """Moves the nodes and their control discs by one step."""
     velocities_to_discs(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper)
     for p in range(x.shape[0]):
@@ -57,9 +57,9 @@ class Rim:
         self.ring = ring
         self.nodes, self._sums, self._builds = state or (ring.nodes.copy(), np.zeros(len(ring.nodes)), -1)
         self.force = np.zeros_like(self.nodes)
-        self._carried = np.zeros((len(ring.radius), 3))  # forces [N] and moments [N m] on control discs, as last mapped
+        self.carried = np.zeros((len(ring.radius), 3))  # forces [N] and moments [N m] on control discs, as last mapped
         self.paper = mapping == "paper"
-        self._where = (ring.seg0, ring.seg1, ring.w0, ring.node)
+        self.where = (ring.seg0, ring.seg1, ring.w0, ring.node)
 
     def saved(self):
         """RimState for a checkpoint."""
@@ -73,19 +73,19 @@ class Rim:
     def move(self, state, velocity):
         """Moves the control discs with the nodes' velocities (K,2) [m/step or m/s] over the step State.dt."""
         R = self.discs
-        _move_ring(self.nodes, velocity, *self._where, state.x[:R], state.v[:R], state.spin[:R], self.paper, state.dt)
+        move_ring(self.nodes, velocity, *self.where, state.x[:R], state.v[:R], state.spin[:R], self.paper, state.dt)
 
     def nodal_forces(self, state):
         """Forces (K,2) [N] on the nodes, mapped from the contact forces on the ring; the array is reused."""
         R = self.discs
-        where = self._where
+        where = self.where
         forces_to_nodes(self.nodes, *where, state.x[:R], state.force[:R], state.moment[:R], self.force, self.paper)
-        self._carried[:] = state.load[:R, : MOMENT + 1]
+        self.carried[:] = state.load[:R, : MOMENT + 1]
         return self.force
 
     def power(self, state):
         """Power [W] of the contact forces of the last `nodal_forces` in the present velocities of the control discs."""
-        return float(np.sum(self._carried * state.disc[: self.discs, VX : SPIN + 1]))
+        return float(np.sum(self.carried * state.disc[: self.discs, VX : SPIN + 1]))
 
     def inner_mass(self, state):
         """Mass (K,) [kg/m] at the nodes of the control discs' inner shares: weight of the grid, in real time also its inertia."""

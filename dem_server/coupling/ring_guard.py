@@ -14,20 +14,26 @@ import numpy as np
 import shapely
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.geometry import NOWHERE, spot
+from coupler_protocol.scene.local_origin import in_the_scene
 from dem_server.model import RADIUS, X, Y
 
 
 class Opening(NamedTuple):
-    """A gap of a ring: width [m], `place` (2,) [m] between its two control discs."""
+    """A gap of a ring: width [m], `place` (2,) [m] between its two control discs, from the ring's origin."""
 
     width: float
     place: np.ndarray
 
 
 class RingGuard:
-    """Guard of one window. `widest`: widest opening since the last call of `begin`; `warned`: whether it caused a warning."""
+    """Guard of one window. `widest`: widest opening since the last call of `begin`; `warned`: whether it caused a warning.
 
-    def __init__(self, model, state):
+    origin (2,) [m]: point of the scene from which positions count; texts and reports have the coordinates of the scene.
+    """
+
+    def __init__(self, model, state, origin=NOWHERE):
+        self.origin = origin
         self.smallest = float(state.radius[model.ring :].min())
         self._builds = -1
         self.begin()
@@ -60,17 +66,16 @@ class RingGuard:
 
     def as_text(self, found):
         """Text with width and place of an Opening."""
-        x, y = found.place
-        return f"{found.width / self.smallest:.2g} r at ({x:.4g}, {y:.4g})"
+        return f"{found.width / self.smallest:.2g} r at {spot(found.place, self.origin)}"
 
     def _loss_as_text(self, model, state, gaps, lost):
         disc = int(lost[0])
-        (x, y), radius = state.x[disc].tolist(), state.radius[disc]
+        where, radius = spot(state.x[disc], self.origin), state.radius[disc]
         near = int(np.hypot(*(state.x[: model.ring] - state.x[disc]).T).argmin())
         beside = max(gaps[near - 1], gaps[near])
         return (
             f"{len(lost)} disc{'s have' if len(lost) > 1 else ' has'} left the ring: disc {disc} (radius {radius:.4g} m) is at "
-            f"({x:.4g}, {y:.4g}), beyond control disc {near}, beside which the ring is open by {max(beside, 0.0):.3g} m; "
+            f"{where}, beyond control disc {near}, beside which the ring is open by {max(beside, 0.0):.3g} m; "
             f"its widest gap is {self.as_text(opening(model, state, gaps, int(gaps.argmax())))}"
         )
 
@@ -78,7 +83,11 @@ class RingGuard:
         """Content of run.json for a stage with a warning; None for others."""
         if not self.warned:
             return None
-        return {"stage": stage, "radii": self.widest.width / self.smallest, "place": self.widest.place.tolist()}
+        return {
+            "stage": stage,
+            "radii": self.widest.width / self.smallest,
+            "place": in_the_scene(self.widest.place, self.origin).tolist(),
+        }
 
 
 def ring_gaps(model, state):

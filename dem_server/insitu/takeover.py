@@ -24,6 +24,7 @@ def take_over(model, state, target, gravity, mesostructure=None, body="clump", m
     if stressed:
         aim = virtual_strain.aim_of(model, state, target)
         found = virtual_strain.bring_to_stress(model, state, target, gravity, note)
+        aim = virtual_strain.final_aim(aim, found.further_rounds)
         report |= found._asdict() | virtual_strain.against_zones(state, aim)
         if max(abs(found.imbalance_x), abs(found.imbalance_y)) > NOTICED:
             left = 100.0 * found.imbalance_x, 100.0 * found.imbalance_y

@@ -14,10 +14,18 @@ uniform strain (Bathurst & Rothenburg 1988, J. Appl. Mech. 55, 17-23):
 
 A steep slope needs cohesion: its stress is outside the cone that friction alone can carry. So the first half
 of the rounds brings the discs as close as friction allows, and in the second half the contacts are bonded,
-round by round, so that the bonds carry a part of sigma*. Stress outside the strength of the bonded packing is
-reduced to this strength first, and its share is reported.
+round by round, so that the bonds carry a part of sigma*. In these rounds, stress outside the estimated strength of
+the bonded packing (packing_strength.py) is reduced to this strength, and its share is reported.
+
+If the discs then lack more than SHORT of the mobilised sine of the zones, further rounds find the strength that the
+packing really has: sigma* is the stress of the zones itself, reduced only where a principal stress is in tension
+beyond the bonds, and the deviator of eps is doubled: by (3), the stiffness in shear is that under uniform strain, about
+twice that of discs that rearrange. Where the strength is reached, contacts slip or bonds break and are made again, and the
+stress stays behind sigma*. The discs keep the State of the round with the stress nearest to that of the zones; PATIENCE
+rounds without a nearer one end the search.
 """
 
+import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +51,10 @@ from dem_server.step.motion import move_free
 ROUNDS = 12
 STEPS = 300  # of relaxation a round
 RELAXATION = 0.8  # of the missing stress corrected a round, Eq (1)
+SHORT = 0.05  # share of the mobilised sine of the zones; if the discs lack more, further rounds follow
+FURTHER = 12  # of them at most
+PATIENCE = 3  # of them that bring the discs no nearer end the search
+SHEARED = 2.0  # factor of the deviator in them
 REST = 1e-6  # unbalanced ratio at the end
 BIN = 8.0  # size of a bin and smallest radius of a measuring circle, in mean radii
 CIRCLE = 0.25  # radius of the measuring circles [m]; larger if too few discs fit into such a circle
@@ -52,7 +64,7 @@ class Aim(NamedTuple):
     """Target of the discs: measuring circles, and in each circle the stress that the packing could carry.
 
     centres (q, 2), radius [m]; stress (q, 3) xx, yy, xy [Pa]; zones (q, 3): stress of the zones, of which `stress` is the part
-    within the strength of the packing.
+    within the estimated strength of the packing; after further rounds, `stress` is `zones`.
     """
 
     centres: np.ndarray
@@ -64,9 +76,9 @@ class Aim(NamedTuple):
 class Report(NamedTuple):
     """Result of `bring_to_stress`.
 
-    Errors of the stress (rms over measuring circles, over mean |yy|); shares of the target beyond the packing's
+    Errors of the stress (rms over measuring circles, over mean |yy|); shares of the zones' stress beyond the packing's estimated
     strength and beyond that of friction alone; sum of the target's force on the window and the window's weight, over
-    the weight; rounds, unbalanced ratio, coordination number, porosity.
+    the weight; rounds, those among them that aimed at the zones' own stress, unbalanced ratio, coordination number, porosity.
     """
 
     error_xx: float
@@ -77,6 +89,7 @@ class Report(NamedTuple):
     imbalance_x: float
     imbalance_y: float
     rounds: int
+    further_rounds: int
     ratio: float
     coordination: float
     porosity: float
@@ -123,6 +136,11 @@ def bring_to_stress(model, state, target, gravity, report=None):
         relax(model, state, gravity, STEPS)
         if report:
             report(f"in-situ stress, round {round_ + 1} of {ROUNDS}", (round_ + 1) / ROUNDS)
+    further = 0
+    if (sine > 0.0 or tension > 0.0) and lost_sine(state, aim) > SHORT:
+        goal = grid.integral(inside_cone(field(grid.points), 1.0, tension)[0])
+        further = bring_nearer(model, state, aim, grid, goal, gravity, report)
+        aim = final_aim(aim, further)
     come_to_rest(model, state, gravity, report)
     reset_broken_bonds(state)
     return Report(
@@ -131,11 +149,51 @@ def bring_to_stress(model, state, target, gravity, report=None):
         beyond_friction=beyond_friction,
         imbalance_x=float(left_over[0]),
         imbalance_y=float(left_over[1]),
-        rounds=ROUNDS,
+        rounds=ROUNDS + further,
+        further_rounds=further,
         ratio=unbalanced_ratio(model, state, gravity),
         coordination=coordination(model, state)[0],
         porosity=porosity(model, state),
     )
+
+
+def bring_nearer(model, state, aim, grid, goal, gravity, report=None):
+    """Takes further rounds, with bonds if the contacts have them, and keeps those up to the nearest to the zones' stress.
+
+    aim: an Aim; grid, goal: as in `strain_contacts`. Returns the number of rounds that were kept.
+    """
+    nearest, kept, before = distance_from_zones(state, aim), 0, copy.deepcopy(vars(state))
+    for round_ in range(1, FURTHER + 1):
+        if model.law.bond is not None:
+            add_bonds(model, state)
+        strain_contacts(model, state, grid, goal, SHEARED)
+        relax(model, state, gravity, STEPS)
+        if report:
+            report(f"in-situ stress, further round {round_} of at most {FURTHER}")
+        distance = distance_from_zones(state, aim)
+        if distance < nearest:
+            nearest, kept, before = distance, round_, copy.deepcopy(vars(state))
+        if round_ - kept >= PATIENCE or lost_sine(state, aim) <= 0.0:
+            break
+    if kept < round_:
+        vars(state).update(before)
+    return kept
+
+
+def distance_from_zones(state, aim):
+    """Root mean square [Pa] over the circles of an Aim of the difference of the discs' stress tensor from that of the zones."""
+    return float(np.sqrt(((stress_in_circles(state, aim) - aim.zones) ** 2 @ [1.0, 1.0, 2.0]).mean()))
+
+
+def lost_sine(state, aim):
+    """Share of the mobilised sine of the zones that the discs lack; 0 for zones without compression or shear."""
+    zones = mobilised_sine(aim.zones)
+    return 1.0 - mobilised_sine(stress_in_circles(state, aim)) / zones if zones > 0.0 else 0.0
+
+
+def final_aim(aim, further_rounds):
+    """The Aim of the last rounds: with further rounds, the stress of the zones itself."""
+    return aim._replace(stress=aim.zones) if further_rounds else aim
 
 
 def aim_of(model, state, target):
@@ -165,8 +223,11 @@ def relax(model, state, gravity, steps):
         contact_forces(model, state)
 
 
-def strain_contacts(model, state, grid, goal):
-    """Applies Eqs (1) to (3); `goal` (nodes, 3): integral of sigma* over each bin. Sets the velocities to zero."""
+def strain_contacts(model, state, grid, goal, sheared=1.0):
+    """Applies Eqs (1) to (3) and sets the velocities to zero.
+
+    goal (nodes, 3): integral of sigma* over each bin; sheared: factor of the deviator of eps.
+    """
     pairs = contacts(state)
     area = grid.area()
     area = np.maximum(area, 0.25 * area.max())  # bins cut by the edge have too few contacts for a smaller area
@@ -175,7 +236,7 @@ def strain_contacts(model, state, grid, goal):
     d = np.hypot(*pairs.branch.T)
     kn, ks = model.law.spring.normal[pairs.kind], model.law.spring.shear[pairs.kind]
     total = polygon_area(state.x[: model.ring])
-    bulk, twice_shear = kn @ d**2 / (2.0 * total), (kn + ks) @ d**2 / (4.0 * total)
+    bulk, twice_shear = kn @ d**2 / (2.0 * total), (kn + ks) @ d**2 / (4.0 * total * sheared)
     trace, half = missing[:, 0] + missing[:, 1], 0.5 * (missing[:, 0] - missing[:, 1])
     mean, deviator = 0.5 * trace / bulk, half / twice_shear
     strain = np.column_stack([mean + deviator, mean - deviator, missing[:, 2] / twice_shear])

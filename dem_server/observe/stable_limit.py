@@ -16,7 +16,9 @@ import numpy as np
 import scipy
 
 from coupler_protocol.criteria.stable_step import Springs, limit, spring_sums
+from coupler_protocol.geometry import NOWHERE
 from coupler_protocol.interface.mapping import velocities_to_discs
+from coupler_protocol.scene.local_origin import in_the_scene
 from dem_server.model import INERTIA, MASS, Y
 from dem_server.pairs import contacts, levers, listed_pairs
 from dem_server.step.stiffness import pair_stiffnesses
@@ -112,11 +114,14 @@ def motion_of_ring(model, state, rim):
     return motion
 
 
-def safe_limit(model, state, rim):
-    """Limit of the step (coupler_protocol.criteria.stable_step.limit) by discs and stones, with all listed pairs closed."""
+def safe_limit(model, state, rim, origin=NOWHERE):
+    """Limit of the step (coupler_protocol.criteria.stable_step.limit) by discs and stones, with all listed pairs closed.
+
+    origin (2,) [m]: point of the scene from which positions count.
+    """
     bodies = bodies_of(model, state)
     sums = spring_sums(springs_of(model, state, rim, listed=True))
     own = np.maximum(sums.bodies / bodies.mass, sums.rotations / bodies.inertia)
     worst, damping = int(np.argmax(own)), model.law.damping
     alpha, dt = 0.0 if damping is None else damping.local, None if not model.in_real_time else state.next_dt
-    return limit(own[worst], alpha, dt, bodies.name(worst), bodies.xy[worst])
+    return limit(own[worst], alpha, dt, bodies.name(worst), in_the_scene(bodies.xy[worst], origin))

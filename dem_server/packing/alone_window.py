@@ -32,7 +32,7 @@ def packed(scene, note):
     found = None
     if scene.stones is not None:
         rng = np.random.default_rng([scene.seed, 1, *b"stones"])
-        found = stones_of(nodes, scene.stones, rng, note)
+        found = stones_of(nodes, scene.stones, rng, note, scene.origin)
     ring = build_ring(nodes, discs.radius)
     rng = np.random.default_rng([scene.seed, 1])
     found_discs = packing.pack(nodes, ring.xy, ring.radius, discs, rng, note)

@@ -15,7 +15,7 @@ def drawn_stones(scene, rank, nodes, note=None):
     """Mesostructure of the window of `rank`, None without stones; nodes (K, 2) [m]: its rim; note(text, fraction): progress."""
     if scene.stones is None:
         return None
-    return stones_of(nodes, scene.stones, np.random.default_rng([scene.seed, rank, *b"stones"]), note)
+    return stones_of(nodes, scene.stones, np.random.default_rng([scene.seed, rank, *b"stones"]), note, scene.origin)
 
 
 def packed_window(scene, rank, nodes, mesostructure=None, note=None):

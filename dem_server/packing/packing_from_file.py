@@ -58,7 +58,7 @@ def free_discs(scene, found=None):
 def of_window(scene, ring):
     """Packing of a window from `scene.discs.file`; raises SceneError if it does not fit into the `ring` (interface.ring.Ring)."""
     path = scene.discs.file
-    found = disc_csv.read(path)
+    found = disc_csv.read(path).counted_from(np.array(scene.origin))
     if found.stone is not None:
         raise unfit("discs.file", f"{path} has stones", "in a scene with a grid stones come from [stones]: remove the column")
     pairs, depth = discs_of_a_file.pairs_of(found.xy, found.radius, None)

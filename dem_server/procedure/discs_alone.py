@@ -20,8 +20,7 @@ from coupler_protocol.process.trace import Stopwatch
 from coupler_protocol.scene import rest
 from coupler_protocol.scene.changes import changes_anything_in, in_stage, record_in, words
 from coupler_protocol.scene.ending import Ending
-from coupler_protocol.scene.local_origin import about as counted_from
-from coupler_protocol.scene.local_origin import local_origin
+from coupler_protocol.scene.local_origin import about, local_origin
 from coupler_protocol.scene.schedule import plan
 from dem_server.model import Model, State
 from dem_server.observe import energy, record, unbalanced_ratio
@@ -93,7 +92,7 @@ class DiscsAlone:
         begin = time.perf_counter()
         found = disc_csv.read(self.scene.discs.file) if self.scene.discs.file is not None else None
         self.origin_of_places = place = local_origin(self.scene, found and found.xy)
-        scene = counted_from(self.scene, place)
+        scene = about(self.scene, place)
         self.model, self.state, self.stones, self.report = alone_window.fill(
             scene, self._note, found and found.counted_from(place)
         )
@@ -192,7 +191,7 @@ class DiscsAlone:
         return () if self.plugin is None or self.plugin.on_step is None else (self.plugin.every,)
 
     def _moment(self, stage):
-        return Moment(1, stage, self.steps, self.model, self.state)
+        return Moment(1, stage, self.steps, self.model, self.state, tuple(self.origin_of_places.tolist()))
 
     def _observe(self, leg, step):
         """Records histories; returns the unbalanced ratio. Raises PhysicsFailed if forces are NaN or infinite."""

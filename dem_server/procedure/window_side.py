@@ -14,6 +14,7 @@ from coupler_protocol.files.run_json import peak_memory
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
 from coupler_protocol.scene.changes import in_stage, record_in
+from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import number_of
 from coupler_protocol.wire import messages, payloads
@@ -21,6 +22,7 @@ from coupler_protocol.wire.frames import content_of
 from coupler_protocol.wire.handshake import join, resume_from
 from dem_server import run
 from dem_server.coupling.grid_talk import GridTalk
+from dem_server.coupling.plain_steps import PlainSteps
 from dem_server.coupling.ring_guard import RingGuard
 from dem_server.coupling.window_strain import WindowStrain
 from dem_server.insitu.takeover import take_over
@@ -29,16 +31,22 @@ from dem_server.observe.energy_ledger import Ledger
 from dem_server.packing.coupled_window import drawn_stones, packed_window
 from dem_server.procedure import restart, stage_changes
 from dem_server.step import clock
+from dem_server.step.motion import SPEED_CAP
 from dem_server.stones import bodies
 
 log = logging.getLogger(__name__)
+TOO_FAST = (
+    "move by more than a tenth of the smallest radius a step after step {}: give the stage a smaller step_factor, or less "
+    "violent loads"
+)
 
 
 class DiscreteSide:
     """One window, its discs and its conversation with the continuum."""
 
     def __init__(self, scene, rank, conversation, out, progress, origin=None, plugin=None):
-        self.scene, self.rank, self.conversation, self.plugin = scene, rank, conversation, plugin
+        self.scene = scene = local(scene)
+        self.rank, self.conversation, self.plugin = rank, conversation, plugin
         self.out, self.progress, self.origin = Path(out), progress, origin
         self.watch = stopwatch(scene.record.trace)
         self.answer = self.looked = messages.Answer(1.0, *[1.0] + [0.0] * 6)  # with the next FORCE, and after it
@@ -62,7 +70,7 @@ class DiscreteSide:
         """Runs from HELLO to FAREWELL; returns the continuum's reason for the end."""
         nodes = join(self.conversation, self.scene, self._resume())
         self.stones = drawn_stones(self.scene, self.rank, nodes, self._note)
-        constants = record.stones(self.stones.outlines) if self.stones else None
+        constants = record.stones(self.stones.outlines, self.scene.origin) if self.stones else None
         about = {} if self.origin is None else {"kept_stages": kept_stages(self.scene, self.origin)}
         path = part_file(self.scene, self.out, restart.name(self.rank), self.origin)
         with Recorder(path, "discrete", self.scene.title, about, constants, self.scene.time_axis) as self.recorder:
@@ -130,13 +138,11 @@ class DiscreteSide:
         self.watch.add_to("waiting")
         go = content_of(frame)
         self.gravity, self.steps, self.time = go["gravity"], go["step"], float(go["time"])
-        self.guard = RingGuard(self.model, self.state)
+        self.guard = RingGuard(self.model, self.state, self.scene.origin)
         self._prepare_talk(go.get("bin"))
         name, factor = self._starting_stage()
         if not (self.saved and self.origin.continues(self.out)):  # in the directory of its origin, an earlier part has the frame
-            self.recorder.frame(
-                FrameInfo(self.steps, self.time, name, factor), **record.frame(self.model, self.state, also=self.recorded)
-            )
+            self._frame(FrameInfo(self.steps, self.time, name, factor))
         if not self.saved:
             if self.plugin is not None:
                 self.plugin.stage(self._moment(name))
@@ -180,6 +186,7 @@ class DiscreteSide:
         longest = clock.longest_step(self.model, self.state, self.substeps)
         self.answer, self.looked = (a._replace(dt_limit=longest) for a in (self.answer, self.looked))
         self.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
+        self.plain = PlainSteps(self)
 
     def _name_of(self, index):
         if not 0 <= index < len(self.scene.stage):
@@ -223,6 +230,25 @@ class DiscreteSide:
                 f"{self.steps}: the discs' contacts now need {self.substeps * self.state.next_dt:.4g} s; "
                 "give the stage a smaller step_factor"
             )
+
+    def refuse_infinite(self, force):
+        """Raises PhysicsFailed for nodal forces that are NaN or infinite."""
+        if not np.isfinite(force.sum()):
+            raise PhysicsFailed(
+                f"the discs' forces on the rim are NaN or infinite after step {self.steps}: the window has blown up; "
+                "try a smaller step_factor"
+            )
+
+    def refuse_fast(self, count):
+        """Raises PhysicsFailed if `count` discs or stones were too fast in real time, where no speed is capped."""
+        if count and self.model.in_real_time:
+            raise PhysicsFailed(f"{count} discs or stones {TOO_FAST.format(self.steps)}")
+
+    def refuse_fast_rim(self):
+        """Raises PhysicsFailed if the grid moves control discs so fast that others could pass through them."""
+        model, state = self.model, self.state
+        if model.in_real_time and np.abs(state.v[: model.ring]).max() * state.dt > SPEED_CAP * model.smallest_radius:
+            raise PhysicsFailed(f"control discs {TOO_FAST.format(self.steps)}")
 
     def measure_power(self, order):
         """Stores the ring's power in a step with histories, before its contact forces change."""
@@ -280,8 +306,7 @@ class DiscreteSide:
         flags = int(order.flags)
         name = self._name_of(int(order.stage))
         if flags & messages.RECORD:
-            info = FrameInfo(self.steps, self.time, name, order.gravity_factor)
-            self.recorder.frame(info, **record.frame(self.model, self.state, also=self.recorded))
+            self._frame(FrameInfo(self.steps, self.time, name, order.gravity_factor))
         if self.plugin is not None:
             self.plugin.step(self._moment(name))
             if flags & messages.END_OF_STAGE:
@@ -298,7 +323,7 @@ class DiscreteSide:
 
     def _note_limit(self, name):
         """Stores the safe limit of the step at the end of a stage; sub-steps do not change it (clock.py)."""
-        found = stable_limit.safe_limit(self.model, self.state, self.rim)
+        found = stable_limit.safe_limit(self.model, self.state, self.rim, self.scene.origin)
         if self.substeps > 1:
             found |= {"share": found["share"] / self.substeps, "dt": self.step}
         self.limits.append({"stage": name} | found)
@@ -311,7 +336,10 @@ class DiscreteSide:
         self.guard.begin()
 
     def _moment(self, stage):
-        return Moment(self.rank, stage, self.steps, self.model, self.state)
+        return Moment(self.rank, stage, self.steps, self.model, self.state, self.scene.origin)
+
+    def _frame(self, info):
+        self.recorder.frame(info, **record.frame(self.model, self.state, self.scene.origin, also=self.recorded))
 
     # -- what is left behind -----------------------------------------------------------------------------------------
 

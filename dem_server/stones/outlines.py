@@ -15,6 +15,7 @@ import numpy as np
 import shapely
 
 from coupler_protocol.geometry import outline_fault, polygon_area
+from coupler_protocol.scene.local_origin import counted_points
 from coupler_protocol.scene.named_files import remedy_for
 
 OVERLAP = 1e-9  # share of the smaller stone that may lie in another one: round-off of shared edges
@@ -37,8 +38,11 @@ class OutlineError(ValueError):
         super().__init__("\n".join(f"{why} ({remedy})" for why, remedy in self.problems))
 
 
-def read_outlines(path, scale=1.0, origin=(0.0, 0.0), flip_y=False):
-    """Reads all stones of a file as Outlines, Eq (1); raises OutlineError with all problems of the file."""
+def read_outlines(path, scale=1.0, origin=(0.0, 0.0), flip_y=False, start=(0.0, 0.0)):
+    """Reads all stones of a file as Outlines, Eq (1); raises OutlineError with all problems of the file.
+
+    start (2,) [m]: point from which their corners count (coupler_protocol.scene.local_origin).
+    """
     rings, problems = _rings(Path(path))
     shapes = {}
     for name, ring in rings:
@@ -50,7 +54,7 @@ def read_outlines(path, scale=1.0, origin=(0.0, 0.0), flip_y=False):
     if problems or not shapes:
         raise OutlineError(path, problems or [("there is no stone in it", REMEDY)])
     stretch = np.array([scale, -scale if flip_y else scale])
-    return [Outline(name, _upright(origin + shape * stretch)) for name, shape in shapes.items()]
+    return [Outline(name, _upright(counted_points(origin + shape * stretch, start))) for name, shape in shapes.items()]
 
 
 def overlapping(outlines):
@@ -64,7 +68,7 @@ def overlapping(outlines):
 
 
 def _upright(corners):
-    return corners if polygon_area(corners) > 0.0 else corners[::-1].copy()
+    return corners if polygon_area(corners - corners[0]) > 0.0 else corners[::-1].copy()  # also far from the origin
 
 
 def _simple(name, ring):
@@ -116,12 +120,20 @@ def _from_geojson(data):
             continue
         try:
             parts = [geometry["coordinates"]] if kind == "Polygon" else geometry["coordinates"]
-            found = [np.array([corner[:2] for corner in part[0]], dtype=float).reshape(-1, 2) for part in parts]
+            found = [np.array([_corner(corner) for corner in part[0]], dtype=float).reshape(-1, 2) for part in parts]
         except (KeyError, TypeError, ValueError, IndexError):
             problems.append((f"the coordinates of {name} are not those of a {kind}", "RFC 7946, section 3.1"))
             continue
         rings += [(name if len(found) == 1 else f"{name}, part {k}", ring) for k, ring in enumerate(found, start=1)]
     return rings, problems
+
+
+def _corner(values):
+    """The first two numbers of a position; raises ValueError for texts and truth values, which numpy would convert."""
+    x, y = values[:2]
+    if any(isinstance(v, bool) or not isinstance(v, int | float) for v in (x, y)):
+        raise ValueError("not a number")
+    return x, y
 
 
 def _name_of(feature, number):
@@ -141,8 +153,16 @@ def _from_table(text):
         return [], [(f"column {missing[0]!r} is missing", "a head line with stone, x, y, and one corner a line")]
     rings, problems = {}, []
     for row in table:
+        if None in row:
+            why = f"line {table.line_num} has more columns than the head line"
+            problems.append((why, "stone, x, y: decimals have a point, not a comma"))
+            continue
+        if not row["stone"]:
+            problems.append((f"line {table.line_num} has no stone", "give every corner the number or the name of its stone"))
+            continue
         try:
-            rings.setdefault(row["stone"], []).append((float(row["x"]), float(row["y"])))
+            corner = float(row["x"]), float(row["y"])
+            rings.setdefault(row["stone"], []).append(corner)
         except (TypeError, ValueError):
             problems.append((f"line {table.line_num} holds no corner", "stone, x, y"))
     return [(f"stone {name}", ring) for name, ring in rings.items()], problems

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from coupler_protocol.geometry import polygon_area
+from coupler_protocol.geometry import NOWHERE, polygon_area
 from dem_server.stones.outlines import OutlineError, overlapping, read_outlines
 
 LISTED = 8  # names of stones a message lists
@@ -14,7 +14,7 @@ def outlines_can_be_read(scene):
         if getattr(scene.stones, key) is None:
             continue
         try:
-            outlines = outlines_of(scene.stones, key)
+            outlines = outlines_of(scene.stones, key, scene.origin)
         except OutlineError as error:
             for why, remedy in error.problems:
                 yield ("stones", key), why, remedy
@@ -23,9 +23,9 @@ def outlines_can_be_read(scene):
             yield ("stones", key), f"{a} and {b} overlap by {shared:.3g} m2", "draw stones side by side, or as one"
 
 
-def outlines_of(stones, key="file"):
-    """Outlines of the file named by a key of the [stones] table."""
-    return read_outlines(getattr(stones, key), stones.scale, stones.origin, stones.flip_y)
+def outlines_of(stones, key="file", start=NOWHERE):
+    """Outlines of the file named by a key of the [stones] table; those of a map count from `start` (2,) [m] of the scene."""
+    return read_outlines(getattr(stones, key), stones.scale, stones.origin, stones.flip_y, start if key == "file" else NOWHERE)
 
 
 def stones_too_small_for_discs(scene):
@@ -33,7 +33,9 @@ def stones_too_small_for_discs(scene):
     if scene.stones is None or scene.stones.file is None:
         return
     smallest = np.pi * scene.discs.radius**2
-    small = [outline.name for outline in outlines_of(scene.stones) if polygon_area(outline.corners) < smallest]
+    small = [
+        outline.name for outline in outlines_of(scene.stones, "file", scene.origin) if polygon_area(outline.corners) < smallest
+    ]
     if small:
         names = ", ".join(small[:LISTED]) + (" .." if len(small) > LISTED else "")
         what = f"{len(small)} stones are smaller than a disc, so that they have one disc or none: {names}"

@@ -5,6 +5,7 @@ from itertools import combinations
 import numpy as np
 import shapely
 
+from coupler_protocol.geometry import spot
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.grading import grading_of
 from fdm_server.checks.materials import doubts_of_materials
@@ -58,8 +59,7 @@ def _shapes(grid):
     bad = np.flatnonzero(aspect > ASPECT)
     if len(bad):
         worst = bad[aspect[bad].argmax()]
-        x, y = centroids(grid.xy, grid.zones[[worst]])[0]
-        worst = f"one at ({x:.4g}, {y:.4g}) {aspect[worst]:.3g} times"
+        worst = f"one at {spot(centroids(grid.xy, grid.zones[[worst]])[0], grid.origin)} {aspect[worst]:.3g} times"
         what = f"{len(bad)} zones are more than {ASPECT:g} times as long as wide, {worst}"
         yield ("grid", "zone_size"), what + ": inaccurate in bending, and more steps to rest", "use more similar zone sizes"
 
@@ -83,9 +83,8 @@ def _rims(scene, grid):
         length, largest = np.hypot(*side.T), 2.0 * grading_of(scene.discs).largest
         shortest = int(length.argmin())
         if largest > length[shortest] * (1.0 + 1e-9):
-            x, y = xy[shortest] + 0.5 * side[shortest]
             what = f"discs of up to {largest:.4g} m are larger than zones on the rim of {window.name!r}: one side of it, at "
-            what += f"({x:.4g}, {y:.4g}), is {length[shortest]:.4g} m long"
+            what += f"{spot(xy[shortest] + 0.5 * side[shortest], grid.origin)}, is {length[shortest]:.4g} m long"
             yield ("window", i), what, f"discs of at most {length[shortest]:.4g} m, or larger zones there"
 
 

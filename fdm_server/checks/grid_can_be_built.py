@@ -10,7 +10,7 @@ from fdm_server.checks.room_for_discs import lack_of_room
 from fdm_server.ground.even_loads import forces_of_even_loads
 from fdm_server.ground.excavation import excavations, held_in_stages
 from fdm_server.mesh.grid import build_grid
-from fdm_server.mesh.grid_sides import edges_of, extent_of, points_in, sides_of
+from fdm_server.mesh.grid_sides import drawn_place, edges_of, extent_of, points_in, sides_of
 from fdm_server.mesh.window_zones import rim_of, window_zones
 
 
@@ -62,7 +62,7 @@ def _cramped(scene, grid, holes):
         for j, other in holes.items():
             if j < i and (np.any(hole.mask & other.mask) or len(np.intersect1d(hole.nodes, other.nodes))):
                 yield ("window", i), f"touches window {scene.window[j].name!r}", "leave at least one zone between windows"
-        lack = lack_of_room(grid.xy[hole.nodes], scene.discs.radius)
+        lack = lack_of_room(grid.xy[hole.nodes], scene.discs.radius, grid.origin)
         if lack:
             yield ("window", i), f"window {scene.window[i].name!r} {lack[0]}", lack[1]
 
@@ -78,6 +78,6 @@ def _misplaced(scene, grid):
             if boundary.loads and not np.any(
                 forces_of_even_loads(grid.xy, points, np.ones(points.shape), boundary.x, boundary.y)
             ):
-                yield path, f"no part of the side lies in {boundary.place!r}", extent_of(grid, boundary.on)
+                yield path, f"no part of the side lies in {drawn_place(grid, boundary)!r}", extent_of(grid, boundary.on)
         except ValueError as error:
             yield path, str(error), ""

@@ -16,6 +16,8 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from coupler_protocol.geometry import spot_on
+from coupler_protocol.scene.local_origin import local
 from fdm_server.mesh.grid import areas, build_grid
 from fdm_server.mesh.zone_sides import boundary_edges, closed_loops, pieces
 
@@ -86,9 +88,9 @@ def materials_have_zones(scene, grid):
             what = f"no zone has material {found.name!r}, which is drawn with {found.drawn:.3g} m2"
             yield at, what, f"use zones of at most {_thickness(found.shape) / THIN:.2g} m there, or remove the material"
         elif ground.intersection(_drawn(material, ground)).area <= NOTHING * ground.area:
-            x0, y0, x1, y1 = ground.bounds
+            x0, y0, x1, y1 = (spot_on(v, start) for v, start in zip(ground.bounds, 2 * grid.origin, strict=True))
             what = f"no zone has material {found.name!r}: it is drawn outside of the ground"
-            yield at, what, f"the ground is x {x0:g} to {x1:g}, y {y0:g} to {y1:g} m: move it there, or remove the material"
+            yield at, what, f"the ground is x {x0} to {x1}, y {y0} to {y1} m: move it there, or remove the material"
 
 
 def doubts_of_materials(scene, grid):
@@ -132,7 +134,8 @@ def _misfit(scene, grid, path, found, whole):
             rows = np.unique(np.round(grid.xy[:, 1], 9))
             y = material.top[0][1]
             below, above = rows[rows <= y].max(initial=rows[0]), rows[rows >= y].min(initial=rows[-1])
-            remedy = f"lay the top on a row of zones ({below:g} or {above:g} m), or use a zone size in y that divides {y:g} m"
+            below, above = (spot_on(row, grid.origin[1]) for row in (below, above))
+            remedy = f"lay the top on a row of zones ({below} or {above} m), or use a zone size in y that divides {y:g} m"
             remedy += ', or fit = "profile"' if scene.grid.kind == "slope" else ""
         else:
             width = _zone_width(grid, found)
@@ -176,4 +179,5 @@ def _zone_width(grid, found):
 
 def of_scene(scene):
     """`laid_out` on the scene's own mesh."""
+    scene = local(scene)
     return laid_out(scene, build_grid(scene))

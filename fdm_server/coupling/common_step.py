@@ -21,6 +21,7 @@ from math import inf
 import numpy as np
 
 from coupler_protocol.exits import PhysicsFailed
+from coupler_protocol.geometry import spot
 from fdm_server.step.present_shape import masses
 
 REMEDY = "give the stage a smaller step_factor"
@@ -46,9 +47,9 @@ def check_common_step(model, state, rims, dt):
         mass, zones = _masses(model, state, rim.nodes)
         bad = np.flatnonzero(dt * dt * (0.5 * zones + rim.sums) > mass)
         if len(bad):
-            x, y = model.grid.xy[rim.nodes[bad[0]]]
+            where = spot(model.grid.xy[rim.nodes[bad[0]]], model.grid.origin)
             raise PhysicsFailed(
-                f"contacts on the rim of {rim.window.name!r} have become so stiff, at ({x:.4g}, {y:.4g}), that the step of "
+                f"contacts on the rim of {rim.window.name!r} have become so stiff, at {where}, that the step of "
                 f"{dt:.4g} s agreed for this stage is too long: {REMEDY}"
             )
 

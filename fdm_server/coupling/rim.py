@@ -19,7 +19,7 @@ from fdm_server.mesh.window_zones import rim_of, window_zones
 
 
 @jit
-def _apply_forces(nodes, force, added, share, gravity, inner_mass, reaction, reaction_mass, applied, added_mass):
+def apply_forces(nodes, force, added, share, gravity, inner_mass, reaction, reaction_mass, applied, added_mass):
     """Sets applied forces by the equation above, and added masses, of the K gridpoints of a rim.
 
     force (K,2): P [N]; added (K,): mass that each gridpoint gets [kg].
@@ -52,6 +52,7 @@ class Rim:
         self.path = np.zeros((K, 2))  # [m] sum of the velocities since the last exchange
         self.before = np.zeros((K, 2))  # [m/step] velocities that were sent last
         self.report = {}
+        self.heard = False  # whether FORCE of this turn was received already
 
     def receive_ready(self):
         """Receives READY: the report of the discs, and the mass of the ring's inner shares."""
@@ -61,6 +62,9 @@ class Rim:
 
     def receive_forces(self):
         """Receives FORCE: forces and Answer of the discs."""
+        if self.heard:
+            self.heard = False
+            return
         heard = self.talk.receive_forces()
         self.answer, self.sums = heard.answer, heard.sums
         self.force[:] = heard.force
@@ -68,7 +72,7 @@ class Rim:
     def apply_forces(self, state, gravity, share):
         """Sets applied forces and added masses of the rim's gridpoints from the last FORCE; `share` is s above."""
         added = self.inner_mass if state.in_real_time else self.sums
-        _apply_forces(
+        apply_forces(
             self.nodes, self.force, added, share, gravity, self.inner_mass, self.reaction, self.reaction_mass,
             state.applied, state.added_mass,
         )  # fmt: skip

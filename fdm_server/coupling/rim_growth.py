@@ -20,13 +20,46 @@ from math import sqrt
 
 import numpy as np
 
+from coupler_protocol.compiled.jit import jit
 from fdm_server.step.safety import Unstable
 
 REVERSED, LEAST, FAST = 0.9, 3, 1.3  # cosine; steps in a row if a step increases |v| by the factor FAST, else twice as many
-NOTICED, TOO_MUCH, FADE = 2.0, 4.0, 0.98  # growth of |v| since (1) began, since the warning; decay of past |v| in a step
+GROWN, TOO_MUCH, FADE = 2.0, 4.0, 0.98  # growth of |v| since (1) began, since the warning; decay of past |v| in a step
+CALM, GROWING, NOTICED = range(3)
+LAST, PEAK, STEPS, BEGIN, WARNED, RATIO, FOUND = range(7)
 STILL = 1e-12  # path in a step, over the rim's size, below which motion is round-off
 MISMATCH, WRONG = 1e-9, 3  # of sum |P||v|; mismatches in a row that end the run
 DELAY = 2  # steps from a step to the FORCE with the discs' power in that step
+
+
+@jit
+def watch_growth(velocity, before, size, floor, dt):
+    """Watches a step of dt [s] for Eq (1): CALM, GROWING or NOTICED. velocity, before (K,2) [m/s]: of this step and of the last.
+
+    size (7,): |v-|, largest |v| of steps past, steps of (1) in a row, peak before them, |v| at the warning (0: none), |v+|/|v-|,
+    and what was found. Changes `before` and `size`.
+    """
+    product = square = 0.0
+    for i in range(velocity.shape[0]):
+        for axis in range(2):
+            v = velocity[i, axis]
+            product += v * before[i, axis]
+            square += v * v
+            before[i, axis] = v
+    now, last, peak = sqrt(square), size[LAST], size[PEAK]
+    size[LAST], size[PEAK] = now, max(now, FADE * peak)
+    if not product < -REVERSED * now * last or now <= last or now * dt <= floor:
+        size[STEPS] = size[WARNED] = 0.0
+        size[FOUND] = CALM
+        return CALM
+    if size[STEPS] == 0.0:
+        size[BEGIN] = peak
+    size[STEPS] += 1.0
+    size[RATIO] = now / last
+    enough = LEAST if now > FAST * last else 2 * LEAST
+    found = NOTICED if size[STEPS] >= enough and now > GROWN * size[BEGIN] else GROWING
+    size[FOUND] = found
+    return found
 
 
 class GrowthWatch:
@@ -35,32 +68,26 @@ class GrowthWatch:
     def __init__(self, rim, warn):
         self.rim, self.warn = rim, warn
         self.floor = STILL * float(np.ptp(rim.xy, axis=0).max()) * len(rim.nodes) ** 0.5
-        self.last = np.zeros(2 * len(rim.nodes))
-        self.size = self.peak = 0.0  # |v-|, largest |v| of steps past
-        self.steps, self.begin, self.noticed = 0, 0.0, None  # steps of (1) in a row, peak before them, |v| at the warning
+        self.before, self.size = np.zeros((len(rim.nodes), 2)), np.zeros(7)
 
     def check(self, velocity, dt):
-        """Checks the velocities (2K,) [m/s] of a step of dt [s]. Raises Unstable."""
-        product, size, before = float(velocity @ self.last), sqrt(float(velocity @ velocity)), self.size
-        peak = self.peak
-        self.last[:], self.size, self.peak = velocity, size, max(size, FADE * peak)
-        if not product < -REVERSED * size * before or size <= before or size * dt <= self.floor:
-            self.steps, self.noticed = 0, None
-            return
-        self.begin = self.begin if self.steps else peak
-        self.steps += 1
-        if self.steps >= (LEAST if size > FAST * before else 2 * LEAST) and size > NOTICED * self.begin:
-            self._noticed(size, size / before)
+        """Checks the velocities (K,2) or (2K,) [m/s] of a step of dt [s]. Raises Unstable."""
+        watch_growth(velocity.reshape(-1, 2), self.before, self.size, self.floor, dt)
+        self.judge()
 
-    def _noticed(self, size, ratio):
+    def judge(self):
+        """Warns of growth in the last step, or ends the run. Raises Unstable."""
+        if self.size[FOUND] != NOTICED:
+            return
+        size, steps, begin, ratio = (float(self.size[i]) for i in (LAST, STEPS, BEGIN, RATIO))
         text = (
-            f"the rim of window {self.rim.window.name!r} reverses in every step and has grown {size / self.begin:.3g}-fold "
-            f"in {self.steps} steps: its contacts are too stiff for its masses, or the step is too long"
+            f"the rim of window {self.rim.window.name!r} reverses in every step and has grown {size / begin:.3g}-fold "
+            f"in {steps:.0f} steps: its contacts are too stiff for its masses, or the step is too long"
         )
-        if self.noticed is None:
-            self.noticed = size
+        if self.size[WARNED] == 0.0:
+            self.size[WARNED] = size
             self.warn("growth", text)
-        if size * ratio > TOO_MUCH * self.noticed:
+        if size * ratio > TOO_MUCH * self.size[WARNED]:
             raise Unstable(f"growth: {text}")
 
 
@@ -74,7 +101,7 @@ class PowerWatch:
 
     def check(self, velocity, step):
         """Checks the power with the velocities (2K,) [m/s] of the `step`-th step of the run. Raises Unstable."""
-        if self.awaited and self.awaited[0][0] + DELAY == step:
+        if self.awaited and self.awaited[0][0] + DELAY <= step:  # later in a row of plain steps, under the same Answer
             self._compare(*self.awaited.pop(0))
         if step % self.every == 0:
             force = self.rim.force.ravel()
@@ -104,7 +131,10 @@ class RimWatch:
 
     def check(self, dt, step):
         """Checks the velocities of the `step`-th step, of dt [s], after they were sent. Raises Unstable."""
-        velocity = self.rim.before.ravel()
-        self.growth.check(velocity, dt)
+        self.growth.check(self.rim.before, dt)
+        self.check_power(step)
+
+    def check_power(self, step):
+        """Checks the power of the `step`-th step, with the velocities that were sent last. Raises Unstable."""
         if self.power is not None:
-            self.power.check(velocity, step)
+            self.power.check(self.rim.before.ravel(), step)

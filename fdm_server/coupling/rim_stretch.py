@@ -15,20 +15,23 @@ from typing import NamedTuple
 
 import numpy as np
 
+from coupler_protocol.geometry import spot
+from coupler_protocol.scene.local_origin import in_the_scene
+
 FAR = 3.0
 
 
 class Stretched(NamedTuple):
-    """The zone with the largest stretch: its stretch, number, and centre `place` (2,) [m]."""
+    """The zone with the largest stretch: its stretch, number, and centre `place` (2,) [m] in the scene."""
 
     stretch: float
     zone: int
     place: np.ndarray
+    where: str
 
     def as_text(self):
         """Text with number, place and stretch of the zone."""
-        x, y = self.place
-        return f"zone {self.zone} at ({x:.4g}, {y:.4g}) is stretched to {self.stretch:.2g} times its size"
+        return f"zone {self.zone} at {self.where} is stretched to {self.stretch:.2g} times its size"
 
 
 class StretchWatch:
@@ -37,7 +40,7 @@ class StretchWatch:
     def __init__(self, model, nodes):
         beside = np.isin(model.zones, nodes).any(axis=1)
         self.zones, self.number = model.zones[beside], model.zone[beside]
-        self.drawn = model.grid.xy
+        self.drawn, self.origin = model.grid.xy, model.grid.origin
         self.worst, self.warned = None, False
 
     def check(self, displacement):
@@ -46,7 +49,9 @@ class StretchWatch:
         stretch = stretches(self.drawn, now, self.zones)
         i = int(stretch.argmax())
         if self.worst is None or stretch[i] > self.worst.stretch:
-            self.worst = Stretched(float(stretch[i]), int(self.number[i]), now[self.zones[i]].mean(axis=0))
+            centre = now[self.zones[i]].mean(axis=0)
+            place = in_the_scene(centre, self.origin)
+            self.worst = Stretched(float(stretch[i]), int(self.number[i]), place, spot(centre, self.origin))
         due = stretch[i] >= FAR and not self.warned
         self.warned |= bool(due)
         return f"on the rim of a window {self.worst.as_text()}: use finer zones there" if due else ""

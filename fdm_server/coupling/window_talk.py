@@ -79,9 +79,13 @@ class WindowTalk:
         frame = self.velocity_frame
         frame.scalars[:] = order
         frame.velocity[:] = velocity
-        if not isfinite(frame.values.sum()):
-            raise PhysicsFailed(f"velocities on the rim of {self.name!r} are NaN or infinite in step {order.step:.0f}")
+        self.refuse_infinite(frame.values, int(order.step))
         self.conversation.send_step(frame)
+
+    def refuse_infinite(self, velocity, step):
+        """Raises PhysicsFailed for velocities that are NaN or infinite."""
+        if not isfinite(velocity.sum()):
+            raise PhysicsFailed(f"velocities on the rim of {self.name!r} are NaN or infinite in step {step}")
 
     # -- the end -----------------------------------------------------------------------------------------------------
 

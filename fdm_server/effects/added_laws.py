@@ -15,14 +15,20 @@ The file contains the following names:
 the law are returned unchanged. Added laws act after Mohr-Coulomb and the tension cut-off, in the order of their names.
 """
 
+import re
 import sys
 
 import numpy as np
 
+from coupler_protocol.files.quantities import FIELDS
 from coupler_protocol.scene.scene import declared_effects
+from fdm_server.effects import mohr_coulomb, softening, tension
 
 TABLE = "material"
 OWN = ("elastic", "mohr_coulomb", "tension", "softening")  # tables of materials that `Law` has fields for
+OWN_HISTORIES = frozenset(h.name for law in (mohr_coulomb, tension, softening) for h in law.HISTORIES)
+OWN_FIELDS = frozenset(FIELDS)  # before laws add theirs
+NAME = re.compile(r"[a-z][a-z0-9_]{0,63}")
 
 
 def declared():
@@ -66,4 +72,18 @@ def missing(effect):
     remembered = getattr(law, "HISTORIES", ())
     if len(remembered) > 1 or any((h.place, h.components, h.dtype) != ("zone", 1, "f8") for h in remembered):
         lacks.append("HISTORIES that are not one number (f8) per zone")
+    lacks += [fault for h in remembered for fault in _names_at_fault(effect, h)]
     return ", ".join(lacks)
+
+
+def _names_at_fault(effect, history):
+    """Texts of what is wrong with the names of a history: they name arrays in checkpoints and frames beside ours."""
+    others = [h for cls in declared().values() if cls is not effect for h in getattr(module_of(cls), "HISTORIES", ())]
+    for kind, name, own, theirs in (
+        ("history", history.name, OWN_HISTORIES, {h.name for h in others}),
+        ("recorded field", history.recorded, OWN_FIELDS, {h.recorded for h in others}),
+    ):
+        if not isinstance(name, str) or not (NAME.fullmatch(name) or (kind != "history" and name == "")):
+            yield f"a {kind} with the name {name!r}: use small letters, digits and _"
+        elif name and (name in own or name in theirs):
+            yield f"a {kind} with the name {name!r}, which {'colluvium' if name in own else 'another law'} has: use another name"

@@ -41,8 +41,12 @@ class Softening(Effect):
         meaning="plastic shear strains, increasing; at 0 the values are those of mohr_coulomb and tension", min_length=1
     )
     cohesion: list[NotNegative] | None = quantity(None, unit="Pa", meaning="cohesion at these strains; none: constant")
-    friction: list[Angle] | None = quantity(None, unit="deg", meaning="friction angle at these strains; none: constant")
-    dilation: list[Angle] | None = quantity(None, unit="deg", meaning="dilation angle at these strains; none: constant")
+    friction: list[Angle] | None = quantity(
+        None, unit="deg", meaning="friction angle at these strains; none: constant", usual=(1.6, 60)
+    )
+    dilation: list[Angle] | None = quantity(
+        None, unit="deg", meaning="dilation angle at these strains; none: constant", usual=(0.1, 60)
+    )
     tension: list[NotNegative] | None = quantity(None, unit="Pa", meaning="tensile strength at these strains; none: constant")
 
     @model_validator(mode="after")

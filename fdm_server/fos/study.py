@@ -9,6 +9,7 @@ from coupler_protocol.files import run_json
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.problems import unfit
 from coupler_protocol.scene.changes import after_stage
+from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.rules.between_tables import listed_doubts
 from fdm_server.fos import bracket as bracketing
 from fdm_server.fos import flow_rule
@@ -78,7 +79,8 @@ class Study:
             log.warning("%s: %s: %s; %s", name, *doubt.values())
             self.doubts.append({"mesh": number} | doubt)
         say = self._say(f"{name}: settling")
-        ground = settle(scene, self.stop.check, say)
+        here = local(scene)
+        ground = settle(here, self.stop.check, say)
         row = {
             "zone_size": size,
             "zones": len(ground.model.zone),
@@ -99,7 +101,7 @@ class Study:
 
             def oracle(factor):
                 nonlocal steps
-                trial = run_trial(scene, ground, factor, self.stop.check, self._say(f"{name}: factor {factor:.5g}"))
+                trial = run_trial(here, ground, factor, self.stop.check, self._say(f"{name}: factor {factor:.5g}"))
                 steps += trial.steps
                 gravity_factor = factor if scene.fos.by == "gravity" else 1.0
                 info = FrameInfo(steps, float(steps), f"{factor:.6g} {trial.verdict}", gravity_factor)
@@ -126,7 +128,7 @@ class Study:
             raise unfit("fos.zone_sizes", "an excavation by columns and rows depends on the mesh", "give it as a polygon")
         scene = with_zone_size(self.scene, size)
         try:
-            build_grid(scene)
+            build_grid(local(scene))
         except ValueError as error:
             raise unfit("fos.zone_sizes", f"{size:g}: {error}", "choose sizes that divide the grid's lengths") from None
         return scene

@@ -94,6 +94,11 @@ class Sides(NamedTuple):
     dashpots: tuple[Dashpots, ...]
     holders: dict[str, tuple[NDArray[np.int64], NDArray[np.int64]]]  # name: gridpoints held or moved in x and in y
 
+    @property
+    def act(self):
+        """Whether they do something in every step."""
+        return self.drive is not None or self.push is not None or bool(self.dashpots)
+
 
 NOTHING = Sides(None, None, (), {})
 

@@ -8,6 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from coupler_protocol.geometry import NOWHERE, spot, spot_on
+
 SNAP = 1e-6  # largest deviation of a length from a whole number of zones, in zones
 
 
@@ -17,34 +19,43 @@ def net_mesh(g):
     columns, rows = _whole(g.length, size[0], "length", "x"), _whole(g.height, size[1], "height", "y")
     profile = [(0.0, g.height), (g.length, g.height)] if g.kind == "box" else g.profile
     profile = np.asarray(profile, dtype=np.float64)
-    check_extent(profile, (g.length, g.height), size, miss=0.5)
-    left, right = _surface(profile, size, columns, rows)
+    check_extent(profile, g, size, miss=0.5)
+    left, right = _surface(profile, size, columns, rows, g.origin or NOWHERE)
     corners, column, row = cells_below(left, right)
     used, zones = renumbered(corners)
     j, i = np.divmod(used, columns + 1)
     return np.column_stack([i * (g.length / columns), j * (g.height / rows)]), zones, column, row
 
 
-def check_extent(profile, extent, size, miss=SNAP):
+def check_extent(profile, g, size, miss=SNAP):
     """Raise ValueError, saying what would fit, where a profile (P,2) does not run over the grid or leaves less than a zone.
 
-    extent, size: of the grid and of a zone in x and y [m]; miss: share of a zone by which the profile may miss.
+    profile: counted from the origin of the table `g` [grid]; size: of a zone in x and y [m]; miss: share of a zone by which the
+    profile may miss.
     """
-    (x, y), (length, top), (width, height) = profile.T, extent, size
-    if abs(x[0]) > miss * width or abs(x[-1] - length) > miss * width:
-        why = f"profile must run from x = 0 to x = length ({length:g} m), it runs from {x[0]:.10g} to {x[-1]:.10g} m"
+    (x, y), (width, height), (left, bottom) = profile.T, size, g.origin or NOWHERE
+    if abs(x[0]) > miss * width or abs(x[-1] - g.length) > miss * width:
+        first, last = spot_on(x[0], left, 10), spot_on(x[-1], left, 10)
+        why = f"profile must run from x = {left:.12g} over the length ({g.length:g} m), it runs from {first} to {last} m"
         remedy = f"use length = {x[-1]:.10g}"
         if abs(x[0]) > miss * width:
-            remedy = f"subtract {x[0]:.10g} m from every x of the scene and use length = {x[-1] - x[0]:.10g}"
+            remedy = f"use origin = [{first}, {bottom:.12g}] and length = {x[-1] - x[0]:.10g}"
         raise ValueError(f"{why}: {remedy}")
-    if y.max() > top + max(miss, SNAP) * height:
-        raise ValueError(f"profile reaches {y.max():g} m, above the height of the grid ({top:g} m): use height = {y.max():g}")
+    if y.max() > g.height + max(miss, SNAP) * height:
+        remedy = f"use height = {y.max():g}"
+        if y.min() > height:
+            relief = np.ptp(y)
+            remedy += f", or a height of more than {relief:g} m with origin = [{left:.12g}, y of the bottom]"
+        raise ValueError(
+            f"profile reaches {spot_on(y.max(), bottom)} m, above the height of the grid ({g.height:g} m from "
+            f"y = {bottom:.12g}): {remedy}"
+        )
     if y.min() <= height * (1.0 - miss):
         at = int(y.argmin())
         raise ValueError(
-            f"profile must leave at least one zone ({height:g} m) of ground, it leaves {y[at]:g} m at x = {x[at]:g} m: for rock "
-            f"at the level of the toe, draw a row of rock (add {height:g} m to height and to every y of the scene, and give a "
-            f"strong material top = [[0.0, {y[at] + height:g}]])"
+            f"profile must leave at least one zone ({height:g} m) of ground, it leaves {y[at]:g} m at "
+            f"x = {spot_on(x[at], left)} m: for rock at the level of the toe, draw a row of rock (add {height:g} m to height "
+            f"and to every y of the scene, and give a strong material top = [[{left:.12g}, {spot_on(y[at] + height, bottom)}]])"
         )
 
 
@@ -65,7 +76,7 @@ def _whole(extent, size, name, axis):
     return count
 
 
-def _surface(profile, size, columns, rows):
+def _surface(profile, size, columns, rows, origin):
     """Heights (in rows) of the fitted surface at the left and the right side of every column of cells."""
     at = np.rint(profile / np.asarray(size)).astype(int)
     left, right = np.zeros(columns, dtype=np.int64), np.zeros(columns, dtype=np.int64)
@@ -74,14 +85,14 @@ def _surface(profile, size, columns, rows):
         if run < 0:
             raise ValueError(f"profile turns back in x after its point {p}: overhangs cannot be meshed")
         if run and rise and run != abs(rise):
-            raise ValueError(_misfit(profile, p, size, rows * size[1]))
+            raise ValueError(_misfit(profile, p, size, rows * size[1], origin))
         step = np.sign(rise) if run else 0
         left[i0:i1] = j0 + step * np.arange(run)
         right[i0:i1] = left[i0:i1] + step
     return left, right
 
 
-def _misfit(profile, p, size, height):
+def _misfit(profile, p, size, height, origin):
     """Problem of the face after profile point p, with the nearest zone size that fits."""
     (x0, y0), (x1, y1) = profile[p : p + 2]
     run, rise = abs(x1 - x0), abs(y1 - y0)
@@ -92,8 +103,8 @@ def _misfit(profile, p, size, height):
         n = min(fits, key=lambda n: abs(run / n - size[0]))
         remedy += f", for example [{run / n:.10g}, {rise / n:.10g}]"
     return (
-        f"the face from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}) follows neither sides nor diagonals of zones of "
-        f"{size[0]:g} x {size[1]:g} m: {remedy}"
+        f"the face from {spot((x0, y0), origin, 6)} to {spot((x1, y1), origin, 6)} follows neither sides nor diagonals of zones "
+        f"of {size[0]:g} x {size[1]:g} m: {remedy}"
     )
 
 

@@ -22,7 +22,7 @@ def along_face_mesh(g, levels=()):
     Raises ValueError for a ground surface that falls and rises again, whose top is a point, or that is too shallow.
     """
     profile = np.asarray(g.profile, dtype=np.float64)
-    check_extent(profile, (g.length, g.height), g.zone_size)
+    check_extent(profile, g, g.zone_size)
     profile[[0, -1], 0] = 0.0, g.length
     left, right = _sides(profile)
     y = net_lines(left[-1, 1], g.zone_size[1], [*left[:, 1], *right[:, 1], *levels])

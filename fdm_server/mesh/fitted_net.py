@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
+from coupler_protocol.geometry import NOWHERE, spot
 from fdm_server.mesh.diagonal_net import cells_below, check_extent, renumbered
 from fdm_server.mesh.graded_lines import net_lines
 from fdm_server.mesh.ground_layers import cut_cells, pieces_below
@@ -34,10 +35,11 @@ def fitted_mesh(g, tops=()):
     (fine_x, fine_y), ratio = ((None, None), 1.0) if g.graded is None else ((g.graded.x, g.graded.y), g.graded.ratio)
     x = net_lines(g.length, g.zone_size[0], profile[:, 0], fine_x, ratio)
     y = net_lines(profile[:, 1].max(), g.zone_size[1], [*profile[:, 1], *levels], fine_y, ratio)
-    mesh, followed = _mesh(profile, x, y, levels, [], g.zone_size, g.graded is not None), []
+    origin = g.origin or NOWHERE
+    mesh, followed = _mesh(profile, x, y, levels, [], g.zone_size, origin, g.graded is not None), []
     for line in (line for line in tops if not is_level(line)):
         try:
-            mesh = _mesh(profile, x, y, levels, [*followed, line], g.zone_size)
+            mesh = _mesh(profile, x, y, levels, [*followed, line], g.zone_size, origin)
             followed.append(line)
         except ValueError:  # this line makes zones too flat
             continue
@@ -54,19 +56,19 @@ def levels_of(lines):
     return [line[0][1] for line in lines if is_level(line)]
 
 
-def _mesh(profile, x, y, levels, lines, size, graded=False):
+def _mesh(profile, x, y, levels, lines, size, origin, graded=False):
     """The mesh of a net with lines x, y below a profile, its zones following `lines`; graded: whether sizes grow."""
     parts = []
     for line in lines:
         found, profile = pieces_below(line, profile, size)
         parts += found
-    path, place = _path(profile, x, y)
+    path, place = _path(profile, x, y, origin)
     if len(np.unique(path, axis=0)) < len(path):
         raise ValueError("the profile has a notch or a wall narrower than a zone somewhere: use smaller zones")
     (i0, j0), (i1, j1) = path[:-1].T, path[1:].T
     across = i1 > i0
     corners, column, row = cells_below(j0[across], j1[across])
-    inner = [_path(part, x, y, ground=False) for part in parts]
+    inner = [_path(part, x, y, origin, ground=False) for part in parts]
     for way, _ in inner:
         below = np.isin(way @ (1, len(x)), corners)
         corners, column, row = cut_cells(corners, column, row, way[below])
@@ -93,7 +95,7 @@ def _mesh(profile, x, y, levels, lines, size, graded=False):
         remedy = "use smaller zones, or move the points of the profile there apart"
         remedy = "use a smaller graded.ratio, or grade x and y alike" if stretched else remedy
         raise ValueError(
-            f"the zone at ({centre[0]:.4g}, {centre[1]:.4g}) would be too flat, like a rectangle of {sides_of(worst.max()):.3g} "
+            f"the zone at {spot(centre, origin)} would be too flat, like a rectangle of {sides_of(worst.max()):.3g} "
             f"to 1 (at most {sides_of(WORST):.2g} to 1): {remedy}"
         )
     return xy, zones, column, row
@@ -121,23 +123,22 @@ def aspects(xy, zones):
 
 
 def _check_profile(profile, g):
-    check_extent(profile, (g.length, g.height), g.zone_size)
+    check_extent(profile, g, g.zone_size)
     x = profile[:, 0]
     if np.any(np.diff(x) < 0.0):
         raise ValueError(f"profile turns back in x after its point {np.argmin(np.diff(x))}: overhangs cannot be meshed")
 
 
-def _path(profile, x, y, ground=True):
+def _path(profile, x, y, origin, ground=True):
     """Columns and rows (P,2) of gridpoints along a profile (ground: it is the surface), and their new positions (P,2) [m]."""
     at = np.column_stack([np.abs(lines - v[:, None]).argmin(axis=1) for lines, v in ((x, profile[:, 0]), (y, profile[:, 1]))])
     path, place = [at[0]], [profile[0]]
     for k, (start, end) in enumerate(pairwise(at)):
         steps = np.abs(end - start)
         if not np.any(steps):
-            (x0, y0), (x1, y1) = profile[k : k + 2]
             raise ValueError(
-                f"the points ({x0:g}, {y0:g}) and ({x1:g}, {y1:g}) of the profile are closer than half a zone: "
-                f"use smaller zones, or remove one of them"
+                f"the points {spot(profile[k], origin, 6)} and {spot(profile[k + 1], origin, 6)} of the profile are closer than "
+                f"half a zone: use smaller zones, or remove one of them"
             )
         along = 0 if steps[0] >= steps[1] else 1
         nodes, share = _straight(start, end, (x, y), along)

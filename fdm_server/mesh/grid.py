@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from coupler_protocol.geometry import NOWHERE, spot
 from fdm_server.mesh.diagonal_net import net_mesh
 from fdm_server.mesh.face_net import along_face_mesh
 from fdm_server.mesh.fitted_net import fitted_mesh
@@ -24,6 +25,7 @@ class Grid(NamedTuple):
     row: NDArray[np.int64]  # (Z,) cell of the net in y, from 0
     material: NDArray[np.int64]  # (Z,) index into scene.material
     radii: tuple[float, float] | None = None  # [m] of the inner and the outer side of a ring
+    origin: tuple[float, float] = NOWHERE  # [m] of the scene as drawn, from which xy counts (coupler_protocol.scene.local_origin)
 
     @property
     def triangular(self):
@@ -32,7 +34,10 @@ class Grid(NamedTuple):
 
 
 def build_grid(scene):
-    """Mesh of `scene.grid` with its materials; raises ValueError with a remedy."""
+    """Mesh of `scene.grid` with its materials, for a local scene (coupler_protocol.scene.local_origin).
+
+    Raises ValueError with a remedy.
+    """
     g = scene.grid
     if g.kind == "ring":
         mesh = ring_mesh(g)
@@ -44,7 +49,8 @@ def build_grid(scene):
         mesh = fitted_mesh(g, [m.top for m in scene.material if m.top is not None])
     xy, zones, column, row = mesh
     radii = (g.inner, g.outer) if g.kind == "ring" else None
-    return Grid(xy, zones, column, row, _materials(scene.material, centroids(xy, zones)), radii)
+    origin = g.origin or NOWHERE
+    return Grid(xy, zones, column, row, _materials(scene.material, centroids(xy, zones), origin), radii, origin)
 
 
 def areas(xy, zones):
@@ -74,8 +80,8 @@ def _levels(materials):
     return [m.top[0][1] for m in materials if m.top is not None and len({y for _, y in m.top}) == 1]
 
 
-def _materials(materials, centre):
-    """(Z,) index of each zone's material: the last one whose region or ground contains the zone's centre."""
+def _materials(materials, centre, origin):
+    """(Z,) index of each zone's material: the last one whose region or ground contains the zone's centre (Z,2) from `origin`."""
     index = np.full(len(centre), -1, dtype=np.int64)
     for m, material in enumerate(materials):
         inside = np.ones(len(centre), dtype=np.bool_)
@@ -85,9 +91,8 @@ def _materials(materials, centre):
             inside = centre[:, 1] < np.interp(centre[:, 0], *np.transpose(material.top))
         index[inside] = m
     if np.any(index < 0):
-        x, y = centre[index < 0][0]
         raise ValueError(
-            f"{np.sum(index < 0)} zones have no material, one at ({x:g}, {y:g}): let the first material "
+            f"{np.sum(index < 0)} zones have no material, one at {spot(centre[index < 0][0], origin, 6)}: let the first material "
             f"fill the grid (no region) or widen the regions"
         )
     return index

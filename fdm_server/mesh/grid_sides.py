@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from coupler_protocol.geometry import spot_on
+from coupler_protocol.scene.local_origin import counted
 from fdm_server.mesh.zone_sides import boundary_edges
 
 
@@ -75,7 +77,7 @@ def points_in(grid, sides, boundary):
             at = grid.xy[points, axis]
             inside &= (at >= span[0] - _near(grid)) & (at <= span[1] + _near(grid))
     if not np.any(inside):
-        raise ValueError(f"no gridpoint lies in {boundary.place!r}: {extent_of(grid, boundary.on)}")
+        raise ValueError(f"no gridpoint lies in {drawn_place(grid, boundary)!r}: {extent_of(grid, boundary.on)}")
     return points[inside]
 
 
@@ -84,8 +86,13 @@ def extent_of(grid, name):
     xy = grid.xy[side_of(grid, name)]
     if not len(xy):
         return f"the grid has no {name}"
-    (x0, y0), (x1, y1) = xy.min(axis=0), xy.max(axis=0)
-    return f"the {name} has {len(xy)} gridpoints, from x = {x0:g} to {x1:g} and from y = {y0:g} to {y1:g} m"
+    (x0, x1), (y0, y1) = ([spot_on(end, start) for end in (v.min(), v.max())] for v, start in zip(xy.T, grid.origin, strict=True))
+    return f"the {name} has {len(xy)} gridpoints, from x = {x0} to {x1} and from y = {y0} to {y1} m"
+
+
+def drawn_place(grid, boundary):
+    """Text of side and range of a boundary, in the coordinates of the scene."""
+    return counted(boundary, -np.array(grid.origin)).place
 
 
 def motion_of(boundary):

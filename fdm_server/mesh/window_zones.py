@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from coupler_protocol.geometry import spot
 from fdm_server.mesh.grid import centroids, chosen_zones
 from fdm_server.mesh.zone_sides import boundary_edges, closed_loops, pieces
 
@@ -35,24 +36,24 @@ def rim_of(grid, mask):
     edges = boundary_edges(zones)
     outer = np.intersect1d(edges, boundary_edges(grid.zones))
     if len(outer):
-        where = _at(grid.xy[outer[0]])
+        where = _at(grid, grid.xy[outer[0]])
         raise ValueError(f"it touches the boundary of the grid {where}: leave at least one zone between")
     points, ends = np.unique(edges[:, 0], return_counts=True)
     if ends.max() > 1:
-        where = _at(grid.xy[points[ends.argmax()]])
+        where = _at(grid, grid.xy[points[ends.argmax()]])
         raise ValueError(f"its zones meet in a single gridpoint {where}: join them by a side or separate them")
     piece = pieces(zones)
     if piece.max() > 0:
         smallest = np.bincount(piece).argmin()
-        where = _at(centroids(grid.xy, zones[piece == smallest]).mean(axis=0))
+        where = _at(grid, centroids(grid.xy, zones[piece == smallest]).mean(axis=0))
         raise ValueError(f"its zones form {piece.max() + 1} separate pieces, the smallest at {where[3:]}: join them")
     loops = closed_loops(edges)
     if len(loops) > 1:
         inner = min(loops, key=lambda loop: np.ptp(grid.xy[loop], axis=0).max())
-        where = _at(grid.xy[inner].mean(axis=0))
+        where = _at(grid, grid.xy[inner].mean(axis=0))
         raise ValueError(f"the window has a hole {where}: add the zones in it to the window")
     return loops[0]
 
 
-def _at(point):
-    return f"at ({point[0]:.4g}, {point[1]:.4g})"
+def _at(grid, point):
+    return f"at {spot(point, grid.origin)}"

@@ -23,6 +23,7 @@ at the next check: the late forces are included.
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.geometry import spot
 from fdm_server.observe.energy import strain_energy
 from fdm_server.step.gridpoint_pass import kinetic_energy
 from fdm_server.step.present_shape import masses
@@ -112,11 +113,11 @@ class EnergyWatch:
         if self.rims and (again or ends):
             self.warn("drift", self._text(kinetic))
         if ends:
-            x, y = model.grid.xy[fastest]
             zone = model.zone[np.flatnonzero((model.zones == fastest).any(axis=1))]
+            where = spot(model.grid.xy[fastest], model.grid.origin, 6)
             raise Unstable(
                 f"{'drift: ' if self.rims else ''}{self._text(kinetic)}. "
-                f"The fastest gridpoint is at ({x:g}, {y:g}), in zone {zone[0] if len(zone) else '-'}: "
+                f"The fastest gridpoint is at {where}, in zone {zone[0] if len(zone) else '-'}: "
                 f"is it attached to something stiffer than its zones, or was a velocity set by hand?"
             )
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from coupler_protocol.files.quantities import declare_field
+from coupler_protocol.scene.local_origin import in_the_scene
 from fdm_server.ground import reactions as at_boundaries
 from fdm_server.observe import fields
 from fdm_server.step.gridpoint_pass import farthest, kinetic_energy
@@ -26,7 +27,7 @@ def frame(model, state, histories=None):
             absent = np.zeros(len(model.zone), remembered.dtype)
             zones[remembered.recorded] = fields.history(model, state, name) if name in acting else absent
     return {
-        "points": model.grid.xy,
+        "points": in_the_scene(model.grid.xy, model.grid.origin),
         "cells": model.zones,
         "point_fields": {"displacement": state.displacement, "velocity": state.velocity},
         "cell_fields": zones,

@@ -11,6 +11,7 @@ import scipy
 
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.criteria.stable_step import limit
+from coupler_protocol.scene.local_origin import in_the_scene
 from fdm_server.step.blocks import LANES, build_geometry, from_blocks
 from fdm_server.step.forces import CORNER_ROWS, corner_forces
 from fdm_server.step.masses import static_masses, weight_masses
@@ -86,11 +87,12 @@ def safe_limits(model, state, nodes=None, sums=None):
     mass = zone_masses(model, state)
     omega2 = zone_frequencies(zone_stiffness(model, state), mass, model.zones)
     worst = int(np.argmax(omega2))
-    found = {"grid": limit(omega2[worst], alpha, state.dt, "zone", xy[model.zones[worst]].mean(axis=0))}
+    there = in_the_scene(xy, model.grid.origin)
+    found = {"grid": limit(omega2[worst], alpha, state.dt, "zone", there[model.zones[worst]].mean(axis=0))}
     if nodes is not None and len(nodes):
         asked = np.bincount(model.zones.ravel(), (mass * omega2[:, None]).ravel(), minlength=len(xy))[nodes] + 2.0 * sums
         own = asked / (masses(model, state) + state.added_mass)[nodes]
         own[model.fixed[nodes].all(axis=1)] = 0.0
         least = int(np.argmax(own))
-        found["interface"] = limit(own[least], alpha, state.dt, "node", xy[nodes[least]])
+        found["interface"] = limit(own[least], alpha, state.dt, "node", there[nodes[least]])
     return found

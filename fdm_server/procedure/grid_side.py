@@ -11,10 +11,12 @@ from coupler_protocol.files.run_json import stage_rows
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
 from coupler_protocol.scene.changes import changes_anything, in_stage
+from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.schedule import large_strain, leg_of
 from coupler_protocol.wire import messages
 from coupler_protocol.wire.handshake import resume_from, welcome_all
 from fdm_server.coupling.band_reached import bin_length
+from fdm_server.coupling.plain_steps import PlainSteps
 from fdm_server.coupling.rim import Rim
 from fdm_server.coupling.rim_growth import RimWatch
 from fdm_server.coupling.rim_stretch import StretchWatch
@@ -41,7 +43,8 @@ class ContinuumSide:
     """The grid, its rims and the progress through the stages."""
 
     def __init__(self, scene, hub, out, progress, origin=None, plugin=None):
-        self.scene, self.hub, self.out, self.progress, self.origin = scene, hub, Path(out), progress, origin
+        self.scene = scene = local(scene)
+        self.hub, self.out, self.progress, self.origin = hub, Path(out), progress, origin
         self.plugin = plugin
         self.watch = stopwatch(scene.record.trace)
         self.grid = build_grid(scene)
@@ -120,6 +123,7 @@ class ContinuumSide:
         kept = coupling.mapping != "paper" and coupling.exchange_every == 1
         stage.interface = [RimWatch(rim, stage.record.history, kept, stage.warn) for rim in stage.rims]
         stage.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
+        stage.plain = PlainSteps(self, stage) if stage.rims else None
         run_stage(self, stage)
 
     # -- what a stage leaves -----------------------------------------------------------------------------------------
@@ -138,7 +142,10 @@ class ContinuumSide:
         if int(order.flags) & messages.RECORD and (stage.rims or not stage.ended):
             self.frame(stage.stage.name, order.gravity_factor)
         if self.plugin is not None:
-            self.plugin.step(Moment(0, stage.stage.name, self.steps, self.model, self.state))
+            self.plugin.step(self._moment(stage))
+
+    def _moment(self, stage):
+        return Moment(0, stage.stage.name, self.steps, self.model, self.state, self.scene.origin)
 
     def frame(self, name, factor):
         """Writes one frame."""
@@ -158,7 +165,7 @@ class ContinuumSide:
             sums = np.concatenate([rim.sums for rim in self.rims])
             result["limits"] = safe_limits(self.model, self.state, nodes, sums)
         if self.plugin is not None:
-            self.plugin.stage(Moment(0, stage.stage.name, self.steps, self.model, self.state))
+            self.plugin.stage(self._moment(stage))
         self.results.append(result)
         self.state = self.state if instead is None else instead
         stage.end_changes()
@@ -182,6 +189,7 @@ class ContinuumSide:
             "steps": self.steps,
             "gridpoints": len(self.grid.xy),
             "zones": len(self.grid.zones),
+            **({"computed_about": list(self.scene.origin)} if any(self.scene.origin) else {}),
             "stages": self.rows([self.stage.outcome()] if self.stage and len(self.results) < len(self.watch.stages) else []),
             **({"warnings": self.warnings} if self.warnings else {}),
             "windows": [

@@ -39,6 +39,7 @@ class StageRun:
         self.energy = None  # a fdm_server.observe.energy_growth.EnergyWatch
         self.stretch = None  # a fdm_server.coupling.rim_stretch.StretchWatch if there are rims
         self.interface = []  # a fdm_server.coupling.rim_growth.RimWatch of every open window
+        self.plain = None  # a fdm_server.coupling.plain_steps.PlainSteps if there are rims
         self.changes = {}  # row of run.json of what the stage changes, if it does
         self.record = record_in(side.scene, index)  # its intervals
         self.before = copy.deepcopy(side.state) if stage.discard else None  # State for the stage after a discarded one
@@ -89,7 +90,11 @@ class StageRun:
     @property
     def share(self):
         """Share of the discs in the rim's forces."""
-        return min(1.0, self.done / self._handover) if self._handover else 1.0
+        return self.share_at(self.done)
+
+    def share_at(self, step):
+        """The share in the step with this number (from 0) of the stage."""
+        return min(1.0, step / self._handover) if self._handover else 1.0
 
     @property
     def ramps(self):
@@ -239,16 +244,48 @@ class StageRun:
 
     def step_done(self):
         """Counts the step."""
-        self.done += 1
-        dt = clock.seconds(self.side.state)
-        self.time += dt
+        self._count(1, clock.seconds(self.side.state))
         for ramp in self.ramps:
             ramp.step_done()
         self.set_loads()
-        self.side.steps += 1
-        self.side.time += dt
-        self.side.watch.stages[-1].steps += 1
         self.ended = self._last_step
+
+    def plain_steps_done(self, steps):
+        """Counts plain steps (fdm_server/coupling/plain_steps.py)."""
+        self.pace.exchanges += steps
+        self._count(steps, clock.seconds(self.side.state))
+
+    def plain_order(self):
+        """Order for the last of the plain steps that are done."""
+        done = self.done - 1
+        dt = clock.seconds(self.side.state)
+        return messages.Order(self.index, self.side.steps, self.leg.at(done + 1), self.leg.factor(done), dt, 1.0, 0)
+
+    @property
+    def step_is_known(self):
+        """Whether the step of a stage in real time is agreed and has not become too long; always in static mode."""
+        real = self.side.state.in_real_time
+        return not real or (self.kick is None and 0.0 < self._step <= self.side.state.dt)
+
+    def steps_within_time(self, most):
+        """Number of steps, up to `most`, before the last one of a stage that ends by its time."""
+        if self.stage.until.time is None:
+            return most
+        dt = clock.seconds(self.side.state)
+        time = self.time
+        for step in range(most):
+            time += dt
+            if time >= self.stage.until.time - 0.5 * dt:
+                return step
+        return most
+
+    def _count(self, steps, dt):
+        self.done += steps
+        self.side.steps += steps
+        for _ in range(steps):  # as in a sum step by step, bit for bit
+            self.time += dt
+            self.side.time += dt
+        self.side.watch.stages[-1].steps += steps
 
     def outcome(self):
         """Row of run.json so far; `ended_by` is "" if the stage did not reach its end."""
@@ -267,6 +304,7 @@ class StageRun:
             **({"changes": self.changes} if self.changes else {}),
             **(self.pace.report() if self.rims else {}),
             **(self.stretch.report() if self.stretch else {}),
+            **(self.plain.report() if self.plain else {}),
         }
 
     def result(self):

@@ -34,9 +34,14 @@ def masses(model, state):
     return model.mass if state.mass is None else state.mass
 
 
-def count_step(model, state):
-    """Counts a step of large strain; recomputes masses or the step after MASS_STEPS steps."""
-    state.mass_age += 1
+def static_mass(model, state):
+    """Masses (N,) [kg] of the gridpoints for a step of 1, in both modes."""
+    return model.mass if state.mass is None else state.mass
+
+
+def count_steps(model, state, steps=1):
+    """Counts steps of large strain; recomputes masses or the step after MASS_STEPS steps."""
+    state.mass_age += steps
     if state.mass_age >= MASS_STEPS:
         renew(model, state)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from coupler_protocol.geometry import NOWHERE, spot
 from fdm_server.step.blocks import triangle_double_areas
 
 
@@ -9,15 +10,18 @@ class Unstable(ArithmeticError):  # noqa: N818
     """The computation is unstable: its results after this step have no meaning."""
 
 
-def check_zones(xy, zones, number):
-    """Raises Unstable if a zone (A,4) with gridpoints xy (N,2) [m] is inverted or has no area; number (A,): for the message."""
+def check_zones(xy, zones, number, origin=NOWHERE):
+    """Raises Unstable if a zone (A,4) with gridpoints xy (N,2) [m] is inverted or has no area.
+
+    number (A,), origin (2,) [m] of the scene from which xy counts: for the message.
+    """
     double = triangle_double_areas(xy, zones)
     present = np.ones(double.shape, dtype=np.bool_)
     present[zones[:, 2] == zones[:, 3], 1::2] = False  # (0,2,3) and (1,2,3) of a triangular zone
     bad = np.flatnonzero(np.any(present & ~(double > 0.0), axis=1))
     if len(bad):
-        x, y = xy[zones[bad[0]]].mean(axis=0)
-        raise Unstable(f"{len(bad)} zones are inverted or without area, the first is zone {number[bad[0]]} at ({x:.4g}, {y:.4g})")
+        where = spot(xy[zones[bad[0]]].mean(axis=0), origin)
+        raise Unstable(f"{len(bad)} zones are inverted or without area, the first is zone {number[bad[0]]} at {where}")
 
 
 def check_motion(model, state):
@@ -38,5 +42,4 @@ def check_motion(model, state):
 
 
 def _at(model, point):
-    x, y = model.grid.xy[point]
-    return f"at ({x:g}, {y:g})"
+    return f"at {spot(model.grid.xy[point], model.grid.origin, 6)}"

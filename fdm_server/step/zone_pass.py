@@ -169,6 +169,6 @@ def advance(model, state):
     if nodal:
         nodal.after()
     if inverted:
-        check_zones(shape.present(model, state), model.zones, model.zone)
+        check_zones(shape.present(model, state), model.zones, model.zone, model.grid.origin)
     if state.mass is not None:
-        shape.count_step(model, state)
+        shape.count_steps(model, state)

@@ -1,26 +1,35 @@
 """How near virtual strain brings a window to a given stress: fields of the window of configs/paper_slope.toml, soil and stones.
 
-    python scripts/studies/insitu_study.py [--fast] [--json FILE]
+    python scripts/studies/insitu_study.py [--fast] [--slopes] [--json FILE]
 
 Fields of ground of 2700 kg/m3, all but the last two inside the cone of friction of Table 2: level ground with K0 = .571;
 ground whose principal axes are turned by 30 degrees everywhere; ground with linearly varying shear; level ground with K = .36,
-which needs the bonds; one with K = .25, of which the bonded discs can carry a part only (xx, yy, xy are errors of that part,
-side and segment of the whole).
+which needs the bonds; one with K = .25, beyond the estimated strength of the bonded discs (packing_strength.py), which needs
+further rounds.
 
 xx, yy, xy: rms error in circles of .25 m over the mean |yy|, before stones are made and at the end (lines: the same forces at
 the end counted along straight branches between centroids, yy); side: largest difference of the sum of the ring's contact
 forces on a side of the window from the field's force on it, over the latter; segment: rms of the same over segments, over
-their rms force; broken: bonds that break in 300 steps after they were made."""
+their rms force; broken: bonds that break in 300 steps after they were made.
+
+--slopes: instead of these fields, the stress of the zones of four slopes at rest (a face of 30 degrees and the L of
+configs/quick_notch.toml among them), taken over by discs with the bonds of the scene and without bonds. xx, yy, xy: errors
+against the zones' stress; sine: mobilised sine of the zones, of their stress within the estimated strength, of the discs;
+rounds: all, and those among them that aimed at the zones' own stress, of 300 steps each; slips: share of the contacts that are
+not bonded and at their limit of friction."""
 
 import argparse
 import json
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from shapely.geometry import box
 
+import colluvium
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.scene.reader import read_scene
+from dem_server.effects.bond import BONDED
 from dem_server.insitu import virtual_strain
 from dem_server.insitu.contact_stress import circle_stress
 from dem_server.insitu.hat_bins import bins_over
@@ -30,11 +39,15 @@ from dem_server.model import build_model
 from dem_server.observe import unbalanced_ratio
 from dem_server.packing import packing
 from dem_server.packing.alone_window import rim_of
+from dem_server.packing.coupled_window import drawn_stones, packed_window
 from dem_server.pairs import body_centres, contacts
 from dem_server.step.contact_pass import contact_forces
 from dem_server.stones import bodies, mesostructure
+from fdm_server.mesh import window_zones
+from fdm_server.observe.fields import zone_field
 
-SCENE = Path(__file__).resolve().parents[2] / "configs" / "paper_slope.toml"
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+SCENE = CONFIGS / "paper_slope.toml"
 GRAVITY, DENSITY, TOP = 9.81, 2700.0, 12.0
 UNIT = DENSITY * GRAVITY
 SEEDS, STEPS = 3, 300
@@ -74,6 +87,82 @@ FIELDS = {
     "K .36": lambda x, y: level(x, y, 0.36),
     "K .25": lambda x, y: level(x, y, 0.25),
 }
+
+
+FACE_30 = (
+    "grid.length=26.0",
+    'grid.fit="face"',
+    "grid.profile=[[0.0,4.0],[3.3333333,4.0],[17.1897397,12.0],[26.0,12.0]]",
+    "window.band.columns=[18,22]",
+    "window.band.rows=[6,11]",
+)
+SLOPES = {
+    "quick_slope": ("quick_slope.toml", ()),
+    "paper_slope": ("paper_slope.toml", ()),
+    "30 degrees": ("quick_slope.toml", FACE_30),
+    "L": ("quick_notch.toml", ()),
+}
+HEAD_OF_SLOPES = (
+    f"{'slope':<12}{'bonds':<6}   xx   yy   xy [%]   sine: zones  estimate  discs   rounds (further)  broken   slips   ratio"
+)
+
+
+def zones_at_rest(scene):
+    """Nodes (K, 2) and zones (z, 7) of the scene's window at the end of its stage of kind equilibrium, the grid alone."""
+    begin = [stage for stage in scene.stage if stage.kind == "equilibrium"]
+    alone = scene.model_copy(update={"window": [], "discs": None, "stones": None, "ring": None, "stage": begin})
+    found = []
+
+    def look(moment):
+        grid = moment.model.grid
+        mask = window_zones.window_zones(grid, scene.window[0])
+        found[:] = grid.xy[window_zones.rim_of(grid, mask)], zone_field(moment.model, moment.state, mask)
+
+    with TemporaryDirectory(prefix="colluvium-") as folder:
+        colluvium.run(alone, Path(folder) / "run", on_stage=look)
+    return found
+
+
+def slope_case(scene, nodes, target):
+    """One row of the table of slopes: the window of `scene` takes over the zones `target` and is left for STEPS steps."""
+    found = drawn_stones(scene, 1, nodes)
+    model, state, _, _ = packed_window(scene, 1, nodes, found)
+    estimate = virtual_strain.mobilised_sine(virtual_strain.aim_of(model, state, target).stress)
+    body = scene.stones and scene.stones.body
+    model, told = take_over(model, state, target, GRAVITY, found, body, scene.discs.density_matching)
+    pairs = contacts(state)
+    limit = model.law.friction.coefficient[pairs.kind] * pairs.normal_force
+    slips = (pairs.bond_state != BONDED) & (np.abs(pairs.shear_force) >= 0.999 * limit)
+    virtual_strain.relax(model, state, GRAVITY, STEPS)
+    kept = ("zones_xx", "zones_yy", "zones_xy", "sine_zones", "sine_discs", "rounds", "further_rounds", "ratio")
+    return {key: told[key] for key in kept} | {
+        "sine_estimate": estimate,
+        "broken": state.broken_tension + state.broken_shear,
+        "slips": float(slips.mean()),
+    }
+
+
+def line_of_slope(name, bonds, row):
+    """A row of the printed table of slopes."""
+    errors = "".join(f"{100 * row[key]:5.1f}" for key in ("zones_xx", "zones_yy", "zones_xy"))
+    sines = f"{row['sine_zones']:18.3f}{row['sine_estimate']:10.3f}{row['sine_discs']:7.3f}"
+    rest = f"{row['rounds']:9d} ({row['further_rounds']}){row['broken']:14d}{100 * row['slips']:8.1f} %  {row['ratio']:.1e}"
+    return f"{name:<12}{bonds:<6}{errors}{sines}{rest}"
+
+
+def slopes(names):
+    """Yields name, whether with bonds, and `slope_case` of the slopes `names`."""
+    for name in names:
+        file, changes = SLOPES[name]
+        scene = read_scene(CONFIGS / file, changes)
+        nodes, target = zones_at_rest(scene)
+        for bonds in (True, False):
+            discs = scene.discs if bonds else scene.discs.model_copy(update={"soil": _without_bond(scene.discs.soil)})
+            yield name, bonds, slope_case(scene.model_copy(update={"discs": discs}), nodes, target)
+
+
+def _without_bond(grain):
+    return grain.model_copy(update={"bond": None})
 
 
 def window(scene):
@@ -120,7 +209,7 @@ def case(scene, field, stony, seed):
     if stony:
         found = mesostructure.draw(nodes, scene.stones, np.random.default_rng([seed, 1, *b"stones"]))
         bodies.assign_discs(model, state, found.outlines, discs.stone.density)
-    aim = virtual_strain.aim_of(model, state, target)
+    aim = virtual_strain.final_aim(virtual_strain.aim_of(model, state, target), True)  # errors are those against the zones
     before = []
 
     def note(text, fraction=None):
@@ -145,6 +234,7 @@ def case(scene, field, stony, seed):
         "coordination": told["coordination"],
         "projected": told["projected"],
         "beyond_friction": told["beyond_friction"],
+        "further_rounds": told["further_rounds"],
         "imbalance": [told["imbalance_x"], told["imbalance_y"]],
     }
 
@@ -160,19 +250,36 @@ def line_of(name, stony, seed, row):
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--fast", action="store_true", help="one seed")
+    parser.add_argument("--slopes", action="store_true", help="the stress of slopes at rest (--fast: of one)")
     parser.add_argument("--json", metavar="FILE", help="write the rows as a list")
     options = parser.parse_args(arguments)
+    rows = rows_of_slopes(options.fast) if options.slopes else rows_of_fields(options.fast)
+    if options.json:
+        Path(options.json).write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    return 0
+
+
+def rows_of_slopes(fast):
+    """Computes and prints the table of slopes."""
+    rows = []
+    print(HEAD_OF_SLOPES)
+    for name, bonds, row in slopes(list(SLOPES)[:1] if fast else SLOPES):
+        rows.append({"slope": name, "bonds": bonds, **row})
+        print(line_of_slope(name, "yes" if bonds else "no", row), flush=True)
+    return rows
+
+
+def rows_of_fields(fast):
+    """Computes and prints the table of fields."""
     scene, rows = read_scene(SCENE), []
     print(HEAD)
     for name, field in FIELDS.items():
         for stony in (False, True):
-            for seed in range(1 if options.fast else SEEDS):
+            for seed in range(1 if fast else SEEDS):
                 row = case(scene, field, stony, seed)
                 rows.append({"field": name, "stones": stony, "seed": seed, **row})
                 print(line_of(name, stony, seed, row), flush=True)
-    if options.json:
-        Path(options.json).write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
-    return 0
+    return rows
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from colluvium import cli, examples
 from coupler_protocol import exits
 from tests.house.tree import PACKAGES, ROOT, files
 
-METADATA = ("pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE")
+METADATA = ("pyproject.toml", "README.md", "LICENSE")
 DOCUMENTS = ("ARCHITECTURE.md", "CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md")
 
 
@@ -52,7 +52,7 @@ def tree(tmp_path):
 
 
 def test_the_wheel_holds_every_file_of_the_packages(tree):
-    (tree / "fdm_server" / "step" / "planted.bin").touch()  # of a kind that package-data does not name
+    (tree / "fdm_server" / "step" / "planted.bin").touch()  # of a kind that pyproject.toml does not name
     (tree / "fdm_server" / "planted_room").mkdir()
     (tree / "fdm_server" / "planted_room" / "planted.py").touch()
     there = {path.relative_to(ROOT).as_posix() for path in files(PACKAGES)}
@@ -66,7 +66,7 @@ def test_the_source_distribution_holds_scenes_documents_and_tests(tree):
         shutil.copy(ROOT / name, tree)
     for folder in ("docs", "scripts", "tests"):
         shutil.copytree(ROOT / folder, tree / folder, ignore=shutil.ignore_patterns("__pycache__"))
-    command = [sys.executable, "-c", "from setuptools import build_meta; print(build_meta.build_sdist('dist'))"]
+    command = [sys.executable, "-c", "from hatchling import build; print(build.build_sdist('dist'))"]
     done = subprocess.run(command, cwd=tree, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     (path,) = (tree / "dist").glob("colluvium-*.tar.gz")

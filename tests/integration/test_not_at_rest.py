@@ -11,25 +11,9 @@ import pytest
 from coupler_protocol.files.run_json import misfits
 from tests.commands import command, run_colluvium
 from tests.integration.short_runs import wait_for
+from tests.small_grounds import BOX
 
-BOX = """
-format = 1
-seed = 1
-grid = { kind = "box", length = 2.0, height = 2.0, zone_size = 0.5 }
-damping = { local = 0.8 }
-[[material]]
-name = "m"
-density = 2000.0
-elastic = { bulk = 5e7, shear = 2e7 }
-[[boundary]]
-on = "bottom"
-fix = "xy"
-[[boundary]]
-on = "left"
-fix = "x"
-[[boundary]]
-on = "right"
-fix = "x"
+STAGES = """
 [[stage]]
 name = "rest"
 kind = "equilibrium"
@@ -45,7 +29,7 @@ until = { steps = 200 }
 @pytest.fixture
 def scene(tmp_path):
     path = tmp_path / "box.toml"
-    path.write_text(BOX, encoding="utf-8")
+    path.write_text(BOX + STAGES, encoding="utf-8")
     return path
 
 

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 import colluvium
+from colluvium import cli
 from dem_server.model import Model as DiscModel
 from dem_server.model import State as DiscState
 from fdm_server.model import Model as GridModel
 from fdm_server.model import State as GridState
 from tests.commands import run_colluvium
+from tests.integration.drawn_slopes import SOIL, slope_with_a_window
 from tests.integration.short_runs import FILES, SHORT, overrides
 from tests.same_bits import differing
 
@@ -105,3 +107,53 @@ def test_what_the_page_names_of_model_and_state_is_there():
         assert [name for name in names if not hasattr(state, name) and name not in state.__annotations__] == []
         for name in set(re.findall(r"model\.(\w+)", text)) - {"py"}:
             assert hasattr(model, name) or name in model.__annotations__, name
+
+
+PILE = {
+    "format": 1,
+    "seed": 1,
+    "window": [{"name": "w", "polygon": [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]}],
+    "discs": {"radius": 0.06, "confinement": 5e3, "damping": {"local": 0.7}, "soil": SOIL},
+    "stage": [
+        {"name": "fill"},
+        {"name": "couple", "kind": "discs", "gravity": 9.81, "until": {"steps": 20}},
+        {"name": "last", "kind": "discs", "until": {"steps": 20}},
+    ],
+}
+SHAKE = """
+def on_stage(moment):
+    if moment.stage == "last":
+        (moment.state.v if moment.rank else moment.state.velocity)[-1] += 1e-6
+"""
+
+
+@pytest.mark.parametrize("way", ["in process", "two processes", "discs alone"])
+def test_a_run_is_resumed_with_its_plugin_or_not_at_all(tmp_path, capsys, way):
+    data = PILE if way == "discs alone" else slope_with_a_window()
+    if way != "discs alone":
+        data["stage"].append({"name": "last", "kind": "load", "until": {"steps": 20}})
+    scene, plugin, out = tmp_path / "scene.json", tmp_path / "shake.py", tmp_path / "run"
+    scene.write_text(json.dumps(data), encoding="utf-8")
+    plugin.write_text(SHAKE, encoding="utf-8")
+    more = [] if way == "two processes" else ["--in-process"]
+
+    def called(*words):
+        words = [*map(str, words), "--quiet", *more]
+        if way == "two processes":
+            done = run_colluvium(*words)
+            return done.returncode, done.stderr
+        return cli.main(words), capsys.readouterr().err
+
+    code, said = called("run", scene, "--out", out, "--plugin", plugin)
+    assert code == 0, said
+    last = sorted(out.glob("*.last.h5"))
+    assert len(last) == (1 if way == "discs alone" else 2)
+    for path in last:
+        path.rename(tmp_path / path.name)
+    code, said = called("resume", out)
+    assert code == 4
+    assert f"was computed with the plugin {plugin}: give it again (--plugin {plugin})" in said
+    code, said = called("resume", out, "--plugin", plugin)
+    assert code == 0, said
+    assert [differing(path, tmp_path / path.name) for path in last] == [[] for _ in last]
+    assert json.loads((out / "run.json").read_text(encoding="utf-8"))["plugin"] == str(plugin)

@@ -37,7 +37,10 @@ def test_both_codes_come_to_rest_with_the_slopes_stress(run):
     assert max(couple["traction_difference"]) < 0.12
     assert sum(couple["bonds_broken"]) < 20
     assert overload["ended_by"].startswith("ratio")
-    assert run.info["windows"][0]["error_yy"] < 0.06
+    window = run.info["windows"][0]
+    assert window["error_yy"] < 0.06
+    assert window["sine_discs"] > 0.95 * window["sine_zones"]  # without further rounds
+    assert window["further_rounds"] == 0
 
 
 def test_the_discs_carry_the_weight_above_them(run):

@@ -42,6 +42,8 @@ def test_weight_of_the_slope_rests_on_its_bottom(run):
 def test_discs_were_brought_to_the_stress_they_can_carry(run):
     window = run.info["windows"][0]
     assert window["error_yy"] < 0.08
+    assert window["sine_discs"] > 0.9 * window["sine_zones"]  # 0.86 after the first twelve rounds
+    assert window["rounds"] - window["further_rounds"] == 12 < window["rounds"]
     assert 0.15 < window["porosity"] < 0.165
     assert window["density_factor"] == pytest.approx(2700.0 / 2000.0 / (1.0 - window["porosity"]), rel=0.05)
 

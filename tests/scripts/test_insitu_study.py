@@ -16,3 +16,23 @@ def test_table_and_file(tmp_path, capsys, monkeypatch):
     assert lines[2].split()[:10] == ["K0", ".571", "stones", "0", "1.0", "2.0", "3.0", "4.0", "5.0", "6.0"]
     rows = json.loads((tmp_path / "rows.json").read_text(encoding="utf-8"))
     assert [r["field"] for r in rows[::2]] == list(insitu_study.FIELDS)
+
+
+def test_table_of_slopes(capsys, monkeypatch):
+    """The window of a slope with and without bonds: the study takes the bonds off, and nothing else."""
+    asked = []
+
+    def row_of(scene, nodes, target):
+        asked.append(scene.discs.soil)
+        keys = ("zones_xx", "zones_yy", "zones_xy", "sine_zones", "sine_estimate", "sine_discs", "slips", "ratio")
+        return dict.fromkeys(keys, 0.031) | {"rounds": 17, "further_rounds": 5, "broken": 7}
+
+    monkeypatch.setattr(insitu_study, "zones_at_rest", lambda scene: (None, None))
+    monkeypatch.setattr(insitu_study, "slope_case", row_of)
+    assert insitu_study.main(["--fast", "--slopes"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[:2] for line in lines[1:]] == [["quick_slope", "yes"], ["quick_slope", "no"]]
+    assert lines[1].split()[2:] == ["3.1", "3.1", "3.1", "0.031", "0.031", "0.031", "17", "(5)", "7", "3.1", "%", "3.1e-02"]
+    bonded, loose = asked
+    assert bonded.bond is not None
+    assert loose == bonded.model_copy(update={"bond": None})

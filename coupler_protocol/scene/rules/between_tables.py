@@ -10,36 +10,43 @@ from unicodedata import normalize
 import numpy as np
 
 from coupler_protocol.problems import Finding, dotted
-from coupler_protocol.scene.installed import installed
+from coupler_protocol.scene.installed import installed, loaded
+from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.rules.changes import CHANGE_RULES
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
 from coupler_protocol.scene.rules.endings import DOUBTS_OF_ENDINGS, RULES_OF_ENDINGS
 from coupler_protocol.scene.rules.idle import DOUBTS_OF_IDLE
 from coupler_protocol.scene.rules.polygons import polygons_are_outlines
 from coupler_protocol.scene.rules.signs import DOUBTS_OF_SIGNS
-from coupler_protocol.scene.rules.sizes import fewer_than_memory_holds
+from coupler_protocol.scene.rules.sizes import fewer_than_memory_holds, many_frames, meshes_of_a_search_fit
 from coupler_protocol.scene.rules.stages import STAGE_RULES
 from coupler_protocol.scene.rules.units import doubts_of_units, units_are_si
 from coupler_protocol.scene.rules.walls import DOUBTS_OF_WALLS
 from coupler_protocol.scene.rules.windows import WINDOW_RULES
+from coupler_protocol.scene.scene import declared_effects, distribution_of
 from coupler_protocol.scene.tables.stages import STOPPED
 
 LEAST = 4.0  # largest discs that must fit side by side into the shorter side of a window
 
 
 def broken_rules(scene: Any) -> list[Finding]:
-    """All broken rules of a scene whose single tables are valid: (path, problem, remedy)."""
+    """All broken rules of a scene whose single tables are valid: (path, problem, remedy). Rules get the local scene."""
+    here = local(scene)
     for rules in (COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES), RULES_OF_VALUES):
-        broken = [found for rule in rules for found in rule(scene)]
+        broken = [found for rule in rules for found in rule(here)]
         if broken:
             return broken
-    return [found for point in installed("colluvium.rules") for found in point.load()(scene)]
+    return [found for point in installed("colluvium.rules") for found in loaded(point)(here)]
 
 
 def doubts(scene: Any) -> list[Finding]:
-    """Doubts about a valid scene, (path, what, remedy): of this package and of the entry-point group `colluvium.doubts`."""
-    own = [found for doubt in DOUBTS for found in doubt(scene)]
-    return own + [found for point in installed("colluvium.doubts") for found in point.load()(scene)]
+    """Doubts about a valid scene, (path, what, remedy): of this package and of the entry-point group `colluvium.doubts`.
+
+    They get the local scene.
+    """
+    here = local(scene)
+    own = [found for doubt in DOUBTS for found in doubt(here)]
+    return own + [found for point in installed("colluvium.doubts") for found in loaded(point)(here)]
 
 
 def listed_doubts(scene: Any) -> list[dict[str, str]]:
@@ -66,8 +73,6 @@ def grid_needs_material(scene: Any) -> Iterator[Finding]:
 
 def effects_of_discs_are_ours(scene: Any) -> Iterator[Finding]:
     """Laws of discs are those of this distribution: the kernels of discs compute no others."""
-    from coupler_protocol.scene.scene import declared_effects, distribution_of
-
     discs = scene.discs
     grains = {"soil": discs and discs.soil, "stone": discs and discs.stone}
     holders: list[tuple[tuple, str, Any]] = [(("discs", key), "grain", table) for key, table in grains.items()]
@@ -199,5 +204,10 @@ GRID_RULES = (
     only_without_a_grid,
     *STAGE_RULES,
 )
-RULES_OF_VALUES = (units_are_si, fewer_than_memory_holds, *RULES_OF_ENDINGS)  # of scenes whose tables fit together
-DOUBTS = (doubts_of_units, *DOUBTS_OF_SIGNS, *DOUBTS_OF_WALLS, *DOUBTS_OF_IDLE, *DOUBTS_OF_ENDINGS)
+RULES_OF_VALUES = (
+    units_are_si,
+    fewer_than_memory_holds,
+    meshes_of_a_search_fit,
+    *RULES_OF_ENDINGS,
+)  # of scenes whose tables fit together
+DOUBTS = (doubts_of_units, *DOUBTS_OF_SIGNS, *DOUBTS_OF_WALLS, *DOUBTS_OF_IDLE, *DOUBTS_OF_ENDINGS, many_frames)

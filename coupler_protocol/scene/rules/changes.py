@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from coupler_protocol.problems import Finding, KeyPath, reason_and_remedy
 from coupler_protocol.scene.changes import GRAINS, changed, changes_in
 from coupler_protocol.scene.stage_kinds import number_of, of
-from coupler_protocol.scene.tables.changes import Change
+from coupler_protocol.scene.tables.changes import Change, StageDiscs
 from coupler_protocol.scene.tables.grading import grading_of
 
 NEEDED = {"material": ("elastic",), "soil": ("spring",), "stone": ("spring",)}  # effects that a table cannot do without
@@ -85,7 +85,7 @@ def changes_fit_their_effects(scene: Any) -> Iterator[Finding]:
         for path, holder, table in _tables(i, stage):
             owner, found = now.get(holder), effects.setdefault(holder, {})
             changes = changes_in(table)
-            if not changes and not (holder == "discs" and _says_more(table)):
+            if not changes and not _says_more(table):
                 yield path, "this table changes nothing", "give the effects that change, with the keys that change"
             for name, change in changes.items():
                 before = found.get(name, getattr(owner, name, None))
@@ -97,8 +97,9 @@ def changes_fit_their_effects(scene: Any) -> Iterator[Finding]:
 
 
 def _says_more(discs: Any) -> bool:
-    """Whether a [stage.discs] holds tables of its materials, or a key of its own."""
-    return discs.bond_gap is not None or bool(discs.pair) or any(getattr(discs, grain) is not None for grain in GRAINS)
+    """Whether a table is a [stage.discs] that holds tables of its materials, or a key of its own."""
+    own: Any = discs if isinstance(discs, StageDiscs) else None
+    return own is not None and (own.bond_gap is not None or bool(own.pair) or any(getattr(own, grain) for grain in GRAINS))
 
 
 def _tables(i: int, stage: Any) -> Iterator[tuple[KeyPath, Any, Any]]:

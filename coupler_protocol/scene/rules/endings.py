@@ -15,6 +15,7 @@ from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.stages import Until
 
+HANDOVER = 500  # steps, if the stage has none
 MANY = 1e8  # steps of a stage: days
 EPS = 2.2e-16
 GRID = 1e-14  # ratio that a grid at rest still reaches; measured: 2e-16 .. 6e-15
@@ -77,6 +78,16 @@ def only_at_rest(scene: Any) -> Iterator[Finding]:
             yield ("stage", i, "until"), what, "add steps as a second limit, or ratio"
 
 
+def handovers_cut_short(scene: Any) -> Iterator[Finding]:
+    """Hand-overs that take more steps than their stage."""
+    for i, stage in enumerate(scene.stage):
+        steps = stage.until.steps if stage.until is not None else None
+        handover = stage.handover or HANDOVER
+        if of(stage).couples and steps is not None and steps < handover:
+            why = f"stage {stage.name!r} ends after {steps} steps, inside its hand-over of {handover}"
+            yield ("stage", i, "handover"), why, f"give the stage more than {handover} steps, or the hand-over fewer"
+
+
 def displacements_beyond_the_ground(scene: Any) -> Iterator[Finding]:
     """Displacements that the ground has no room for."""
     height = height_of(scene)
@@ -124,6 +135,7 @@ RULES_OF_ENDINGS = (ratios_never_reached,)
 DOUBTS_OF_ENDINGS = (
     ratios_below_round_off,
     only_at_rest,
+    handovers_cut_short,
     displacements_beyond_the_ground,
     seconds_of_too_many_steps,
     gravity_that_stops_on_its_way,

@@ -3,12 +3,16 @@
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from coupler_protocol.problems import Finding
 from coupler_protocol.scene.changes import in_stage
 from coupler_protocol.scene.declare import Table
 from coupler_protocol.scene.schedule import plan
+from coupler_protocol.scene.stage_kinds import of
 
 PACKED = ("spread", "packing", "target", "porosity", "confinement")  # keys of [discs] that only a packing uses
+FAR_WALL = 10.0  # times the size of the window
 FALLING = 0.4  # local damping in real time: more slows what falls to less than 0.6 g
 
 
@@ -99,6 +103,75 @@ def damping_of_falling_bodies(scene: Any) -> Iterator[Finding]:
             yield ("stage", i, "damping"), what, remedy
 
 
+def keys_of_a_grid(scene: Any) -> Iterator[Finding]:
+    """Keys for the grid in a scene of discs alone."""
+    if scene.grid is not None:
+        return
+    for key in changed(scene.fos, *type(scene.fos).model_fields):
+        yield ("fos", key), "discs alone have no factor of safety", "remove the key"
+    if scene.record.energy:
+        why = "discs alone always record their energies (elastic_energy, kinetic_energy, weight_energy)"
+        yield ("record", "energy"), why, "remove the key"
+
+
+def bonds_with_walls(scene: Any) -> Iterator[Finding]:
+    """Bonds of contacts with walls: walls are never bonded."""
+    if scene.grid is not None or scene.discs is None or not scene.discs.wall:
+        return
+    holders: list[tuple[tuple[str | int, ...], Any]] = [(("ring",), scene.ring)]
+    holders += [(("discs", "pair", i), pair) for i, pair in enumerate(scene.discs.pair) if "ring" in pair.between]
+    for path, table in holders:
+        for law in ("bond", "parallel_bond"):
+            if getattr(table, law, None) is not None:
+                yield (*path, law), "discs alone touch walls as ring, and no bond holds a disc to a wall", "remove the table"
+
+
+def sides_that_change_nothing(scene: Any) -> Iterator[Finding]:
+    """Boundaries that free what nothing held, and ramps of what is free at once."""
+    held: set[tuple[str, str]] = set()
+    tables: list[tuple[tuple[str | int, ...], Any]] = [(("boundary", k), b) for k, b in enumerate(scene.boundary)]
+    tables += [(("stage", i, "boundary", k), b) for i, stage in enumerate(scene.stage) for k, b in enumerate(stage.boundary)]
+    for path, b in tables:
+        if b.free is not None:
+            never = [axis for axis in b.free if (b.on, axis) not in held]
+            if never:
+                what = f"nothing before has fixed or moved {' and '.join(never)} of {b.on}"
+                yield (*path, "free"), what, "remove the table: sides are free unless a table holds them"
+        if b.over is not None and (b.free is not None or b.quiet is not None):
+            yield (*path, "over"), f"{'free' if b.free else 'quiet'} acts at once, without a ramp", "remove the key"
+        held |= {(b.on, axis) for axis in b.fix or ""}
+        held |= {(b.on, axis) for axis in "xy" if b.velocity is not None and getattr(b.velocity, axis) is not None}
+
+
+def histories_without_a_point(scene: Any) -> Iterator[Finding]:
+    """An interval of histories that is longer than the run."""
+    stages = [stage for stage in scene.stage if of(stage).computes]
+    steps = [stage.until.steps if stage.until is not None else None for stage in stages]
+    if steps and None not in steps and sum(steps) < scene.record.history:  # type: ignore[arg-type]
+        what = f"the stages have {sum(steps)} steps, so that histories have no point"  # type: ignore[arg-type]
+        yield ("record", "history"), what, f"use record.history of {max(1, sum(steps) // 100)} or so"  # type: ignore[arg-type]
+
+
+def walls_out_of_reach(scene: Any) -> Iterator[Finding]:
+    """Walls so far from the discs that they are probably given in other coordinates."""
+    if scene.discs is None or not scene.window or scene.window[0].polygon is None:
+        return
+    corners = np.array(scene.window[0].polygon)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    size = float(np.ptp(corners, axis=0).max())
+    for k, wall in enumerate(scene.discs.wall):
+        far = _distance(np.array(wall.ends), low, high)
+        if far > FAR_WALL * size and not wall.moves:
+            what = f"wall {wall.name or k + 1} is {far:.3g} m away from the discs, whose window is {size:.3g} m large"
+            yield ("discs", "wall", k, "ends"), what, "are both in the same coordinates and in metres?"
+
+
+def _distance(ends: Any, low: Any, high: Any) -> float:
+    """Distance of a segment, by points on it, from a rectangle."""
+    points = ends[0] + np.linspace(0.0, 1.0, 1001)[:, None] * (ends[1] - ends[0])
+    return float(np.hypot(*np.maximum(np.maximum(low - points, points - high), 0.0).T).min())
+
+
 DOUBTS_OF_IDLE = (
     tables_without_a_window,
     ring_without_contacts,
@@ -107,4 +180,9 @@ DOUBTS_OF_IDLE = (
     factors_without_gravity,
     level_without_change,
     damping_of_falling_bodies,
+    keys_of_a_grid,
+    bonds_with_walls,
+    sides_that_change_nothing,
+    histories_without_a_point,
+    walls_out_of_reach,
 )

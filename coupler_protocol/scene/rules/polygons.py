@@ -22,7 +22,7 @@ def polygons_of(scene: Any) -> Iterator[tuple[KeyPath, str, list[tuple[float, fl
 
 def polygons_are_outlines(scene: Any) -> Iterator[Finding]:
     """No polygon crosses itself, touches itself or is without area."""
-    for path, what, corners in polygons_of(scene):
+    for path, what, corners in polygons_of(scene.drawn):
         fault = outline_fault(corners)
         if fault:
             yield path, f"{what} {fault}", "list its corners in order, once around"

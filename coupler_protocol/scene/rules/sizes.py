@@ -11,6 +11,9 @@ from coupler_protocol.problems import Finding
 from coupler_protocol.scene.tables.grading import grading_of
 
 MOST_ZONES, MOST_DISCS = 4_000_000, 1_000_000
+MANY_FRAMES = 100_000
+ZONE_FRAME, DISC_FRAME = 100.0, 190.0  # bytes of a zone and of a disc with its contacts in a frame: 8 a number, 4 a whole number
+ZONE_STATE, DISC_STATE = 320.0, 400.0  # and in a checkpoint; measured
 ZONE_BYTES, DISC_BYTES = 1.1e3, 1.5e3  # measured: resident memory of 160,000 zones, and from 4,000 to 16,000 discs
 
 
@@ -87,6 +90,41 @@ def fewer_than_memory_holds(scene: Any) -> Iterator[Finding]:
                 f"use a radius of at least {_up(scene.discs.radius * (discs / MOST_DISCS) ** 0.5):.2g} m, or a smaller window"
             )
             yield ("window", i), f"{what}at most {MOST_DISCS:,}", remedy
+
+
+def meshes_of_a_search_fit(scene: Any) -> Iterator[Finding]:
+    """Refusals: meshes of the table [fos] with more than MOST_ZONES."""
+    if scene.grid is None or scene.grid.kind == "ring":
+        return
+    for k, size in enumerate(scene.fos.zone_sizes or ()):
+        zones = zones_of(scene) * (scene.grid.zone_size[0] / size) ** 2
+        if zones > MOST_ZONES:
+            what = (
+                f"a mesh with zones of {size:g} m would have about {zones:.3g} zones, {_memory(zones * ZONE_BYTES)} of memory: "
+            )
+            remedy = f"use sizes of at least {_up(size * (zones / MOST_ZONES) ** 0.5):.2g} m"
+            yield ("fos", "zone_sizes", k), f"{what}at most {MOST_ZONES:,}", remedy
+
+
+def frames_of(scene: Any) -> int:
+    """Largest number of frames that stages with `until.steps` record; stages that only rest or time ends are left out."""
+    steps = [stage.until.steps for stage in scene.stage if stage.until is not None and stage.until.steps is not None]
+    return sum(count // scene.record.every + 1 for count in steps)
+
+
+def files_of(scene: Any) -> float:
+    """Size [MB] of the frames of `frames_of` and of the checkpoints of all stages, before compression."""
+    zones, discs = zones_of(scene), sum(discs_of(scene, window) for window in scene.window)
+    frames = frames_of(scene) * (zones * ZONE_FRAME + discs * DISC_FRAME)
+    return (frames + len(scene.stage) * (zones * ZONE_STATE + discs * DISC_STATE)) / 1e6
+
+
+def many_frames(scene: Any) -> Iterator[Finding]:
+    """Doubts: more frames than anybody looks at."""
+    frames = frames_of(scene)
+    if frames > MANY_FRAMES:
+        what = f"the stages would record up to {frames:,} frames, about {_memory(1e6 * files_of(scene))}"
+        yield ("record", "every"), what, f"use record.every of {scene.record.every * frames // 1000} or so"
 
 
 def _up(value: float) -> float:

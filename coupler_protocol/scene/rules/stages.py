@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
+from coupler_protocol.geometry import spot_on
 from coupler_protocol.problems import Finding
 from coupler_protocol.scene.changes import record_in
 from coupler_protocol.scene.schedule import acting_boundaries, large_strain, new_boundaries
@@ -123,8 +124,10 @@ def surcharges_lie_on_the_ground(scene: Any) -> Iterator[Finding]:
         elif stage.surcharge is not None:
             first, last = stage.surcharge.x
             if not 0.0 <= first < last <= scene.grid.length:
-                why = f"[{first:g}, {last:g}] is not on the ground"
-                yield ("stage", i, "surcharge", "x"), why, f"use [first, last] between 0 and {scene.grid.length:g} m"
+                start = scene.origin[0]
+                why = f"[{spot_on(first, start)}, {spot_on(last, start)}] is not on the ground"
+                remedy = f"use [first, last] between {start:.12g} and {spot_on(scene.grid.length, start)} m"
+                yield ("stage", i, "surcharge", "x"), why, remedy
 
 
 def boundaries_change_with_steps_enough(scene: Any) -> Iterator[Finding]:

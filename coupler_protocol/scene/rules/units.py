@@ -94,8 +94,9 @@ def _unusual(scene: Any) -> Iterator[Suspect]:
         low, high = extra["usual"]
         if not low <= value <= high:
             unit = extra["unit"]
-            what = f"{path[-1]} of {_owner(scene, path)} is {as_written(value)} {unit}: soil and rock have {as_written(low)} .. "
-            remedy = meant(value, unit, low, high) or f"give {path[-1]} in {unit}"
+            name = next(part for part in reversed(path) if isinstance(part, str))
+            what = f"{name} of {_owner(scene, path)} is {as_written(value)} {unit}: soil and rock have {as_written(low)} .. "
+            remedy = meant(value, unit, low, high) or f"give {name} in {unit}"
             yield Suspect(path, f"{what}{as_written(high)}", remedy, "stiffness" if unit == "Pa" else unit)
 
 
@@ -109,6 +110,8 @@ def _numbers(table: Table, path: KeyPath) -> Iterator[tuple[KeyPath, float, Fiel
             for k, item in enumerate(value):
                 if isinstance(item, Table):
                     yield from _numbers(item, (*path, name, k))
+                elif isinstance(item, float):
+                    yield (*path, name, k), item, field
         elif isinstance(value, float):
             yield (*path, name), value, field
 
@@ -189,6 +192,12 @@ def _weak(scene: Any) -> Iterator[Suspect]:
                 what = f"{key} of material {m.name!r} is {as_written(value)} Pa: nothing {_beside(scene)}"
                 remedy = f"did you mean {value:g}e3 ({value:g} kPa)? Use 0 for no {key}"
                 yield Suspect((*path, table, key), what, remedy, "strength")
+        for key, share in (("cohesion", LEAST_COHESION), ("tension", LEAST_TENSION)):
+            largest = max(getattr(getattr(m, "softening", None), key, None) or [0.0])
+            if 0.0 < largest < _stress_scale(scene, share):
+                what = f"{key} of material {m.name!r} softens to at most {as_written(largest)} Pa: nothing {_beside(scene)}"
+                remedy = f"did you mean {largest:g}e3 ({largest:g} kPa)? Use 0 for no {key}"
+                yield Suspect((*path, "softening", key), what, remedy, "strength")
 
 
 def _soft(scene: Any) -> Iterator[Suspect]:

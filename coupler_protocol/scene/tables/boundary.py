@@ -66,8 +66,8 @@ class Boundary(Table):
         meaning="side of the grid; top: level ground, face: inclined or vertical ground; a ring has inner, outer, left, bottom"
     )
     name: Name | None = quantity(None, meaning="name in the histories; none: name of the side")
-    x: Range | None = quantity(None, unit="m", meaning="only this range of the side; loads end exactly there")
-    y: Range | None = quantity(None, unit="m", meaning="only this range of the side; loads end exactly there")
+    x: Range | None = quantity(None, unit="m", place="x", meaning="only this range of the side; loads end exactly there")
+    y: Range | None = quantity(None, unit="m", place="y", meaning="only this range of the side; loads end exactly there")
     fix: Components | None = quantity(None, meaning="components of velocity that stay zero")
     free: Components | None = quantity(None, meaning="components that an earlier table fixed or moved and that become free again")
     velocity: Velocity | None = quantity(None, meaning="components of velocity that are prescribed")
@@ -138,7 +138,7 @@ class InitialStress(Table):
     yy: float = quantity(0.0, unit="Pa", meaning="vertical stress at `level`")
     zz: float = quantity(0.0, unit="Pa", meaning="stress out of the plane at `level`")
     xy: float = quantity(0.0, unit="Pa", meaning="shear stress at `level`")
-    level: float = quantity(0.0, unit="m", meaning="height y at which xx, yy, zz, xy hold")
+    level: float = quantity(0.0, unit="m", place="y", meaning="height y at which xx, yy, zz, xy hold")
     gradient: StressGradient | None = quantity(None, meaning="change per metre of depth below `level`")
     k0: float | None = quantity(
         None,

@@ -55,7 +55,7 @@ class Wall(Moves):
     """
 
     name: Name | None = quantity(None, meaning="name; none: its number from 1")
-    ends: tuple[Point, Point] = quantity(unit="m", meaning="first and last point")
+    ends: tuple[Point, Point] = quantity(unit="m", place="xy", meaning="first and last point")
 
 
 class StageWall(Moves):

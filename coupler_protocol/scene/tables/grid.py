@@ -27,8 +27,10 @@ ALLOWED = {"slope": ("fit", "graded"), "box": ("graded",), "ring": ("part", "gro
 class Graded(Table):
     """Zones of `zone_size` in a rectangle, with sizes that grow from there towards the sides and the bottom."""
 
-    x: tuple[float, float] | None = quantity(None, unit="m", meaning="first and last x of the rectangle; none: all")
-    y: tuple[float, float] | None = quantity(None, unit="m", meaning="lowest and highest y of the rectangle; none: all")
+    x: tuple[float, float] | None = quantity(None, unit="m", place="x", meaning="first and last x of the rectangle; none: all")
+    y: tuple[float, float] | None = quantity(
+        None, unit="m", place="y", meaning="lowest and highest y of the rectangle; none: all"
+    )
     ratio: float = quantity(meaning="size ratio of a zone to its neighbour nearer to the rectangle", gt=1, le=1.5)
 
     @model_validator(mode="after")
@@ -46,20 +48,28 @@ class Grid(Table):
     """Mesh of the continuum. A kind takes the keys whose meaning names it, and those whose meaning names no kind."""
 
     kind: Literal["slope", "box", "ring"] = quantity(
-        "slope", meaning="a slope under `profile`, a box, or zones around a circular hole with its centre at x = y = 0"
+        "slope", meaning="a slope under `profile`, a box, or zones around a circular hole with its centre at `origin`"
     )
-    length: float | None = quantity(None, unit="m", meaning="extent in x, from 0 (slope and box, required)", gt=0)
-    height: float | None = quantity(None, unit="m", meaning="extent in y, from 0 (slope and box, required)", gt=0)
+    length: float | None = quantity(None, unit="m", meaning="extent in x, from `origin` (slope and box, required)", gt=0)
+    height: float | None = quantity(None, unit="m", meaning="extent in y, from `origin` (slope and box, required)", gt=0)
     zone_size: Annotated[tuple[Positive, Positive], BeforeValidator(_both_ways)] | None = quantity(
         None,
         unit="m",
         meaning="slope and box, required: size of a zone, one number or [in x, in y]; length and height must be whole "
         'multiples of it; with fit = "profile" or graded it is adjusted slightly',
     )
+    origin: Point | None = quantity(
+        None,
+        unit="m",
+        meaning="lower left corner of the grid, centre of the hole of a ring; none: (0, 0), or if a profile begins elsewhere "
+        "(UTM) its first x, and `height` below its highest point if all of it is higher than `height`",
+    )
     profile: list[Point] | None = quantity(
         None,
         unit="m",
-        meaning="slope, required: ground surface from left (x = 0) to right (x = length), faces up to vertical, no overhangs",
+        place="xy",
+        meaning="slope, required: ground surface from left (x of `origin`) to right (`length` further), faces up to vertical, no "
+        "overhangs",
         min_length=2,
     )
     fit: Literal["diagonals", "profile", "face"] = quantity(
@@ -99,7 +109,7 @@ class Grid(Table):
         missing = [key for key in needed if getattr(self, key) is None]
         if missing:
             raise ValueError(f'kind = "{self.kind}" needs {", ".join(missing)}')
-        known = {"kind", "mixed", "large_strain", *needed, *ALLOWED[self.kind]}
+        known = {"kind", "mixed", "origin", "large_strain", *needed, *ALLOWED[self.kind]}
         fields = type(self).model_fields
         extra = [key for key in fields if key not in known and getattr(self, key) != fields[key].default]
         if extra:

@@ -27,10 +27,13 @@ class Material(Table):
 
     name: Label = quantity(meaning="name of the material")
     density: float = quantity(unit="kg/m3", meaning="density", usual=DENSITIES, gt=0)
-    region: list[Point] | None = quantity(None, unit="m", meaning="polygon of the material; none: everywhere", min_length=3)
+    region: list[Point] | None = quantity(
+        None, unit="m", place="xy", meaning="polygon of the material; none: everywhere", min_length=3
+    )
     top: Annotated[list[Point], AfterValidator(_rightwards)] | None = quantity(
         None,
         unit="m",
+        place="xy",
         meaning="line from left to right below which the material fills the ground (level beyond its ends), instead of a region; "
         'with fit = "profile" zones follow the line where their shape permits, elsewhere their centre decides',
         min_length=1,

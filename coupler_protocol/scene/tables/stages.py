@@ -45,7 +45,7 @@ class Excavation(Table):
 
     columns: Annotated[Span, AfterValidator(increasing)] | None = quantity(None, meaning="first and last zone in x, from 0")
     rows: Annotated[Span, AfterValidator(increasing)] | None = quantity(None, meaning="first and last zone in y, from 0")
-    polygon: list[Point] | None = quantity(None, unit="m", meaning="outline of the excavation", min_length=3)
+    polygon: list[Point] | None = quantity(None, unit="m", place="xy", meaning="outline of the excavation", min_length=3)
     over: int | None = quantity(
         None,
         unit="steps",
@@ -65,7 +65,7 @@ class Excavation(Table):
 class Surcharge(Table):
     """Pressure on the ground surface, added to existing loads; its direction is constant."""
 
-    x: Annotated[Point, AfterValidator(increasing)] = quantity(unit="m", meaning="first and last point")
+    x: Annotated[Point, AfterValidator(increasing)] = quantity(unit="m", place="x", meaning="first and last point")
     pressure: float = quantity(unit="Pa", meaning="pressure, normal to the surface", gt=0)
     over: int | None = quantity(
         None, unit="steps", meaning="steps of the ramp (none: 500 where the load waits for rest, else 1)", ge=1

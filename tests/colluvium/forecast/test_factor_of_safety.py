@@ -17,7 +17,8 @@ COARSE = ("--set", "grid.zone_size=1.25", "--set", "fos.resolution=0.01")
 def searched(tmp_path_factory, configs):
     """(folder, content of fos.json, what was printed) of two meshes by --meshes."""
     out = tmp_path_factory.mktemp("fos") / "out"
-    done = run_colluvium("fos", configs / "dawson_slope.toml", "--meshes", 2, "--out", out, *COARSE)
+    idle = ("--set", "coupling.mapping=paper")
+    done = run_colluvium("fos", configs / "dawson_slope.toml", "--meshes", 2, "--out", out, *COARSE, *idle)
     assert done.returncode == 0, done.stderr
     return out, json.loads((out / "fos.json").read_text()), done
 
@@ -117,3 +118,12 @@ def test_results_are_not_overwritten(configs, searched):
     done = run_colluvium("fos", configs / "dawson_slope.toml", "--out", searched[0], *COARSE)
     assert done.returncode == 4
     assert "--force" in done.stderr
+
+
+def test_doubts_about_the_scene_are_printed_and_kept(searched):
+    """Those of every mesh, with the remedy."""
+    _, found, done = searched
+    rows = [doubt for doubt in found["doubts"] if doubt["key"] == "coupling.mapping"]
+    assert [doubt["mesh"] for doubt in rows] == [1, 2]
+    for row in rows:
+        assert f"worth a second look: mesh {row['mesh']}: coupling.mapping: {row['what']}; {row['remedy']}" in done.stdout

@@ -3,6 +3,9 @@
 import json
 from pathlib import Path
 
+import pytest
+
+from coupler_protocol import exits
 from coupler_protocol.files import run_json
 from coupler_protocol.files.restart import Origin
 
@@ -37,3 +40,24 @@ def test_attempts_are_kept_in_order(tmp_path):
 def test_a_branch_into_another_folder_has_no_attempts(tmp_path):
     (tmp_path / "run.earlier.json").write_text(json.dumps(ENDED))
     assert "attempts" not in run_json.origin_content(tmp_path, Origin(Path("elsewhere"), "fill"), None)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{", "is damaged"),
+        ("[]", "not what a run writes"),
+        ("{}", "not what a search for a factor writes"),
+        ('{"quantity": "f", "meshes": []}', "not what a search for a factor writes"),
+        ('{"quantity": "f", "meshes": [{"zone_size": 1.0, "trials": [1]}]}', "not what a search for a factor writes"),
+    ],
+)
+def test_a_damaged_account_of_a_search_is_refused_in_words(tmp_path, text, words):
+    path = tmp_path / "fos.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(exits.EnvironmentFailed, match=words) as found:
+        run_json.read_search(path)
+    assert "search again" in str(found.value)
+    whole = {"quantity": "f", "meshes": [{"zone_size": 1.0, "trials": []}]}
+    path.write_text(json.dumps(whole), encoding="utf-8")
+    assert run_json.read_search(path) == whole

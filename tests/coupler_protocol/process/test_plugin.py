@@ -61,6 +61,9 @@ def test_a_file_is_a_plugin(tmp_path):
         ("def on_step(moment) pass", "cannot be run: SyntaxError"),
         ("import nothing_of_this_name", "cannot be run: ModuleNotFoundError"),
         ("EVERY = 0\ndef on_step(moment): pass", "EVERY is a whole number of steps from 1, not 0"),
+        ("EVERY = True\ndef on_step(moment): pass", "EVERY is a whole number of steps from 1, not True"),
+        ("EVERY = '9'\ndef on_step(moment): pass", "EVERY is a whole number of steps from 1, not '9'"),
+        ("EVERY = 2.0\ndef on_step(moment): pass", "EVERY is a whole number of steps from 1, not 2.0"),
     ],
 )
 def test_what_is_no_plugin_is_refused_in_words(tmp_path, text, words):

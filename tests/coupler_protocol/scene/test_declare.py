@@ -80,3 +80,19 @@ def test_truth_values_and_whole_numbers_stay_what_they_are(good):
     assert scene.record.every == 100
     assert scene.discs.density_matching is False
     assert scene.stage[3].large_strain is True
+
+
+@pytest.mark.parametrize("value", ["true", "no", 1, 0, 1.0])
+@pytest.mark.parametrize("path", [("grid", "large_strain"), ("stage", 0, "discard"), ("discs", "density_matching")])
+def test_truth_values_are_true_or_false(good, path, value):
+    """1 and "no" would be taken for true and false."""
+    with pytest.raises(SceneError, match="is not true or false") as found:
+        build_scene(changed(good, path, value))
+    assert f"{path[-1]} = true" in str(found.value)
+
+
+@pytest.mark.parametrize(("text", "meant"), [("0,055", "0.055"), ("2,7e3", "2.7e3")])
+def test_a_decimal_comma_is_named(good, text, meant):
+    with pytest.raises(SceneError, match="decimals have a point") as found:
+        build_scene(changed(good, ("discs", "radius"), text))
+    assert f"radius = {meant}, without quotation marks" in str(found.value)

@@ -7,20 +7,7 @@ import pytest
 from coupler_protocol.process.plugin import from_functions
 from coupler_protocol.scene import rest
 from coupler_protocol.scene.reader import build_scene, read_scene
-
-BOX = """
-format = 1
-seed = 1
-grid = { kind = "box", length = 2.0, height = 2.0, zone_size = 0.5 }
-damping = { local = 0.8 }
-[[material]]
-name = "m"
-density = 2000.0
-elastic = { bulk = 5e7, shear = 2e7 }
-[[boundary]]
-on = "bottom"
-fix = "xy"
-"""
+from tests.small_grounds import BOX
 
 
 def box(**stage):

@@ -95,6 +95,13 @@ def test_every_problem_is_told_at_once(tmp_path):
         ("a.csv", "stone,x\n1,2\n", "column 'y' is missing"),
         ("a.csv", "stone,x,y\n1,0,0\n1,one,0\n1,1,1\n1,0,1", "line 3 holds no corner"),
         ("a.csv", "stone,x,y\n1,0,0\n1,1,0\n", "stone 1 has 2 corners"),
+        ("a.csv", "stone,x,y\n1,0,5,0,5\n", "line 2 has more columns than the head line"),
+        ("a.csv", "stone,x,y\n,0,0\n", "line 2 has no stone"),
+        ("a.csv", "stone,x,y\n1,,0\n", "line 2 holds no corner"),
+        ("a.json", '{"type": "Polygon", "coordinates": [[["0", "0"], ["1", "0"], ["1", "1"]]]}', "not those of a Polygon"),
+        ("a.json", '{"type": "Polygon", "coordinates": [[[0, 0], [true, 0], [1, 1]]]}', "not those of a Polygon"),
+        ("a.json", '{"type": "Polygon", "coordinates": [["00", "10", "11"]]}', "not those of a Polygon"),
+        ("a.json", '{"type": "Polygon", "coordinates": [[[0, 0], [null, 0], [1, 1]]]}', "not those of a Polygon"),
         ("a.csv", "stone,x,y\n1,0,0\n1,1,1\n1,2,2\n", "stone 1"),
     ],
 )

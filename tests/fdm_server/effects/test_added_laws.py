@@ -1,9 +1,14 @@
 """A continuum law is one file: it comes from another distribution, is compiled in and computed through the product."""
 
 import json
+import sys
+from collections import namedtuple
+from types import SimpleNamespace
 
 import pytest
 
+from coupler_protocol.scene.declare import History
+from fdm_server.effects import added_laws
 from tests.fdm_server.effects.installed_laws import BULK, HARDENING, SHEAR, STRENGTH, install, python, scene_data
 
 RUN = """
@@ -152,3 +157,40 @@ def test_two_distributions_with_an_effect_for_the_same_place_are_refused_by_thei
     one, two = sorted(["someones-laws", other])
     assert f"{place} is declared by the installed distributions '{one}' and '{two}'" in done.stderr
     assert "uninstall one of them" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "recorded", "words"),
+    [
+        ("mises_strain", "stress", "a recorded field with the name 'stress', which colluvium has"),
+        ("plastic_shear", "mises_strain", "a history with the name 'plastic_shear', which colluvium has"),
+        ("Mises/strain", "mises_strain", "a history with the name 'Mises/strain': use small letters, digits and _"),
+        ("mises_strain", "mises strain", "a recorded field with the name 'mises strain': use small letters"),
+    ],
+)
+def test_names_of_histories_are_checked_like_ours(name, recorded, words, monkeypatch):
+    """A field `stress` of a law would replace the stress of the zones in every frame."""
+    law = SimpleNamespace(HISTORIES=(History(name, "zone", recorded=recorded),), Parameters=namedtuple("P", "a"))
+    law.parameters = law.corrected = print
+    effect = type("Mises", (), {"__module__": "laws_of_a_test"})
+    monkeypatch.setitem(sys.modules, "laws_of_a_test", law)
+    monkeypatch.setattr(added_laws, "declared", lambda: {"mises": effect})
+    assert words in added_laws.missing(effect)
+    law.HISTORIES = (History("mises_strain", "zone", recorded="mises_strain"),)
+    assert added_laws.missing(effect) == ""
+    law.HISTORIES = (History("mises_strain", "zone"),)
+    other = type("Other", (), {"__module__": "laws_of_another"})
+    monkeypatch.setitem(sys.modules, "laws_of_another", SimpleNamespace(HISTORIES=law.HISTORIES))
+    monkeypatch.setattr(added_laws, "declared", lambda: {"mises": effect, "other": other})
+    assert "'mises_strain', which another law has" in added_laws.missing(effect)
+
+
+def test_an_entry_point_that_cannot_be_imported_is_a_fault_of_the_environment(tmp_path, configs):
+    """By its name and that of its distribution, with exit code 4 instead of a traceback."""
+    folder = install(tmp_path / "site", {"material.crushing": "crushing:Crashing", "material.gone": "no_such_module:Law"})
+    done = python(["-m", "colluvium.cli", "check", configs / "quick_slope.toml"], folder)
+    assert done.returncode == 4, done.stderr
+    assert "'material.crushing' (colluvium.effects) of the installed distribution 'someones-laws'" in done.stderr
+    assert "cannot be imported" in done.stderr
+    assert "uninstall the distribution" in done.stderr
+    assert "Traceback" not in done.stderr

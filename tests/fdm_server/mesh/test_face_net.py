@@ -23,7 +23,7 @@ PROFILES = {
 def mesh(profile, size=(0.8, 0.5), levels=()):
     """The net of a profile."""
     length, height = profile[-1][0], max(y for _, y in profile)
-    return along_face_mesh(SimpleNamespace(profile=profile, zone_size=size, length=length, height=height), levels)
+    return along_face_mesh(SimpleNamespace(profile=profile, zone_size=size, length=length, height=height, origin=None), levels)
 
 
 @pytest.mark.parametrize("name", PROFILES)

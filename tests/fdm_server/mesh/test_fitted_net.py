@@ -191,7 +191,7 @@ def test_zones_that_grow_too_flat_are_refused_for_their_ratio():
         ([(0, 0), (8, 0), (12, 4), (20, 4)], r"for rock at the level of the toe, draw a row of rock \(add 1 m"),
         (
             [(412345, 4), (412353, 4), (412361, 12), (412365, 12)],
-            "subtract 412345 m from every x .* length = 20",
+            r"use origin = \[412345, 0\] and length = 20",
         ),
         ([(0, 4), (8, 4), (16, 12), (24, 12)], "use length = 24"),
         ([(0, 4), (8, 4), (18, 14), (20, 14)], "use height = 14"),

@@ -84,6 +84,14 @@ def test_more_seconds_than_steps_can_take_are_doubted(configs, slope):
     assert "takes about" in said(pile)
 
 
+def test_hand_overs_longer_than_their_stage_are_doubted(configs):
+    coupled = tomllib.loads((configs / "quick_slope.toml").read_text(encoding="utf-8"))
+    coupled["stage"][2] = {"name": "couple", "until": {"steps": 499}}
+    assert "ends after 499 steps, inside its hand-over of 500" in said(coupled)
+    coupled["stage"][2]["handover"] = 499
+    assert "hand-over" not in said(coupled)
+
+
 def test_a_ramp_of_gravity_that_the_steps_cut_off_is_doubted(slope):
     data = until(slope, 0, steps=2000)
     data["stage"][0]["gravity_factor"] = {"to": 3.0, "over": 5000}

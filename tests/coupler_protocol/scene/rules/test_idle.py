@@ -8,6 +8,8 @@ import pytest
 from coupler_protocol.scene.reader import build_scene
 from coupler_protocol.scene.rules.between_tables import doubts
 
+BOND = {"tension": 1e3, "shear": 1e3}
+
 
 @pytest.fixture(scope="module")
 def shipped(configs):
@@ -42,6 +44,34 @@ def words(data):
         ("quick_pile", lambda d: d["discs"].update(body="cluster"), ("discs", "body"), "only stones of discs.file"),
         ("quick_pile", lambda d: d.update(coupling={"exchange_every": 5}), ("coupling", "exchange_every"), "one process"),
         ("quick_biaxial", lambda d: d["discs"].update(time_step=0.5), ("discs", "time_step"), "no stage is in real time"),
+        ("quick_pile", lambda d: d.update(fos={"resolution": 0.1}), ("fos", "resolution"), "no factor of safety"),
+        ("quick_pile", lambda d: d["record"].update(energy=True), ("record", "energy"), "always record their energies"),
+        ("quick_biaxial", lambda d: d.update(ring={"bond": BOND}), ("ring", "bond"), "no bond holds a disc to a wall"),
+        (
+            "quick_biaxial",
+            lambda d: d["discs"].update(pair=[{"between": ["soil", "ring"], "bond": BOND}]),
+            ("discs", "pair", 0, "bond"),
+            "no bond holds",
+        ),
+        (
+            "quick_pile",
+            lambda d: d["discs"]["wall"].append({"ends": [[412345.0, 0.0], [412346.0, 0.0]]}),
+            ("discs", "wall", 2, "ends"),
+            "away from the discs",
+        ),
+        (
+            "quick_slope",
+            lambda d: d["boundary"].append({"on": "left", "free": "xy"}),
+            ("boundary", 3, "free"),
+            "fixed or moved y of left",
+        ),
+        (
+            "quick_slope",
+            lambda d: d["boundary"].append({"on": "left", "free": "x", "over": 9}),
+            ("boundary", 3, "over"),
+            "at once",
+        ),
+        ("quick_slope", lambda d: d["record"].update(history=10**6), ("record", "history"), "no point"),
         (
             "quick_pile",
             lambda d: d["discs"].update(grading={"curve": [[0.06, 0.0], [0.1, 1.0]]}, spread=0.1),
@@ -85,3 +115,22 @@ def test_real_time_with_its_own_damping_is_not_doubted(shipped):
     data["stage"][1]["damping"] = {"local": 0.0}
     assert words(data) == {}
     assert words(shipped["softening_slide"]) == {}
+
+
+@pytest.mark.parametrize(
+    ("ends", "doubted"),
+    [
+        ([[0.0, 0.101], [1.0, 0.101]], True),
+        ([[1.0, 0.099], [0.0, 0.0995]], True),
+        ([[0.0, 0.2], [1.0, 0.2]], False),  # a plate as thick as discs
+        ([[0.5, 0.1], [1.5, 0.1]], False),  # one surface
+        ([[0.0, 0.099], [1.0, 0.101]], False),  # they cross
+        ([[2.0, 0.101], [3.0, 0.101]], False),  # one after the other
+    ],
+)
+def test_faces_of_a_plate_thinner_than_overlaps_are_doubted(shipped, ends, doubted):
+    """A disc that is pressed through the first face touches the second one as well: two springs in the same direction."""
+    data = copy.deepcopy(shipped["quick_pile"])
+    data["discs"]["wall"] = [{"ends": [[0.0, 0.1], [1.0, 0.1]]}, {"ends": ends}]
+    found = words(data)
+    assert (("discs", "wall", 1, "ends") in found and "a disc there touches both" in found["discs", "wall", 1, "ends"]) == doubted

@@ -8,7 +8,8 @@ import pytest
 
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.reader import build_scene
-from coupler_protocol.scene.rules.sizes import MOST_DISCS, MOST_ZONES, discs_of, zones_of
+from coupler_protocol.scene.rules.between_tables import doubts
+from coupler_protocol.scene.rules.sizes import MOST_DISCS, MOST_ZONES, discs_of, files_of, frames_of, zones_of
 from fdm_server.mesh.grid import build_grid
 
 
@@ -70,3 +71,27 @@ def test_too_many_discs_are_refused_with_the_radius_that_would_do(scene_data, na
     assert f"at most {MOST_DISCS:,}" in problem.reason
     data["discs"]["radius"] = float(problem.remedy.split("at least ")[1].split(" m")[0])
     assert discs_of(build_scene(data), build_scene(data).window[0]) <= MOST_DISCS
+
+
+def test_meshes_of_a_search_are_counted_before_they_are_made(scene_data):
+    data = scene_data("dawson_slope")
+    data["fos"] = {"zone_sizes": [1.0, 1e-4]}
+    problem = refusal(data)
+    assert problem.key == "fos.zone_sizes[1]"
+    assert "a mesh with zones of 0.0001 m would have about" in problem.reason
+
+
+def test_frames_and_files_are_counted(scene_data):
+    """Steps over record.every and one more a stage; 100 B a zone, 190 B a disc."""
+    data = scene_data("quick_slope")
+    scene = build_scene(data)
+    steps = [stage["until"]["steps"] for stage in data["stage"] if "until" in stage]
+    assert frames_of(scene) == sum(n // 200 + 1 for n in steps)
+    zones, discs = zones_of(scene), discs_of(scene, scene.window[0])
+    expected = frames_of(scene) * (100 * zones + 190 * discs) + 4 * (320 * zones + 400 * discs)
+    assert files_of(scene) == pytest.approx(expected / 1e6)
+    data["record"]["every"] = 1
+    data["stage"][0]["until"]["steps"] = 200_000
+    said = {path: (what, remedy) for path, what, remedy in doubts(build_scene(data))}
+    assert "up to 240,003 frames, about" in said["record", "every"][0]
+    assert "record.every of 240 or so" in said["record", "every"][1]

@@ -9,8 +9,9 @@ from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.reader import build_scene, read_scene
 from coupler_protocol.scene.rules.between_tables import doubts
 from coupler_protocol.scene.rules.units import as_written, units_are_si
+from tests.small_grounds import SIDES
 
-SLOPE = """
+SLOPE = f"""
 format = 1
 seed = 1
 [grid]
@@ -23,27 +24,16 @@ profile = [[0.0, 5.0], [10.0, 5.0], [20.0, 15.0], [35.0, 15.0]]
 [[material]]
 name = "soil"
 density = 2000.0
-elastic = { bulk = 100e6, shear = 46e6 }
-mohr_coulomb = { friction = 20.0, cohesion = 12.4e3, dilation = 0.0 }
-[[boundary]]
-on = "left"
-fix = "x"
-[[boundary]]
-on = "right"
-fix = "x"
-[[boundary]]
-on = "bottom"
-fix = "xy"
-[damping]
-local = 0.8
-[[stage]]
+elastic = {{ bulk = 100e6, shear = 46e6 }}
+mohr_coulomb = {{ friction = 20.0, cohesion = 12.4e3, dilation = 0.0 }}
+{SIDES}[[stage]]
 name = "equilibrium"
 gravity = 10.0
-until = { ratio = 1e-5, steps = 4000 }
+until = {{ ratio = 1e-5, steps = 4000 }}
 [[stage]]
 name = "push"
 kind = "load"
-until = { steps = 4000 }
+until = {{ steps = 4000 }}
 """
 
 
@@ -220,3 +210,23 @@ def test_shipped_scenes_are_in_si(configs):
 )
 def test_numbers_are_written_as_in_a_scene(value, words):
     assert as_written(value) == words
+
+
+@pytest.mark.parametrize(
+    ("key", "values", "what", "remedy"),
+    [
+        ("cohesion", [8.0, 4.0], "softens to at most 8 Pa", "did you mean 8e3"),
+        ("friction", [0.35, 0.3], "friction of material 'soil' is 0.35 deg", "20.05 (0.35 radians)"),
+        ("tension", [2.0, 0.0], "softens to at most 2 Pa", "did you mean 2e3"),
+    ],
+)
+def test_softening_values_are_doubted_like_plain_ones(slope, key, values, what, remedy):
+    slope["material"][0] |= {"tension": {"strength": 5e3}, "softening": {"strain": [0.01, 0.1], key: values}}
+    found = [(said, mends) for path, said, mends in doubted(slope) if path[:4] == ("material", 0, "softening", key)]
+    assert what in found[0][0]
+    assert remedy in found[0][1]
+
+
+def test_a_small_residual_strength_is_not_doubted(slope):
+    slope["material"][0]["softening"] = {"strain": [0.01, 0.1], "cohesion": [8e3, 20.0], "friction": [18.0, 16.0]}
+    assert doubted(slope) == []

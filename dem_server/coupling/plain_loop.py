@@ -1,0 +1,164 @@
+"""The loop of dem_server/run.py for plain steps, compiled: coupled steps that nobody has to see.
+
+The kernels, their order and their arguments are those of the loop step by step, so the bits are the same.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupler_protocol.compiled.jit import jit
+from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
+from coupler_protocol.interface.mapping import forces_to_nodes
+from coupler_protocol.wire.messages import Answer, Order
+from dem_server.coupling.rim import move_ring
+from dem_server.effects.histories import PairHistory
+from dem_server.effects.parameter_table import Parameters
+from dem_server.model import CAPS, FX, MOMENT, SPIN, VX, VY, Listed, X, Y
+from dem_server.step import scratch_rows
+from dem_server.step.clumps import move_clumps
+from dem_server.step.contact_pass import add_list, farthest
+from dem_server.step.motion import move
+
+ANSWER, ORDER = len(Answer._fields), len(Order._fields)
+STEP, GRAVITY, DT, INTERVAL, FLAGS = (Order._fields.index(name) for name in ("step", "gravity", "dt", "interval", "flags"))
+DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM = range(8)  # why the loop ended
+Numbers = NDArray[np.float64]
+
+
+class Ring(NamedTuple):
+    """Ring of a window of K nodes and R control discs, fields of dem_server.coupling.rim.Rim; sums (K,): of the mass rule.
+
+    force (K,2), carried (R,3): forces on the nodes and on the control discs of the last FORCE; velocity (K,2): of VELOCITY.
+    """
+
+    nodes: Numbers
+    seg0: NDArray[np.int64]
+    seg1: NDArray[np.int64]
+    w0: Numbers
+    node: NDArray[np.int64]
+    paper: bool
+    sums: Numbers
+    force: Numbers
+    carried: Numbers
+    velocity: Numbers
+
+
+class Talk(NamedTuple):
+    """answer (8,): of every FORCE; order (7,): of the last VELOCITY.
+
+    first: number of steps done in the run; history: steps between points of histories; leeway [m] until the next list.
+    """
+
+    answer: Numbers
+    order: Numbers
+    first: int
+    history: int
+    leeway: float
+
+
+class Motion(NamedTuple):
+    """gravity [m/s2] of the first step; ring: number of control discs; kick [s]: time of its forces; dt [s]: of every step.
+
+    fastest [m/s]: limit of the speed, longest [m]: of the way in a step; cap: whether faster bodies are slowed down, as in static
+    mode, where dt = 1.
+    """
+
+    gravity: float
+    ring: int
+    kick: float
+    dt: float
+    fastest: float
+    longest: float
+    cap: bool
+
+
+@jit(borrows=True)
+def write_forces(wire, ring, answer):
+    """Writes FORCE into the outbox; returns whether the forces are finite."""
+    at, said = (wire.out_at[0] >> 3) + HEADER_NUMBERS, wire.said
+    for i in range(ANSWER):
+        said[at + i] = answer[i]
+    at += ANSWER
+    total = 0.0
+    for k in range(len(ring.sums)):
+        said[at], said[at + 1] = ring.force[k, 0], ring.force[k, 1]
+        total += ring.force[k, 0] + ring.force[k, 1]
+        at += 2
+    for k in range(len(ring.sums)):
+        said[at] = ring.sums[k]
+        at += 1
+    return np.isfinite(total)
+
+
+@jit(borrows=True)
+def read_velocities(wire, ring, order):
+    """Copies VELOCITY from the inbox."""
+    at, heard = (wire.in_at[0] >> 3) + HEADER_NUMBERS, wire.heard
+    for i in range(ORDER):
+        order[i] = heard[at + i]
+    at += ORDER
+    for k in range(len(ring.sums)):
+        ring.velocity[k, 0], ring.velocity[k, 1] = heard[at], heard[at + 1]
+        at += 2
+
+
+@jit(borrows=True)
+def too_fast(v, dt, longest):
+    """Whether a component of the velocities (R,2) is more than `longest` [m] in a step; false for NaN."""
+    fastest = 0.0
+    for p in range(v.shape[0]):
+        fastest = max(fastest, abs(v[p, 0]), abs(v[p, 1]))
+    return fastest * dt > longest
+
+
+@jit
+def plain_loop(
+    wire, ring, talk, motion, begun, disc, load, weight, angle, listed_at, clumps, listed, history, parameters, counters, most
+):  # fmt: skip
+    """Takes up to `most` steps, each from FORCE to the contacts after VELOCITY; returns (steps done, why it ended, fast discs).
+
+    begun: FORCE of the first step is sent. The step that is not completed has: prepared FORCE (INFINITE: which is not finite;
+    UNSENT), or sent it and moved the free discs (UNHEARD; FAST: too fast without a cap), or also received VELOCITY, which is not
+    for one step (ODD), or also moved the ring (FAST_RIM: too fast; CONTACTS: a new list of pairs is due, or somebody has to see
+    the step). listed, history, parameters: plain tuples, as for `force_pass`.
+    """
+    named, past, law = Listed(*listed), PairHistory(*history), Parameters(*parameters)
+    scratch = np.empty(scratch_rows.SIZE)
+    gravity, R, kick, dt, fastest, longest, cap = motion
+    x, v, spin = disc[:R, X : Y + 1], disc[:R, VX : VY + 1], disc[:R, SPIN]
+    count, alpha = disc.shape[0], law.alpha
+    force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
+    for step in range(most):
+        if not begun:
+            forces_to_nodes(ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, x, force, moment, ring.force, ring.paper)
+            ring.carried[:] = load[:R, : MOMENT + 1]
+            if not write_forces(wire, ring, talk.answer):
+                return step, INFINITE, 0
+            if not put(wire, 0):
+                return step, UNSENT, 0
+        begun, fast = False, 0
+        if clumps is not None:
+            fast += move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)[0]
+        fast += move(R, count, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)[0]
+        kick = dt
+        if cap:
+            counters[CAPS] += fast
+        elif fast > 0:
+            return step, FAST, fast
+        if take(wire, 0) != HERE:
+            return step, UNHEARD, 0
+        read_velocities(wire, ring, talk.order)
+        wire.sequence[0] += 1
+        if talk.order[DT] != dt or talk.order[INTERVAL] != 1.0 or talk.order[STEP] != talk.first + step + 1:
+            return step, ODD, 0
+        gravity = talk.order[GRAVITY]
+        move_ring(ring.nodes, ring.velocity, ring.seg0, ring.seg1, ring.w0, ring.node, x, v, spin, ring.paper, dt)
+        if not cap and too_fast(v, dt, longest):
+            return step, FAST_RIM, 0
+        seen = talk.order[FLAGS] != 0.0 or (talk.first + step + 1) % talk.history == 0
+        if seen or not farthest(disc, listed_at) <= talk.leeway:
+            return step, CONTACTS, 0
+        add_list(disc, load, named, past, law, dt, counters, None, scratch)
+    return most, DONE, 0

@@ -1,0 +1,122 @@
+"""Plain steps of the discs: as many as possible in one compiled call (plain_loop.py), beside the loop step by step.
+
+A step is plain if nothing outside the kernels has to see it: the continuum orders nothing after it, histories have no point
+there, and the list of pairs still holds.
+"""
+
+import numpy as np
+
+from coupler_protocol.wire import messages
+from dem_server.coupling.plain_loop import (
+    CONTACTS,
+    DONE,
+    FAST,
+    FAST_RIM,
+    INFINITE,
+    ODD,
+    UNHEARD,
+    UNSENT,
+    Motion,
+    Ring,
+    Talk,
+    plain_loop,
+)
+from dem_server.effects.histories import history_of
+from dem_server.step.motion import SPEED_CAP
+from dem_server.step.neighbours import skin
+from dem_server.step.thread_shares import shares
+
+MOST = 100  # steps of a call, after which stop requests are obeyed
+MOVE, RECEIVE, ACCEPT, COMPLETE = range(4)  # how a step goes on that is not completed; see `Rest`
+
+
+def obstacle(side):
+    """Why the steps of a stage are taken one by one, or ""."""
+    lanes = side.conversation.transport.lanes
+    found = {
+        "messages of steps use the link": lanes is None or not lanes.whole,
+        "substeps": side.substeps > 1,
+        "exchange_every": side.scene.coupling.exchange_every > 1,
+        "energies are recorded": side.ledger is not None,
+        "a plugin is called": side.plugin is not None,
+        "the discs have several threads": len(shares(side.model)) > 1,
+        "walls": side.state.walls is not None,
+        "a trace is recorded": side.scene.record.trace is not None,
+    }
+    return next((words for words, there in found.items() if there), "")
+
+
+class PlainSteps:
+    """Plain steps of one stage of a dem_server.procedure.window_side.DiscreteSide. `taken`: how many so far."""
+
+    def __init__(self, side):
+        self.side = side
+        self.why_not = obstacle(side)
+        self.taken = 0
+        if not self.why_not:
+            self.lanes = side.conversation.transport.lanes
+            self.order, self.answer = np.zeros(len(messages.Order._fields)), np.zeros(len(messages.Answer._fields))
+
+    def take(self):
+        """Takes plain steps, from a sent FORCE on; returns (how the present step goes on, its Order or None).
+
+        MOVE: free discs have to be moved. RECEIVE: VELOCITY has to be received. ACCEPT: it was, and has to be obeyed. COMPLETE:
+        the ring has moved, contacts have to be computed.
+        """
+        side, begun = self.side, True
+        if not side.watch.stages[-1].steps:  # the message of a first step may be STOP, which uses the link
+            return MOVE, None
+        while not self.why_not and self.lanes.worth_compiling(side.conversation.sequence):
+            side.conversation.stop.check()
+            steps, why, fast = self._loop(begun)
+            self._count(steps)
+            if why == DONE:
+                begun = False
+            elif why == INFINITE:
+                side.refuse_infinite(side.rim.force)
+            elif why == UNSENT:
+                side.conversation.send_by_link()
+                return MOVE, None
+            elif why == FAST:
+                side.refuse_fast(fast)
+            elif why == UNHEARD:
+                return RECEIVE, None
+            else:
+                if why == FAST_RIM:
+                    side.refuse_fast_rim()
+                return (ACCEPT if why == ODD else COMPLETE), messages.Order(*self.order.tolist())
+        return MOVE, None
+
+    def _loop(self, begun):
+        """One compiled call."""
+        side, wire = self.side, self.lanes.wire
+        model, state, rim, talk = side.model, side.state, side.rim, side.conversation
+        wire.sequence[0], wire.waited[0] = talk.sequence, 0
+        self.answer[:] = side.answer
+        ring = Ring(
+            rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
+        )
+        said = Talk(self.answer, self.order, side.steps, side.record_of_stage.history, 0.5 * skin(model))
+        longest = SPEED_CAP * model.smallest_radius
+        kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
+        motion = Motion(side.gravity, model.ring, kick, dt, longest / dt, longest, not model.in_real_time)
+        steps, why, fast = plain_loop(
+            wire, ring, said, motion, begun, state.disc, state.load, state.weight, state.angle, state.listed_at, state.clumps,
+            tuple(state.listed), tuple(history_of(state)), tuple(model.parameters), state.counters, MOST,
+        )  # fmt: skip
+        if steps or why not in (INFINITE, UNSENT):
+            state.dt = state.next_dt
+        talk.continue_from(int(wire.sequence[0]), None if begun and not steps else self.lanes.said(0))
+        side.watch.add_waiting(1e-9 * float(wire.waited[0]))
+        if steps or why == CONTACTS:
+            side.gravity = float(self.order[messages.Order._fields.index("gravity")])
+        return steps, why, fast
+
+    def _count(self, steps):
+        """Counts completed steps."""
+        side = self.side
+        self.taken += steps
+        side.steps += steps
+        for _ in range(steps):  # as in a sum step by step, bit for bit
+            side.time += side.step
+        side.watch.stages[-1].steps += steps

@@ -1,0 +1,205 @@
+"""Plain steps of a coupled stage: as many as possible in one compiled call (plain_loop.py), beside the loop step by step.
+
+A step is plain if nothing outside the kernels has to see it: it writes no frame, is not the last of the stage, and no effect of
+the stage acts between its kernels. Histories need no step of their own: what is seen in the middle of a step ends the call
+there, the next one goes on from there, and points of histories follow the last step of a call.
+"""
+
+import numpy as np
+
+from coupler_protocol.wire import messages
+from fdm_server.coupling.common_step import check_common_step
+from fdm_server.coupling.plain_loop import (
+    DONE,
+    GROWN,
+    INFINITE,
+    INVERTED,
+    MIDWAY,
+    TOO_LONG,
+    UNHEARD,
+    UNSENT,
+    Course,
+    Rims,
+    plain_loop,
+)
+from fdm_server.effects.added_laws import memories
+from fdm_server.step import clock
+from fdm_server.step import present_shape as shape
+from fdm_server.step.safety import check_zones
+from fdm_server.step.zone_pass import Arrays, Stiffness
+
+MOST = 100  # steps of a call, after which stop requests are obeyed
+
+
+def obstacle(side, stage):
+    """Why the steps of a stage are taken one by one, or ""."""
+    lanes = side.hub.transport.lanes
+    parts = side.model.partition
+    found = {
+        "messages of steps use the link": lanes is None or not lanes.whole,
+        "exchange_every": side.scene.coupling.exchange_every > 1,
+        "energies are recorded": stage.ledger is not None,
+        "a plugin is called": side.plugin is not None,
+        "volumetric strain is averaged at gridpoints": side.model.nodal is not None,
+        "the grid has several threads": len(parts.points) > 1 or len(parts.strips) > 1,
+        "loads or boundaries change": bool(stage.ramps) or stage.load is not None or stage.sides.act,
+        "a trace is recorded": side.scene.record.trace is not None,
+    }
+    return next((words for words, there in found.items() if there), "")
+
+
+class PlainSteps:
+    """Plain steps of one stage of a fdm_server.procedure.grid_side.ContinuumSide. `taken`: how many so far."""
+
+    def __init__(self, side, stage):
+        self.side, self.stage = side, stage
+        self.why_not = obstacle(side, stage)
+        self.taken = 0
+        if not self.why_not:
+            self.lanes = side.hub.transport.lanes
+            self.rims = _side_by_side(stage, side.state.in_real_time)
+
+    def take(self):
+        """Takes all plain steps from the present one on; returns before the first step that has to be taken by itself."""
+        while not self.why_not and self.lanes.worth_compiling(self._sequence) and (count := self._ahead()) and self._call(count):
+            pass
+
+    @property
+    def _sequence(self):
+        return self.stage.rims[0].talk.conversation.sequence
+
+    def report(self):
+        """Content of run.json."""
+        return {"plain_steps": self.taken} | ({"one_by_one": self.why_not} if self.why_not else {})
+
+    def _ahead(self):
+        """Number of plain steps up to the next point of histories, frame, change of masses, or end."""
+        side, stage, record = self.side, self.stage, self.stage.record
+        if stage.ended_by or any(rim.talk.strain_asked for rim in stage.rims) or not stage.step_is_known:
+            return 0
+        count = min(MOST, record.history - side.steps % record.history, record.every - 1 - side.steps % record.every)
+        if side.state.mass is not None:
+            count = min(count, shape.MASS_STEPS - side.state.mass_age)
+        if stage.stage.until.steps is not None:
+            count = min(count, stage.stage.until.steps - 1 - stage.done)
+        return max(stage.steps_within_time(count), 0)
+
+    def _call(self, count):
+        """Takes `count` plain steps; returns whether all of them were taken."""
+        side, stage = self.side, self.stage
+        side.hub.stop.check()
+        leg, done = stage.leg, stage.done
+        factor = np.array([leg.factor(step) for step in range(done, done + count + 1)])
+        share = np.array([stage.share_at(step) for step in range(done, done + count)])
+        course = Course(leg.gravity * factor, factor, share, float(stage.index), side.steps + 1, clock.seconds(side.state))
+        pauses, midway = side.steps % stage.record.history == 0, False
+        while True:
+            steps, heard, why = self._loop(course, midway, pauses)
+            self._count(steps)
+            course, midway, pauses = _after(course, steps), False, pauses and not steps
+            if why == DONE:
+                return True
+            if why == UNHEARD:
+                for rim in stage.rims[:heard]:
+                    rim.heard = True
+                return False
+            if why == INFINITE:
+                rim = stage.rims[heard]
+                rim.talk.refuse_infinite(self.rims.velocity[slice(*self.rims.begin[heard : heard + 2])], side.steps + 1)
+            if why == TOO_LONG:
+                check_common_step(side.model, side.state, stage.rims, side.state.dt)
+            if why == INVERTED:
+                check_zones(shape.present(side.model, side.state), side.model.zones, side.model.zone)
+            if why == UNSENT:
+                for rim in stage.rims:
+                    rim.talk.conversation.send_by_link()
+            if why in (UNSENT, GROWN):
+                for watch in stage.interface:
+                    watch.growth.judge()
+            if pauses:
+                stage.observe(side.model, side.state)
+                pauses = False
+                if stage.ended_by:  # this step is completed, the next one is the last
+                    course = course._replace(gravity=course.gravity[:2], factor=course.factor[:2], share=course.share[:1])
+            midway = why in (MIDWAY, UNSENT, GROWN)
+
+    def _loop(self, course, midway, pauses):
+        """One compiled call."""
+        side, wire = self.side, self.lanes.wire
+        model, state, law = side.model, side.state, side.model.law
+        conversations = [rim.talk.conversation for rim in self.stage.rims]
+        wire.sequence[:] = [talk.sequence for talk in conversations]
+        wire.waited[0] = 0
+        static_mass = shape.static_mass(model, state) if state.in_real_time else None
+        points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
+        rayleigh = law.rayleigh
+        half_drag = None if rayleigh is None or rayleigh.mass is None else 0.5 * rayleigh.mass * state.dt
+        viscosity = None if rayleigh is None or rayleigh.stiffness is None else rayleigh.stiffness / state.dt
+        half_combined = None if law.combined is None else 0.5 * law.combined
+        arrays = Arrays(state.velocity, state.displacement, state.stress, state.corner_force, state.force)
+        memory = None if law.added is None else memories(law.added, state.memory)
+        laws = (
+            law.mohr_coulomb, law.tension, law.softening, state.plastic, state.plastic_shear, law.added, memory, viscosity,
+            state.dt, shape.moving(model, state),
+        )  # fmt: skip
+        found = plain_loop(
+            wire, self.rims, course, points, (law.damping, half_combined, state.previous_force, half_drag), tuple(arrays),
+            tuple(model.geometry), tuple(model.gather), tuple(Stiffness(model.pattern, law.elastic)), laws, midway, pauses,
+        )  # fmt: skip
+        for row, talk in enumerate(conversations):
+            sequence = int(wire.sequence[row])
+            talk.continue_from(sequence, self.lanes.said(row) if sequence != talk.sequence else None)
+        for row, rim in enumerate(self.stage.rims):
+            rim.answer = messages.Answer(*self.rims.answer[row].tolist())
+            rim.sums = self.rims.sums[slice(*self.rims.begin[row : row + 2])].copy()
+        side.watch.add_waiting(1e-9 * float(wire.waited[0]))
+        return found
+
+    def _count(self, steps):
+        """Counts completed steps; records histories if they are due after the last one."""
+        side, stage = self.side, self.stage
+        if not steps:
+            return
+        self.taken += steps
+        stage.plain_steps_done(steps)
+        for watch in stage.interface:
+            watch.check_power(side.steps)
+        if side.state.mass is not None:
+            shape.count_steps(side.model, side.state, steps)
+        if side.steps % stage.record.history == 0:
+            side.watch.add_to("computing")
+            side.record(stage, stage.plain_order())
+            side.watch.add_to("recording")
+
+
+def _side_by_side(stage, in_real_time):
+    """Rims of all windows in one set of arrays; forces and velocities of the rims become views of them."""
+    rims, watches = stage.rims, stage.interface
+    begin = np.concatenate([[0], np.cumsum([len(rim.nodes) for rim in rims])])
+    sums, inner_mass = (np.concatenate(each) for each in zip(*((rim.sums, rim.inner_mass) for rim in rims), strict=True))
+    of_all = Rims(
+        np.concatenate([rim.nodes for rim in rims]),
+        begin,
+        np.concatenate([rim.force for rim in rims]),
+        sums,
+        np.array([rim.answer for rim in rims]),
+        inner_mass if in_real_time else sums,
+        inner_mass,
+        np.concatenate([rim.reaction for rim in rims]),
+        np.concatenate([rim.reaction_mass for rim in rims]),
+        np.concatenate([rim.before for rim in rims]),
+        np.concatenate([watch.growth.before for watch in watches]),
+        np.array([watch.growth.size for watch in watches]),
+        np.array([watch.growth.floor for watch in watches]),
+    )
+    for row, (rim, watch) in enumerate(zip(rims, watches, strict=True)):
+        own = slice(begin[row], begin[row + 1])
+        rim.force, rim.before = of_all.force[own], of_all.velocity[own]
+        watch.growth.before, watch.growth.size = of_all.before[own], of_all.size[row]
+    return of_all
+
+
+def _after(course, steps):
+    """The Course after `steps` of its steps."""
+    gravity, factor, share = course.gravity[steps:], course.factor[steps:], course.share[steps:]
+    return course._replace(gravity=gravity, factor=factor, share=share, first=course.first + steps)

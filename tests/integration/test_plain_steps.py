@@ -1,0 +1,124 @@
+"""Plain steps in one compiled call have the bits of the loop step by step, in every form of coupling that takes them."""
+
+import copy
+
+import pytest
+
+from colluvium import open_run
+from colluvium.running.threads import run
+from coupler_protocol.scene.reader import build_scene
+from coupler_protocol.wire import lanes
+from coupler_protocol.wire.lanes import Lanes
+from tests.same_bits import differing
+from tests.window_scenes import BOX, uniform
+
+SMALL = [[1.0, 1.0], [3.0, 1.0], [3.0, 3.0], [1.0, 3.0]]
+OTHER = [[4.5, 3.5], [6.5, 3.5], [6.5, 5.0], [4.5, 5.0]]
+STONES = {"content": 0.2, "size": {"mean": 0.5, "sigma": 0.1, "min": 0.4, "max": 0.6}, "gap": 0.05, "body": "clump"}
+STONE = {"density": 2700.0, "spring": {"normal": 1e8, "shear": 1e8}, "friction": {"coefficient": 1.0}}
+
+
+@pytest.fixture(autouse=True)
+def _from_the_first_step(monkeypatch):
+    """Plain steps begin at once, not only in long runs."""
+    monkeypatch.setattr(lanes, "EARLIEST", 0)
+
+
+def scene(**more):
+    """Uniform ground with a window of discs; then a third more gravity at once, so that both codes move."""
+    data = uniform(copy.deepcopy(BOX), SMALL, radius=0.08)
+    data["material"][0] |= {"mohr_coulomb": {"cohesion": 60e3, "friction": 30.0}}
+    data["record"] = {"every": 60, "history": 10}
+    data["stage"][0]["until"] = {"steps": 50}
+    data["stage"][2] |= {"handover": 40, "until": {"steps": 95}}
+    data["stage"].append({"name": "more", "kind": "overload", "gravity": 2.0, "until": {"steps": 130}})
+    for path, value in more.items():
+        place = data
+        *tables, key = path.split("__")
+        for name in tables:
+            place = place[int(name)] if name.isdigit() else place.setdefault(name, {})
+        place[key] = value
+    return data
+
+
+def both_ways(tmp_path, data):
+    """Runs of a scene in one process, over a lane and without one: the first one's rows of coupled stages in run.json."""
+    for name, lane in (("lane", None), ("link", False)):
+        (tmp_path / name).mkdir()
+        own = copy.deepcopy(data)
+        if lane is not None:
+            own["link"] = {"lane": lane}
+        run(build_scene(own), tmp_path / name)
+    with open_run(tmp_path / "lane") as found, open_run(tmp_path / "link") as other:
+        rows, plain = ([row for row in one.info["stages"] if "plain_steps" in row] for one in (found, other))
+    assert all(row["plain_steps"] == 0 and row["one_by_one"] for row in plain)
+    return rows
+
+
+def same_files(tmp_path):
+    """Names of datasets of frames, histories and checkpoints that differ."""
+    names = sorted(path.name for path in (tmp_path / "lane").iterdir() if path.suffix in (".h5", ".vtkhdf"))
+    assert len(names) >= 6
+    return [(name, found) for name in names for found in differing(tmp_path / "lane" / name, tmp_path / "link" / name)]
+
+
+SHORT = "large strain, clumps"
+CASES = {
+    "two windows, paper's mapping, combined damping, histories of every third step": {
+        "window": [{"name": "a", "polygon": SMALL}, {"name": "b", "polygon": OTHER}],
+        "coupling__mapping": "paper",
+        "damping": {"combined": 0.8},
+        "record__history": 3,
+    },
+    SHORT: {"grid__large_strain": True, "stones": STONES, "discs__stone": STONE},
+    "real time, Rayleigh damping, large strain": {
+        "grid__large_strain": True,
+        "stage__3__time": "real",
+        "stage__3__damping": {"rayleigh": {"fraction": 0.05, "frequency": 20.0}},
+    },
+}
+
+
+LONG = [case for case in CASES if case != SHORT]
+
+
+@pytest.mark.parametrize("case", [SHORT, *(pytest.param(case, marks=pytest.mark.long) for case in LONG)])
+def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
+    rows = both_ways(tmp_path, scene(**CASES[case]))
+    assert same_files(tmp_path) == []
+    history = CASES[case].get("record__history", 10)
+    for row in rows:
+        assert "one_by_one" not in row
+        assert row["plain_steps"] >= row["steps"] - 6 - row["steps"] // 60, (row, history)
+
+
+def test_a_lane_that_breaks_leaves_its_steps_to_the_link(tmp_path, monkeypatch):
+    """The connection is closed at the third look of a side: the run goes on over the link, with the same bits."""
+    taken = []
+    said = Lanes.said
+
+    def break_once(lanes, row):
+        taken.append(row)
+        if len(taken) == 7:
+            lanes.sockets[row].shutdown(2)
+        return said(lanes, row)
+
+    monkeypatch.setattr(Lanes, "said", break_once)
+    rows = both_ways(tmp_path, scene(link__timeout=0.2, **CASES[SHORT]))
+    assert same_files(tmp_path) == []
+    assert 0 < sum(row["plain_steps"] for row in rows) < 150
+
+
+@pytest.mark.parametrize(
+    ("more", "why"),
+    [
+        ({"record__energy": True}, "energies are recorded"),
+        ({"grid__mixed": "nodal"}, "volumetric strain is averaged at gridpoints"),
+        ({"coupling__exchange_every": 2}, "exchange_every"),
+    ],
+)
+def test_stages_say_why_their_steps_are_taken_one_by_one(tmp_path, more, why):
+    run(build_scene(scene(**more)), tmp_path)
+    with open_run(tmp_path) as found:
+        rows = [row for row in found.info["stages"] if "plain_steps" in row]
+    assert [(row["one_by_one"], row["plain_steps"]) for row in rows] == [(why, 0)] * 2
