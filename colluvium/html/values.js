@@ -71,7 +71,8 @@ function discWords(window, disc, state) {
   const key = discQuantity(state) || "displacement";
   const step = key === "displacement" ? stepOf(window.displacement[0]) : stepOf(window.fields[key]);
   const of = key === "displacement" ? "" : " (mean of its bin)";
-  lines.push(quantityWords(key, discValues(window, key)[disc], step, state) + of);
+  const words = quantityWords(key, discValues(window, key)[disc], step, state);
+  lines.push(words.replace(", averaged at gridpoints", "") + of); // that concerns zones
   if (state.chains) {
     const [a, b] = window.contacts.ends.map((number) => data.array(number)), force = data.array(window.contacts.force);
     let largest = NaN;
