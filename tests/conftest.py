@@ -15,10 +15,10 @@ from tests.integration.short_runs import overrides
 
 TESTS = Path(__file__).resolve().parent
 FIRST = (  # dearest first, so that both workers end at about the same time
-    "integration/test_two_processes.py",
     "integration/test_restart.py",
     "physics/test_interface_limit.py",
     "dem_server/observe/test_energy_ledger.py",
+    "integration/test_two_processes.py",  # not beside the first: it would only wait for the run that both need
     "integration/test_coupled_real_time.py",
     "scenes/test_quick_pile.py",
     "dem_server/effects/test_every_effect.py",

@@ -24,6 +24,7 @@ pytest.importorskip("matplotlib")
 pytest.importorskip("cmcrameri")
 
 
+@pytest.mark.long
 def test_every_figure_of_a_coupled_run_is_drawn(run_folder, tmp_path):
     seen, skipped = [], {}
     paths = report.write(run_folder, tmp_path / "pictures", progress=seen.append, skipped=skipped.setdefault)

@@ -30,6 +30,7 @@ def scene_data(configs):
     return data
 
 
+@pytest.mark.long
 def test_going_on_in_real_time_gives_the_bits_of_the_straight_run(scene_data, tmp_path):
     path = tmp_path / "scene.json"
     path.write_text(json.dumps(scene_data), encoding="utf-8")

@@ -230,7 +230,7 @@ sys.exit(cli.main(sys.argv[2:]))
     [
         (60_000, "two", "the account of the run"),
         pytest.param(300_000, "two", "the frame of step 50", marks=pytest.mark.long),
-        (740_000, "two", "the frame of step"),
+        pytest.param(740_000, "two", "the frame of step", marks=pytest.mark.long),
         (740_000, "one", "the frame of step 450"),
         pytest.param(1_000_000, "two", "the frame of step", marks=pytest.mark.long),
     ],

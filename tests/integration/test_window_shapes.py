@@ -51,6 +51,7 @@ def test_a_disc_put_outside_the_ring_ends_the_run(tmp_path):
     assert (tmp_path / "run" / "fdm.rank0.stopped.h5").is_file()
 
 
+@pytest.mark.long
 def test_a_stretched_ring_is_warned_of_once_in_its_stage(tmp_path, caplog):
     """A side of the box is pulled in large strain until the ring's gaps are wider than a smallest radius."""
     data = uniform(BOX | {"large_strain": True}, L_SHAPE)

@@ -56,6 +56,7 @@ def test_stress_around_a_hole(folders):
     assert error < 0.01 * 30e6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["footing", "hole"])
 def test_grids_without_a_profile_are_drawn(folders, tmp_path, name):
     pytest.importorskip("matplotlib")

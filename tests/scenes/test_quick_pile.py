@@ -49,6 +49,7 @@ def test_a_run_goes_on_from_a_stage(pile, configs, tmp_path):
         assert run.info["stages"][-1]["steps"] == 100
 
 
+@pytest.mark.long
 def test_its_report(pile, tmp_path):
     done = run_colluvium("report", pile, "--out", tmp_path)
     assert done.returncode == 0, done.stderr

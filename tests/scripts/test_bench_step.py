@@ -30,7 +30,8 @@ def test_every_row_has_its_companion(tmp_path):
 def test_the_scalar_loop_computes_what_the_kernels_compute():
     case = Box(40, 40, FULL, flowing=True)
     model, state = case.model, case.state
-    laws = [tuple(p[0]) for p in model.material_law[:3]]
+    law = model.material_law
+    laws = [tuple(p[0]) for p in (law.elastic, law.mohr_coulomb, law.tension)]
     stress = from_blocks(state.stress, case.zones)
     plastic, force = np.zeros(case.zones, dtype=np.int64), np.zeros_like(state.force)
     for _ in range(12):

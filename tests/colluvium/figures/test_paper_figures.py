@@ -25,6 +25,7 @@ def table():
     return {int(number): re.findall(r"`(\w+\.png)`", files) for number, files in rows}
 
 
+@pytest.mark.long
 def test_a_coupled_run_with_stones_gives_every_figure_of_the_table(stony_folder, tmp_path):
     named, skipped = table(), []
     assert sorted(named) == list(range(7, 18))

@@ -63,6 +63,7 @@ def shaken(amplitude, **how):
     return joined
 
 
+@pytest.mark.long
 def test_a_coupled_chain_closes_to_round_off():
     """Linear and undamped: both sides explain their energies, and what leaves one arrives at the other."""
     joined, _, _ = chain.coupled()
@@ -157,6 +158,7 @@ def test_a_clump_that_is_hit_and_turns_loses_nothing_to_damping_that_is_not_ther
 CEMENT = ParallelBond(normal_stiffness=1e9, shear_stiffness=5e8, tension=1e9, shear=1e9, radius=0.8)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("laws", "most", "falls"),
     [({"rolling": Rolling(coefficient=0.2)}, 1e-3, 3.0), ({"parallel_bond": CEMENT}, 3e-7, 1.5)],

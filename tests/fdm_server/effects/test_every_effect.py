@@ -87,6 +87,7 @@ def test_every_effect_is_asked():
     assert set(EFFECTS) - set(INSTALLED) | {"added"} == set(Law._fields)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(bool(INSTALLED), reason="the laws are installed, and asked")
 def test_laws_of_another_distribution_are_asked_the_same(tmp_path):
     folder = install(tmp_path)
