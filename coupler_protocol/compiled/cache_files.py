@@ -21,6 +21,18 @@ class LockedCacheFile(IndexDataCacheFile):
             super().save(key, data)
 
 
+def is_compiled(kernel: Any, arguments: tuple[Any, ...]) -> bool:
+    """Whether `kernel` has machine code for arguments of these types, in memory or in its cache; plain functions need none."""
+    if not hasattr(kernel, "overloads"):
+        return True
+    signature = tuple(kernel.typeof_pyval(argument) for argument in arguments)
+    if signature in kernel.overloads:
+        return True
+    cache = kernel._cache
+    file = getattr(cache, "_cache_file", None)
+    return file is not None and cache._index_key(signature, kernel.targetctx.codegen()) in file._load_index()
+
+
 def lock_cache(kernel: Any) -> None:
     """Makes the compiled function `kernel` save to its cache under the lock; plain functions (NUMBA_DISABLE_JIT=1) have none."""
     file = getattr(getattr(kernel, "_cache", None), "_cache_file", None)

@@ -18,7 +18,7 @@ from coupler_protocol.wire import messages
 from coupler_protocol.wire.frames import HEADER, MAGIC, Buffer
 
 log = logging.getLogger(__name__)
-EARLIEST = 1000  # messages of a run before which compiling a loop of plain steps costs more than it saves
+EARLIEST = 5000  # steps of a stage before which compiling a loop of plain steps, if no cache has it, costs more than it saves
 ROOM = 4  # frames that fit into the buffer of a socket: two can be under way
 
 
@@ -74,10 +74,6 @@ class Lanes:
             return HEADER.pack(MAGIC, messages.PROTOCOL_VERSION, kind, session, peer.rank, 0, 0, size, 0)
 
         return np.frombuffer(b"".join(map(head, self.peers)), dtype="<u4").reshape(-1, lane.HEADER_WORDS).astype(np.uint32)
-
-    def worth_compiling(self, sequence: int) -> bool:
-        """Whether all lanes are open, and so many messages were exchanged that the run is probably long."""
-        return sequence >= EARLIEST and self.whole
 
     @property
     def whole(self) -> bool:

@@ -6,7 +6,8 @@ there, and the list of pairs still holds.
 
 import numpy as np
 
-from coupler_protocol.wire import messages
+from coupler_protocol.compiled.cache_files import is_compiled
+from coupler_protocol.wire import lanes, messages
 from dem_server.coupling.plain_loop import (
     CONTACTS,
     DONE,
@@ -53,6 +54,7 @@ class PlainSteps:
         self.side = side
         self.why_not = obstacle(side)
         self.taken = 0
+        self._begun = False
         if not self.why_not:
             self.lanes = side.conversation.transport.lanes
             self.order, self.answer = np.zeros(len(messages.Order._fields)), np.zeros(len(messages.Answer._fields))
@@ -64,9 +66,10 @@ class PlainSteps:
         the ring has moved, contacts have to be computed.
         """
         side, begun = self.side, True
-        if not side.watch.stages[-1].steps:  # the message of a first step may be STOP, which uses the link
+        first = not side.watch.stages[-1].steps  # its message may be STOP, which uses the link
+        if self.why_not or first or not self._begins():
             return MOVE, None
-        while not self.why_not and self.lanes.worth_compiling(side.conversation.sequence):
+        while True:
             side.conversation.stop.check()
             steps, why, fast = self._loop(begun)
             self._count(steps)
@@ -85,13 +88,32 @@ class PlainSteps:
                 if why == FAST_RIM:
                     side.refuse_fast_rim()
                 return (ACCEPT if why == ODD else COMPLETE), messages.Order(*self.order.tolist())
-        return MOVE, None
+
+    def _begins(self):
+        """Whether plain steps are taken: at once if the loop is compiled, else in a stage that proves to be long."""
+        if not self._begun:
+            done = self.side.watch.stages[-1].steps
+            known = done == 1 and is_compiled(plain_loop, self._arguments(True))
+            self._begun = known or done >= lanes.EARLIEST
+        return self._begun and self.lanes.whole
 
     def _loop(self, begun):
         """One compiled call."""
-        side, wire = self.side, self.lanes.wire
-        model, state, rim, talk = side.model, side.state, side.rim, side.conversation
+        side, wire, talk, state = self.side, self.lanes.wire, self.side.conversation, self.side.state
         wire.sequence[0], wire.waited[0] = talk.sequence, 0
+        steps, why, fast = plain_loop(*self._arguments(begun))
+        if steps or why not in (INFINITE, UNSENT):
+            state.dt = state.next_dt
+        talk.continue_from(int(wire.sequence[0]), None if begun and not steps else self.lanes.said(0))
+        side.watch.add_waiting(1e-9 * float(wire.waited[0]))
+        if steps or why == CONTACTS:
+            side.gravity = float(self.order[messages.Order._fields.index("gravity")])
+        return steps, why, fast
+
+    def _arguments(self, begun):
+        """Arguments of `plain_loop`."""
+        side = self.side
+        model, state, rim = side.model, side.state, side.rim
         self.answer[:] = side.answer
         ring = Ring(
             rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
@@ -100,17 +122,10 @@ class PlainSteps:
         longest = SPEED_CAP * model.smallest_radius
         kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
         motion = Motion(side.gravity, model.ring, kick, dt, longest / dt, longest, not model.in_real_time)
-        steps, why, fast = plain_loop(
-            wire, ring, said, motion, begun, state.disc, state.load, state.weight, state.angle, state.listed_at, state.clumps,
-            tuple(state.listed), tuple(history_of(state)), tuple(model.parameters), state.counters, MOST,
+        return (
+            self.lanes.wire, ring, said, motion, begun, state.disc, state.load, state.weight, state.angle, state.listed_at,
+            state.clumps, tuple(state.listed), tuple(history_of(state)), tuple(model.parameters), state.counters, MOST,
         )  # fmt: skip
-        if steps or why not in (INFINITE, UNSENT):
-            state.dt = state.next_dt
-        talk.continue_from(int(wire.sequence[0]), None if begun and not steps else self.lanes.said(0))
-        side.watch.add_waiting(1e-9 * float(wire.waited[0]))
-        if steps or why == CONTACTS:
-            side.gravity = float(self.order[messages.Order._fields.index("gravity")])
-        return steps, why, fast
 
     def _count(self, steps):
         """Counts completed steps."""

@@ -7,7 +7,8 @@ there, the next one goes on from there, and points of histories follow the last 
 
 import numpy as np
 
-from coupler_protocol.wire import messages
+from coupler_protocol.compiled.cache_files import is_compiled
+from coupler_protocol.wire import lanes, messages
 from fdm_server.coupling.common_step import check_common_step
 from fdm_server.coupling.plain_loop import (
     DONE,
@@ -55,18 +56,22 @@ class PlainSteps:
         self.side, self.stage = side, stage
         self.why_not = obstacle(side, stage)
         self.taken = 0
+        self._begun = False
         if not self.why_not:
             self.lanes = side.hub.transport.lanes
             self.rims = _side_by_side(stage, side.state.in_real_time)
 
     def take(self):
         """Takes all plain steps from the present one on; returns before the first step that has to be taken by itself."""
-        while not self.why_not and self.lanes.worth_compiling(self._sequence) and (count := self._ahead()) and self._call(count):
+        while not self.why_not and self._begins() and (count := self._ahead()) and self._call(count):
             pass
 
-    @property
-    def _sequence(self):
-        return self.stage.rims[0].talk.conversation.sequence
+    def _begins(self):
+        """Whether plain steps are taken: at once if the loop is compiled, else in a stage that proves to be long."""
+        if not self._begun:
+            known = not self.stage.done and is_compiled(plain_loop, self._arguments(self._course(0), False, False))
+            self._begun = known or self.stage.done >= lanes.EARLIEST
+        return self._begun and self.lanes.whole
 
     def report(self):
         """Content of run.json."""
@@ -88,10 +93,7 @@ class PlainSteps:
         """Takes `count` plain steps; returns whether all of them were taken."""
         side, stage = self.side, self.stage
         side.hub.stop.check()
-        leg, done = stage.leg, stage.done
-        factor = np.array([leg.factor(step) for step in range(done, done + count + 1)])
-        share = np.array([stage.share_at(step) for step in range(done, done + count)])
-        course = Course(leg.gravity * factor, factor, share, float(stage.index), side.steps + 1, clock.seconds(side.state))
+        course = self._course(count)
         pauses, midway = side.steps % stage.record.history == 0, False
         while True:
             steps, heard, why = self._loop(course, midway, pauses)
@@ -123,13 +125,33 @@ class PlainSteps:
                     course = course._replace(gravity=course.gravity[:2], factor=course.factor[:2], share=course.share[:1])
             midway = why in (MIDWAY, UNSENT, GROWN)
 
+    def _course(self, count):
+        """The Course of the next `count` steps."""
+        side, stage = self.side, self.stage
+        leg, done = stage.leg, stage.done
+        factor = np.array([leg.factor(step) for step in range(done, done + count + 1)])
+        share = np.array([stage.share_at(step) for step in range(done, done + count)], dtype=np.float64)
+        return Course(leg.gravity * factor, factor, share, float(stage.index), side.steps + 1, clock.seconds(side.state))
+
     def _loop(self, course, midway, pauses):
         """One compiled call."""
-        side, wire = self.side, self.lanes.wire
-        model, state, law = side.model, side.state, side.model.law
+        wire = self.lanes.wire
         conversations = [rim.talk.conversation for rim in self.stage.rims]
         wire.sequence[:] = [talk.sequence for talk in conversations]
         wire.waited[0] = 0
+        found = plain_loop(*self._arguments(course, midway, pauses))
+        for row, talk in enumerate(conversations):
+            sequence = int(wire.sequence[row])
+            talk.continue_from(sequence, self.lanes.said(row) if sequence != talk.sequence else None)
+        for row, rim in enumerate(self.stage.rims):
+            rim.answer = messages.Answer(*self.rims.answer[row].tolist())
+            rim.sums = self.rims.sums[slice(*self.rims.begin[row : row + 2])].copy()
+        self.side.watch.add_waiting(1e-9 * float(wire.waited[0]))
+        return found
+
+    def _arguments(self, course, midway, pauses):
+        """Arguments of `plain_loop`."""
+        model, state, law = self.side.model, self.side.state, self.side.model.law
         static_mass = shape.static_mass(model, state) if state.in_real_time else None
         points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
         rayleigh = law.rayleigh
@@ -142,18 +164,11 @@ class PlainSteps:
             law.mohr_coulomb, law.tension, law.softening, state.plastic, state.plastic_shear, law.added, memory, viscosity,
             state.dt, shape.moving(model, state),
         )  # fmt: skip
-        found = plain_loop(
-            wire, self.rims, course, points, (law.damping, half_combined, state.previous_force, half_drag), tuple(arrays),
-            tuple(model.geometry), tuple(model.gather), tuple(Stiffness(model.pattern, law.elastic)), laws, midway, pauses,
+        resistance = (law.damping, half_combined, state.previous_force, half_drag)
+        return (
+            self.lanes.wire, self.rims, course, points, resistance, tuple(arrays), tuple(model.geometry), tuple(model.gather),
+            tuple(Stiffness(model.pattern, law.elastic)), laws, midway, pauses,
         )  # fmt: skip
-        for row, talk in enumerate(conversations):
-            sequence = int(wire.sequence[row])
-            talk.continue_from(sequence, self.lanes.said(row) if sequence != talk.sequence else None)
-        for row, rim in enumerate(self.stage.rims):
-            rim.answer = messages.Answer(*self.rims.answer[row].tolist())
-            rim.sums = self.rims.sums[slice(*self.rims.begin[row : row + 2])].copy()
-        side.watch.add_waiting(1e-9 * float(wire.waited[0]))
-        return found
 
     def _count(self, steps):
         """Counts completed steps; records histories if they are due after the last one."""
