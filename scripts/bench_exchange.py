@@ -43,7 +43,7 @@ from coupler_protocol.scene.reader import build_scene, read_scene
 from coupler_protocol.scene.stage_kinds import number_of
 from coupler_protocol.wire import link_tcp, messages
 from coupler_protocol.wire.frames import StepFrame
-from coupler_protocol.wire.lanes import Lanes, Peer
+from coupler_protocol.wire.lanes import EARLIEST, Lanes, Peer
 from coupler_protocol.wire.lockstep import Clocks, Conversation
 from dem_server.coupling.rim import Rim
 from dem_server.procedure.restart import WindowState
@@ -63,13 +63,18 @@ from fdm_server.step import zone_pass as fdm_advance
 def with_measured_stages(scene, steps, repeats, recorded=False):
     """The scene up to its couple stage, then `repeats` stages of `steps` coupled steps at rest; nothing recorded but histories.
 
+    More than one repeat: after a stage in which plain steps are compiled (coupler_protocol/wire/lanes.py).
+
     recorded: frames as the scene asks for them.
     """
     data = scene.model_dump(mode="json", exclude_none=True)
     last = number_of(scene.stage, couples=True)
-    data["stage"] = data["stage"][: last + 1] + [
-        {"name": f"measured {i}", "kind": "overload", "until": {"steps": steps}} for i in range(repeats)
-    ]
+    settled = {"name": "settled", "kind": "overload", "until": {"steps": EARLIEST + 100}}  # plain steps are compiled in it
+    data["stage"] = (
+        data["stage"][: last + 1]
+        + [settled] * (not recorded and repeats > 1)
+        + [{"name": f"measured {i}", "kind": "overload", "until": {"steps": steps}} for i in range(repeats)]
+    )
     if not recorded:
         data["record"] = {"every": 10**9, "history": data["record"]["history"]}
     return build_scene(data)
