@@ -51,7 +51,6 @@ from dem_server.step import contact_pass as dem_contacts
 from dem_server.step import cycle as dem_cycle
 from dem_server.step import motion as dem_motion
 from fdm_server import model as fdm_model
-from fdm_server.effects.added_laws import memories
 from fdm_server.mesh import grid as fdm_grid
 from fdm_server.mesh.window_zones import rim_of, window_zones
 from fdm_server.procedure.restart import GridState
@@ -146,10 +145,10 @@ def discs_alone(scene, out, steps, repeats):
 
 
 @jit(package="fdm_server", cache=False)
-def grid_steps(steps, motion, count, velocity, displacement, strips, zones, laws):
+def grid_steps(steps, motion, count, velocity, displacement, strips, zones, effects):
     """Steps of the grid in one call; arguments as of the kernels."""
     force, applied, mass, added_mass, weight_mass, fixed, gravity, damping, half_combined, previous = motion
-    mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, xy = laws
+    mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, _, _, xy = effects
     for _ in range(steps):
         fdm_motion.velocity_kernel(
             0, count, force, applied, mass, added_mass, weight_mass, fixed, gravity, damping, half_combined, previous,
@@ -164,23 +163,15 @@ def grid_steps(steps, motion, count, velocity, displacement, strips, zones, laws
 def kernels_of_grid(scene, out, steps, repeats):
     """Seconds a step of the cut grid in one compiled call, forces of the discs held."""
     model, state = cut_grid(scene, out)
-    law = model.law
-    half_combined = None if law.combined is None else 0.5 * law.combined
     motion = (
         state.force, state.applied, present_shape.masses(model, state), state.added_mass, model.weight_mass, model.fixed,
-        scene.stage[0].gravity, law.damping, half_combined, state.previous_force,
+        scene.stage[0].gravity, *fdm_motion.resistance(model, state, None)[:3],
     )  # fmt: skip
-    arrays = (state.velocity, state.displacement, state.stress, state.corner_force, state.force)
-    zones = (tuple(model.geometry), tuple(model.gather), (model.pattern, law.elastic), arrays)
-    memory = None if law.added is None else memories(law.added, state.memory)
-    laws = (
-        law.mohr_coulomb, law.tension, law.softening, state.plastic, state.plastic_shear, law.added, memory,
-        present_shape.moving(model, state),
-    )  # fmt: skip
+    zones, effects = fdm_advance.zone_arguments(model, state)
     count, strips = len(state.velocity), len(model.gather.ready) - 2
 
     def call():
-        grid_steps(steps, motion, count, state.velocity, state.displacement, strips, zones, laws)
+        grid_steps(steps, motion, count, state.velocity, state.displacement, strips, zones, effects)
 
     return [seconds / steps for seconds in repeated(call, 1, repeats)]
 

@@ -7,6 +7,7 @@ there, and the list of pairs still holds.
 import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
+from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.wire import lanes, messages
 from dem_server.coupling.plain_loop import (
     CONTACTS,
@@ -77,6 +78,7 @@ class PlainSteps:
                 begun = False
             elif why == INFINITE:
                 side.refuse_infinite(side.rim.force)
+                raise PhysicsFailed(f"the discs cannot take step {side.steps + 1}")  # no step is taken twice
             elif why == UNSENT:
                 side.conversation.send_by_link()
                 return MOVE, None

@@ -103,18 +103,18 @@ def too_long(rims, mass, added_mass, static_mass, dt):
 
 
 @jit
-def plain_loop(wire, rims, course, points, resistance, arrays, geometry, gather, stiffness, laws, midway, pauses):
+def plain_loop(wire, rims, course, points, resistance, always, effects, midway, pauses):
     """Takes the steps of `course`; returns (steps completed, rims heard in the step that is not, why it ended).
 
     points: applied, added_mass, mass, weight_mass, fixed, static_mass (None in static mode); resistance: damping, half_combined,
-    previous, half_drag of `velocity_kernel`; arrays, geometry, gather, stiffness and laws: arguments of `zones_kernel`, laws from
-    mohr_coulomb on.
+    previous, half_drag of `velocity_kernel`; always, effects: of fdm_server.step.zone_pass.zone_arguments.
     midway: the first step has sent its velocities already; pauses: the first step ends there (MIDWAY).
     """
     applied, added_mass, mass, weight_mass, fixed, static_mass = points
     damping, half_combined, previous, half_drag = resistance
+    geometry, gather, stiffness, arrays = always
     velocity, displacement, _, _, force = arrays
-    mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy = laws
+    mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy = effects
     windows, count, strips = len(wire.fd), velocity.shape[0], len(gather[1]) - 2
     for step in range(len(course.share)):
         unsent = False

@@ -23,11 +23,11 @@ from fdm_server.coupling.plain_loop import (
     Rims,
     plain_loop,
 )
-from fdm_server.effects.added_laws import memories
 from fdm_server.step import clock
 from fdm_server.step import present_shape as shape
-from fdm_server.step.safety import check_zones
-from fdm_server.step.zone_pass import Arrays, Stiffness
+from fdm_server.step.gridpoint_pass import resistance
+from fdm_server.step.safety import Unstable, check_zones
+from fdm_server.step.zone_pass import zone_arguments
 
 MOST = 100  # steps of a call, after which stop requests are obeyed
 
@@ -75,7 +75,8 @@ class PlainSteps:
 
     def report(self):
         """Content of run.json."""
-        return {"plain_steps": self.taken} | ({"one_by_one": self.why_not} if self.why_not else {})
+        why = self.why_not or ("" if self._begun else "the stage was short, and no cache had the loop")
+        return {"plain_steps": self.taken} | ({"one_by_one": why} if why else {})
 
     def _ahead(self):
         """Number of plain steps up to the next point of histories, frame, change of masses, or end."""
@@ -105,13 +106,8 @@ class PlainSteps:
                 for rim in stage.rims[:heard]:
                     rim.heard = True
                 return False
-            if why == INFINITE:
-                rim = stage.rims[heard]
-                rim.talk.refuse_infinite(self.rims.velocity[slice(*self.rims.begin[heard : heard + 2])], side.steps + 1)
-            if why == TOO_LONG:
-                check_common_step(side.model, side.state, stage.rims, side.state.dt)
-            if why == INVERTED:
-                check_zones(shape.present(side.model, side.state), side.model.zones, side.model.zone)
+            if why in (INFINITE, TOO_LONG, INVERTED):
+                self._refuse(why, heard)
             if why == UNSENT:
                 for rim in stage.rims:
                     rim.talk.conversation.send_by_link()
@@ -124,6 +120,16 @@ class PlainSteps:
                 if stage.ended_by:  # this step is completed, the next one is the last
                     course = course._replace(gravity=course.gravity[:2], factor=course.factor[:2], share=course.share[:1])
             midway = why in (MIDWAY, UNSENT, GROWN)
+
+    def _refuse(self, why, row):
+        """Raises what the loop step by step raises there; row: of the rim. Raises Unstable or PhysicsFailed."""
+        side, rims = self.side, self.stage.rims
+        if why == INFINITE:
+            rims[row].talk.refuse_infinite(self.rims.velocity[slice(*self.rims.begin[row : row + 2])], side.steps + 1)
+        if why == TOO_LONG:
+            check_common_step(side.model, side.state, rims, side.state.dt)
+        check_zones(shape.present(side.model, side.state), side.model.zones, side.model.zone)
+        raise Unstable(f"the grid cannot take step {side.steps + 1}")  # no step is taken twice
 
     def _course(self, count):
         """The Course of the next `count` steps."""
@@ -151,24 +157,11 @@ class PlainSteps:
 
     def _arguments(self, course, midway, pauses):
         """Arguments of `plain_loop`."""
-        model, state, law = self.side.model, self.side.state, self.side.model.law
+        model, state = self.side.model, self.side.state
         static_mass = shape.static_mass(model, state) if state.in_real_time else None
         points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
-        rayleigh = law.rayleigh
-        half_drag = None if rayleigh is None or rayleigh.mass is None else 0.5 * rayleigh.mass * state.dt
-        viscosity = None if rayleigh is None or rayleigh.stiffness is None else rayleigh.stiffness / state.dt
-        half_combined = None if law.combined is None else 0.5 * law.combined
-        arrays = Arrays(state.velocity, state.displacement, state.stress, state.corner_force, state.force)
-        memory = None if law.added is None else memories(law.added, state.memory)
-        laws = (
-            law.mohr_coulomb, law.tension, law.softening, state.plastic, state.plastic_shear, law.added, memory, viscosity,
-            state.dt, shape.moving(model, state),
-        )  # fmt: skip
-        resistance = (law.damping, half_combined, state.previous_force, half_drag)
-        return (
-            self.lanes.wire, self.rims, course, points, resistance, tuple(arrays), tuple(model.geometry), tuple(model.gather),
-            tuple(Stiffness(model.pattern, law.elastic)), laws, midway, pauses,
-        )  # fmt: skip
+        always, effects = zone_arguments(model, state)
+        return self.lanes.wire, self.rims, course, points, resistance(model, state, state.dt), always, effects, midway, pauses
 
     def _count(self, steps):
         """Counts completed steps; records histories if they are due after the last one."""

@@ -57,18 +57,24 @@ def velocity_kernel(
             velocity[n, 1] = 0.0 if fixed[n, 1] else velocity[n, 1] + fy * inverse
 
 
-def update_velocities(model, state, gravity, kick=None):
-    """Accelerates the gridpoints over one step; gravity [m/s2] acts downwards. kick [s]: time of the forces if not the step."""
-    law, mass, gravity = model.law, masses(model, state), float(gravity)
+def resistance(model, state, dt):
+    """Arguments `damping`, `half_combined`, `previous`, `half_drag` of `velocity_kernel` for forces that act for dt [s]."""
+    law = model.law
     half_combined = None if law.combined is None else 0.5 * law.combined
     mass_part = None if law.rayleigh is None else law.rayleigh.mass
+    return law.damping, half_combined, state.previous_force, None if mass_part is None else 0.5 * mass_part * dt
+
+
+def update_velocities(model, state, gravity, kick=None):
+    """Accelerates the gridpoints over one step; gravity [m/s2] acts downwards. kick [s]: time of the forces if not the step."""
+    mass, gravity = masses(model, state), float(gravity)
     dt = state.dt if kick is None else kick
-    half_drag = None if mass_part is None else 0.5 * mass_part * dt
+    damping, half_combined, previous, half_drag = resistance(model, state, dt)
 
     def accelerate(first, last):
         velocity_kernel(
             first, last, state.force, state.applied, mass, state.added_mass, model.weight_mass, model.fixed, gravity,
-            law.damping, half_combined, state.previous_force, half_drag, dt, state.velocity,
+            damping, half_combined, previous, half_drag, dt, state.velocity,
         )  # fmt: skip
 
     threads.each(accelerate, model.partition.points)

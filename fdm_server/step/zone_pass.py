@@ -135,29 +135,36 @@ def zones_kernel(
     return inverted
 
 
+def zone_arguments(model, state):
+    """Arguments of `zones_kernel` after the strips: (geometry, gather, stiffness, arrays) and, from mohr_coulomb on, the effects.
+
+    Plain tuples: for a named tuple numba looks up its class at every call.
+    """
+    law = model.law
+    stiffness_part = None if law.rayleigh is None else law.rayleigh.stiffness
+    viscosity = None if stiffness_part is None else stiffness_part / state.dt
+    memory = None if law.added is None else memories(law.added, state.memory)
+    arrays = Arrays(state.velocity, state.displacement, state.stress, state.corner_force, state.force)
+    always = tuple(model.geometry), tuple(model.gather), tuple(Stiffness(model.pattern, law.elastic)), tuple(arrays)
+    return always, (
+        law.mohr_coulomb, law.tension, law.softening, state.plastic, state.plastic_shear, law.added, memory,
+        viscosity, state.dt, shape.moving(model, state),
+    )  # fmt: skip
+
+
 def advance(model, state):
     """Moves the gridpoints by one step of their velocities and updates stresses and forces.
 
     Raises Unstable for inverted zones in large strain; in small strain the shape is constant.
     """
-    law, parts, xy = model.law, model.partition, shape.moving(model, state)
-    stiffness_part = None if law.rayleigh is None else law.rayleigh.stiffness
-    viscosity = None if stiffness_part is None else stiffness_part / state.dt
-    # plain tuples as arguments: for a named tuple numba looks up its class at every call
-    geometry, gather = tuple(model.geometry), tuple(model.gather)
-    stiffness = tuple(Stiffness(model.pattern, law.elastic))
-    arrays = tuple(Arrays(state.velocity, state.displacement, state.stress, state.corner_force, state.force))
-    memory = None if law.added is None else memories(law.added, state.memory)
+    parts = model.partition
+    always, effects = zone_arguments(model, state)
 
     def move(first, last):
         move_kernel(first, last, state.velocity, state.dt, state.displacement)
 
     def strain(first, last):
-        return zones_kernel(
-            first, last, geometry, gather, stiffness, arrays,
-            law.mohr_coulomb, law.tension, law.softening, state.plastic, state.plastic_shear, law.added, memory,
-            viscosity, state.dt, xy,
-        )  # fmt: skip
+        return zones_kernel(first, last, *always, *effects)
 
     threads.each(move, parts.points)
     nodal = None if model.nodal is None else NodalPass(model, state)

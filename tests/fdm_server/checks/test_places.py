@@ -7,16 +7,7 @@ import pytest
 from coupler_protocol.scene.reader import build_scene, read_scene
 from fdm_server.checks.places import doubts_of_places
 from fdm_server.mesh.grid import build_grid
-
-TABLES = {
-    "format": 1,
-    "seed": 1,
-    "grid": {"kind": "box", "length": 4.0, "height": 4.0, "zone_size": 0.5},
-    "material": [{"name": "m", "density": 2000.0, "elastic": {"bulk": 5e7, "shear": 2e7}}],
-    "boundary": [{"on": "bottom", "fix": "xy"}],
-    "damping": {"local": 0.8},
-}
-REST = {"name": "rest", "kind": "equilibrium", "gravity": 9.81, "until": {"ratio": 1e-5, "steps": 2000}}
+from tests.small_grounds import REST, TABLES
 
 
 def said(stages=(), boundary=()):

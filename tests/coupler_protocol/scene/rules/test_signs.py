@@ -4,20 +4,11 @@ import pytest
 
 from coupler_protocol.scene.reader import build_scene
 from coupler_protocol.scene.rules.between_tables import doubts
-
-TABLES = {
-    "format": 1,
-    "seed": 1,
-    "grid": {"kind": "box", "length": 4.0, "height": 4.0, "zone_size": 0.5},
-    "material": [{"name": "m", "density": 2000.0, "elastic": {"bulk": 5e7, "shear": 2e7}}],
-    "boundary": [{"on": "bottom", "fix": "xy"}],
-    "damping": {"local": 0.8},
-    "stage": [{"name": "rest", "kind": "equilibrium", "gravity": 9.81, "until": {"ratio": 1e-5, "steps": 2000}}],
-}
+from tests.small_grounds import REST, TABLES
 
 
 def said(**stress):
-    scene = build_scene(TABLES | {"initial_stress": stress})
+    scene = build_scene(TABLES | {"stage": [REST], "initial_stress": stress})
     return [f"{what}; {remedy}" for path, what, remedy in doubts(scene) if path[0] == "initial_stress"]
 
 
