@@ -116,6 +116,7 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, midway, 
     velocity, displacement, _, _, force = arrays
     mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy = effects
     windows, count, strips = len(wire.fd), velocity.shape[0], len(gather[1]) - 2
+    all_from = np.int64(0)  # for a literal number numba would compile the kernels once more
     for step in range(len(course.share)):
         unsent = False
         grown = False
@@ -132,7 +133,7 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, midway, 
             if too_long(rims, mass, added_mass, static_mass, dt):
                 return step, windows, TOO_LONG
             velocity_kernel(
-                0, count, force, applied, mass, added_mass, weight_mass, fixed, gravity,
+                all_from, count, force, applied, mass, added_mass, weight_mass, fixed, gravity,
                 damping, half_combined, previous, half_drag, dt, velocity,
             )  # fmt: skip
             for w in range(windows):
@@ -148,9 +149,9 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, midway, 
             if pauses or unsent or grown:
                 return step, windows, UNSENT if unsent else (GROWN if grown else MIDWAY)
         midway = False
-        move_kernel(0, count, velocity, dt, displacement)
+        move_kernel(all_from, count, velocity, dt, displacement)
         inverted = zones_kernel(
-            0, strips, geometry, gather, stiffness, arrays,
+            all_from, strips, geometry, gather, stiffness, arrays,
             mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy,
         )  # fmt: skip
         if inverted > 0:
