@@ -12,7 +12,8 @@ from coupler_protocol.compiled.jit import jit
 from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
 from coupler_protocol.interface.mapping import forces_to_nodes
 from coupler_protocol.wire.messages import Answer, Order
-from dem_server.coupling.rim import move_ring
+from dem_server.coupling.look import look
+from dem_server.coupling.rim import move_ring, ring_power
 from dem_server.effects.histories import PairHistory
 from dem_server.effects.parameter_table import Parameters
 from dem_server.model import CAPS, FX, MOMENT, SPIN, VX, VY, Listed, X, Y
@@ -23,7 +24,8 @@ from dem_server.step.motion import move
 
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
 STEP, GRAVITY, DT, INTERVAL, FLAGS = (Order._fields.index(name) for name in ("step", "gravity", "dt", "interval", "flags"))
-DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM = range(8)  # why the loop ended
+DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM, UNSEEN, NOTICED = range(10)  # why the loop ended
+MOST = 100  # steps of a call, after which stop requests are obeyed
 Numbers = NDArray[np.float64]
 
 
@@ -46,15 +48,14 @@ class Ring(NamedTuple):
 
 
 class Talk(NamedTuple):
-    """answer (8,): of every FORCE; order (7,): of the last VELOCITY.
+    """answer (8,): of the next FORCE; order (7,): of the last VELOCITY.
 
-    first: number of steps done in the run; history: steps between points of histories; leeway [m] until the next list.
+    first: number of steps done in the run; leeway [m] until the next list.
     """
 
     answer: Numbers
     order: Numbers
     first: int
-    history: int
     leeway: float
 
 
@@ -115,14 +116,15 @@ def too_fast(v, dt, longest):
 
 @jit
 def plain_loop(
-    wire, ring, talk, motion, begun, disc, load, weight, angle, listed_at, clumps, listed, history, parameters, counters, most
+    wire, ring, talk, motion, begun, disc, load, weight, angle, listed_at, clumps, listed, history, parameters, counters, sight
 ):  # fmt: skip
-    """Takes up to `most` steps, each from FORCE to the contacts after VELOCITY; returns (steps done, why it ended, fast discs).
+    """Takes steps, each from FORCE to the contacts after VELOCITY; returns (steps done, why it ended, fast discs).
 
-    begun: FORCE of the first step is sent. The step that is not completed has: prepared FORCE (INFINITE: which is not finite;
-    UNSENT), or sent it and moved the free discs (UNHEARD; FAST: too fast without a cap), or also received VELOCITY, which is not
-    for one step (ODD), or also moved the ring (FAST_RIM: too fast; CONTACTS: a new list of pairs is due, or somebody has to see
-    the step). listed, history, parameters: plain tuples, as for `force_pass`.
+    begun: FORCE of the first step is sent, and what precedes it is seen. sight: a Sight, with room for what MOST steps show.
+    The step that is not completed has: prepared FORCE (INFINITE: which is not finite; UNSENT), or sent it (UNSEEN: a look is due;
+    NOTICED: it has to be judged), or also moved the free discs (UNHEARD; FAST: too fast without a cap), or also received
+    VELOCITY, which is not for one step (ODD), or also moved the ring (FAST_RIM: too fast; CONTACTS: a new list of pairs is due,
+    or somebody has to see the step). listed, history, parameters: plain tuples, as for `force_pass`.
     """
     named, past, law = Listed(*listed), PairHistory(*history), Parameters(*parameters)
     scratch = np.empty(scratch_rows.SIZE)
@@ -130,7 +132,8 @@ def plain_loop(
     x, v, spin = disc[:R, X : Y + 1], disc[:R, VX : VY + 1], disc[:R, SPIN]
     count, alpha = disc.shape[0], law.alpha
     force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
-    for step in range(most):
+    for step in range(MOST):
+        done = talk.first + step
         if not begun:
             forces_to_nodes(ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, x, force, moment, ring.force, ring.paper)
             ring.carried[:] = load[:R, : MOMENT + 1]
@@ -138,6 +141,11 @@ def plain_loop(
                 return step, INFINITE, 0
             if not put(wire, 0):
                 return step, UNSENT, 0
+            if done % sight.every == 0:
+                if sight.due:
+                    return step, UNSEEN, 0
+                if look(done, disc, load, weight, named, past, clumps, R, gravity, counters, talk.answer, sight):
+                    return step, NOTICED, 0
         begun, fast = False, 0
         if clumps is not None:
             fast += move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)[0]
@@ -151,14 +159,15 @@ def plain_loop(
             return step, UNHEARD, 0
         read_velocities(wire, ring, talk.order)
         wire.sequence[0] += 1
-        if talk.order[DT] != dt or talk.order[INTERVAL] != 1.0 or talk.order[STEP] != talk.first + step + 1:
+        if talk.order[DT] != dt or talk.order[INTERVAL] != 1.0 or talk.order[STEP] != done + 1:
             return step, ODD, 0
         gravity = talk.order[GRAVITY]
         move_ring(ring.nodes, ring.velocity, ring.seg0, ring.seg1, ring.w0, ring.node, x, v, spin, ring.paper, dt)
         if not cap and too_fast(v, dt, longest):
             return step, FAST_RIM, 0
-        seen = talk.order[FLAGS] != 0.0 or (talk.first + step + 1) % talk.history == 0
-        if seen or not farthest(disc, listed_at) <= talk.leeway:
+        if talk.order[FLAGS] != 0.0 or not farthest(disc, listed_at) <= talk.leeway:
             return step, CONTACTS, 0
+        if (done + 1) % sight.every == 0:
+            sight.power[0] = ring_power(ring.carried, disc)
         add_list(disc, load, named, past, law, dt, counters, None, scratch)
-    return most, DONE, 0
+    return MOST, DONE, 0
