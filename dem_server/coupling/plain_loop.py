@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
+from coupler_protocol.compiled.system_calls import nanoseconds
 from coupler_protocol.interface.mapping import forces_to_nodes
 from coupler_protocol.wire.messages import Answer, Order
 from dem_server.coupling.look import look
@@ -25,7 +26,7 @@ from dem_server.step.motion import move
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
 STEP, GRAVITY, DT, INTERVAL, FLAGS = (Order._fields.index(name) for name in ("step", "gravity", "dt", "interval", "flags"))
 DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM, UNSEEN, NOTICED = range(10)  # why the loop ended
-MOST = 100  # steps of a call, after which stop requests are obeyed
+MOST = 1000  # steps of a call
 Numbers = NDArray[np.float64]
 
 
@@ -50,13 +51,14 @@ class Ring(NamedTuple):
 class Talk(NamedTuple):
     """answer (8,): of the next FORCE; order (7,): of the last VELOCITY.
 
-    first: number of steps done in the run; leeway [m] until the next list.
+    first: number of steps done in the run; leeway [m] until the next list; until: monotonic time [ns] after which no step begins.
     """
 
     answer: Numbers
     order: Numbers
     first: int
     leeway: float
+    until: int
 
 
 class Motion(NamedTuple):
@@ -134,6 +136,8 @@ def plain_loop(
     force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
     for step in range(MOST):
         done = talk.first + step
+        if step > 0 and nanoseconds(wire.asked) > talk.until:
+            return step, DONE, 0
         if not begun:
             forces_to_nodes(ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, x, force, moment, ring.force, ring.paper)
             ring.carried[:] = load[:R, : MOMENT + 1]

@@ -4,6 +4,8 @@ A step is plain if nothing outside the kernels has to see it: the continuum orde
 holds. Histories need no step of their own: compiled code computes their values (look.py).
 """
 
+import time
+
 import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
@@ -143,7 +145,7 @@ class PlainSteps:
         ring = Ring(
             rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
         )
-        said = Talk(self.answer, self.order, side.steps, 0.5 * skin(model))
+        said = Talk(self.answer, self.order, side.steps, 0.5 * skin(model), time.monotonic_ns() + lanes.LONGEST)
         self.sight.rows[0], self.sight.power[0] = 0, side.power
         self.sight = self.sight._replace(due=not side.guard.knows_list(state))
         longest = SPEED_CAP * model.smallest_radius

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
+from coupler_protocol.compiled.system_calls import nanoseconds
 from coupler_protocol.wire.messages import Answer, Order
 from fdm_server.coupling.rim import apply_forces
 from fdm_server.coupling.rim_growth import NOTICED as GROWS
@@ -56,7 +57,7 @@ class Course(NamedTuple):
     """n plain steps ahead: gravity (n+1,) [m/s2], its factor (n+1,), share (n,) of the discs in the rims' forces.
 
     stage: its number; first, noted: numbers of the first step, and of the last one after which histories are noted; seconds: length
-    of a step, 1 in static mode.
+    of a step, 1 in static mode; until: monotonic time [ns] after which no step begins.
     """
 
     gravity: Numbers
@@ -66,6 +67,7 @@ class Course(NamedTuple):
     first: int
     noted: int
     seconds: float
+    until: int
 
 
 @jit(borrows=True)
@@ -143,6 +145,8 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, midway, 
     mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy = effects
     windows, count, strips = len(wire.fd), velocity.shape[0], len(gather[1]) - 2
     for step in range(len(course.share)):
+        if step > 0 and nanoseconds(wire.asked) > course.until:
+            return step, 0, DONE
         number, gravity = course.first + step, course.gravity[step]
         if not midway:
             for w in range(windows):

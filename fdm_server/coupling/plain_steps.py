@@ -5,6 +5,8 @@ the stage acts between its kernels. Histories need no step of their own: compile
 only what has to be judged at once ends a call, in the middle of a step, from where the next one goes on.
 """
 
+import time
+
 import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
@@ -29,7 +31,7 @@ from fdm_server.step.gridpoint_pass import resistance
 from fdm_server.step.safety import Unstable, check_zones
 from fdm_server.step.zone_pass import zone_arguments
 
-MOST = 100  # steps of a call, after which stop requests are obeyed
+MOST = 1000  # steps of a call
 
 
 def obstacle(side, stage):
@@ -130,10 +132,8 @@ class PlainSteps:
     def _course(self, count):
         """The Course of the next `count` steps."""
         side, stage = self.side, self.stage
-        ahead = range(stage.done, stage.done + count + 1)
-        factor = np.array([stage.leg.factor(step) for step in ahead])
-        share = np.array([stage.share_at(step) for step in ahead[:-1]], dtype=np.float64)
-        gravity = stage.leg.gravity * factor
+        factor = stage.leg.factors(stage.done, count + 1)
+        gravity, share = stage.leg.gravity * factor, stage.shares(stage.done, count)
         last = side.steps + count
         if side.state.driven is not None:
             noted = 0
@@ -141,7 +141,8 @@ class PlainSteps:
             noted = last - 1  # after the last step the masses change, then histories follow
         else:
             noted = last
-        return Course(gravity, factor, share, float(stage.index), side.steps + 1, noted, clock.seconds(side.state))
+        until = time.monotonic_ns() + lanes.LONGEST
+        return Course(gravity, factor, share, float(stage.index), side.steps + 1, noted, clock.seconds(side.state), until)
 
     def _loop(self, course, midway):
         """One compiled call."""

@@ -3,6 +3,8 @@
 import copy
 import logging
 
+import numpy as np
+
 from coupler_protocol.scene import rest
 from coupler_protocol.scene.changes import after_stage, changes_anything_in, in_stage, record_in, words
 from coupler_protocol.scene.ending import Ending
@@ -95,6 +97,12 @@ class StageRun:
     def share_at(self, step):
         """The share in the step with this number (from 0) of the stage."""
         return min(1.0, step / self._handover) if self._handover else 1.0
+
+    def shares(self, first, count):
+        """The shares (count,) in the steps from `first` on, with the bits of `share_at`."""
+        if first >= self._handover:
+            return np.ones(count)
+        return np.minimum(1.0, np.arange(first, first + count) / self._handover)
 
     @property
     def ramps(self):
