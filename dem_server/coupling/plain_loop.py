@@ -116,24 +116,36 @@ def too_fast(v, dt, longest):
     return fastest * dt > longest
 
 
+@jit(borrows=True)
+def largest_square(v):
+    """Largest square of the velocities (R,2); NaN if one is NaN."""
+    largest = broken = 0.0
+    for p in range(v.shape[0]):
+        square = v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1]
+        largest = max(largest, square)
+        broken += 0.0 * square
+    return largest + broken
+
+
 @jit
-def plain_loop(
-    wire, ring, talk, motion, begun, disc, load, weight, angle, listed_at, clumps, listed, history, parameters, counters, sight
-):  # fmt: skip
+def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history, parameters, counters, sight, marks):
     """Takes steps, each from FORCE to the contacts after VELOCITY; returns (steps done, why it ended, fast discs).
 
     begun: FORCE of the first step is sent, and what precedes it is seen. sight: a Sight, with room for what MOST steps show.
     The step that is not completed has: prepared FORCE (INFINITE: which is not finite; UNSENT), or sent it (UNSEEN: a look is due;
     NOTICED: it has to be judged), or also moved the free discs (UNHEARD; FAST: too fast without a cap), or also received
     VELOCITY, which is not for one step (ODD), or also moved the ring (FAST_RIM: too fast; CONTACTS: a new list of pairs is due,
-    or somebody has to see the step). listed, history, parameters: plain tuples, as for `force_pass`.
+    or somebody has to see the step). bodies, listed, history, parameters: plain tuples, as for `cycle` and `force_pass`.
+    marks (MOST,2): times [ns] between which each step waits for VELOCITY, None without a trace.
     """
+    disc, load, weight, angle, listed_at = bodies
     named, past, law = Listed(*listed), PairHistory(*history), Parameters(*parameters)
     scratch = np.empty(scratch_rows.SIZE)
     gravity, R, kick, dt, fastest, longest, cap = motion
     x, v, spin = disc[:R, X : Y + 1], disc[:R, VX : VY + 1], disc[:R, SPIN]
     count, alpha = disc.shape[0], law.alpha
     force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
+    moved = talk.leeway  # no disc has moved farther than the sum of the largest speeds (as in dem_server/step/cycle.py)
     for step in range(MOST):
         done = talk.first + step
         if step > 0 and nanoseconds(wire.asked) > talk.until:
@@ -150,17 +162,21 @@ def plain_loop(
                     return step, UNSEEN, 0
                 if look(done, disc, load, weight, named, past, clumps, R, gravity, counters, talk.answer, sight):
                     return step, NOTICED, 0
-        begun, fast = False, 0
+        begun, fast, quickest = False, 0, 0.0
         if clumps is not None:
-            fast += move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)[0]
-        fast += move(R, count, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)[0]
-        kick = dt
+            fast, quickest = move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
+        more, other = move(R, count, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
+        fast, quickest, kick = fast + more, max(quickest, other), dt
         if cap:
             counters[CAPS] += fast
         elif fast > 0:
             return step, FAST, fast
+        if marks is not None:
+            marks[step, 0] = nanoseconds(wire.asked)
         if take(wire, 0) != HERE:
             return step, UNHEARD, 0
+        if marks is not None:
+            marks[step, 1] = nanoseconds(wire.asked)
         read_velocities(wire, ring, talk.order)
         wire.sequence[0] += 1
         if talk.order[DT] != dt or talk.order[INTERVAL] != 1.0 or talk.order[STEP] != done + 1:
@@ -169,7 +185,10 @@ def plain_loop(
         move_ring(ring.nodes, ring.velocity, ring.seg0, ring.seg1, ring.w0, ring.node, x, v, spin, ring.paper, dt)
         if not cap and too_fast(v, dt, longest):
             return step, FAST_RIM, 0
-        if talk.order[FLAGS] != 0.0 or not farthest(disc, listed_at) <= talk.leeway:
+        moved += max(quickest, largest_square(v)) ** 0.5 * dt
+        if not moved < 0.999 * talk.leeway:
+            moved = farthest(disc, listed_at)
+        if talk.order[FLAGS] != 0.0 or not moved <= talk.leeway:
             return step, CONTACTS, 0
         if (done + 1) % sight.every == 0:
             sight.power[0] = ring_power(ring.carried, disc)

@@ -48,7 +48,6 @@ def obstacle(side):
         "a plugin is called": side.plugin is not None,
         "the discs have several threads": len(shares(side.model)) > 1,
         "walls": side.state.walls is not None,
-        "a trace is recorded": side.scene.record.trace is not None,
     }
     return next((words for words, there in found.items() if there), "")
 
@@ -64,6 +63,7 @@ class PlainSteps:
         if not self.why_not:
             self.lanes = side.conversation.transport.lanes
             self.order, self.answer = np.zeros(len(messages.Order._fields)), np.zeros(len(messages.Answer._fields))
+            self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
             law, every = side.model.law, side.record_of_stage.history
             rows = MOST // every + 2
             self.sight = Sight(
@@ -131,7 +131,7 @@ class PlainSteps:
         if steps or why not in (INFINITE, UNSENT, UNSEEN, NOTICED):
             state.dt = state.next_dt
         talk.continue_from(int(wire.sequence[0]), None if begun and not steps else self.lanes.said(0))
-        side.watch.add_waiting(1e-9 * float(wire.waited[0]))
+        side.watch.add_plain_steps(steps, 1e-9 * float(wire.waited[0]), self.marks)
         if steps or why == CONTACTS:
             side.gravity = float(self.order[messages.Order._fields.index("gravity")])
         side.power = float(self.sight.power[0])
@@ -152,8 +152,9 @@ class PlainSteps:
         kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
         motion = Motion(side.gravity, model.ring, kick, dt, longest / dt, longest, not model.in_real_time)
         return (
-            self.lanes.wire, ring, said, motion, begun, state.disc, state.load, state.weight, state.angle, state.listed_at,
-            state.clumps, tuple(state.listed), tuple(history_of(state)), tuple(model.parameters), state.counters, self.sight,
+            self.lanes.wire, ring, said, motion, begun,
+            (state.disc, state.load, state.weight, state.angle, state.listed_at), state.clumps,
+            tuple(state.listed), tuple(history_of(state)), tuple(model.parameters), state.counters, self.sight, self.marks,
         )  # fmt: skip
 
     def _count(self, steps):

@@ -131,12 +131,13 @@ def watch_rims(rims, number, seconds):
 
 
 @jit
-def plain_loop(wire, rims, course, points, resistance, always, effects, midway, sight):
+def plain_loop(wire, rims, course, points, resistance, always, effects, midway, sight, marks):
     """Takes the steps of `course`; returns (steps completed, rims heard in the step that is not, why it ended).
 
     points: applied, added_mass, mass, weight_mass, fixed, static_mass (None in static mode); resistance: damping, half_combined,
     previous, half_drag of `velocity_kernel`; always, effects: of fdm_server.step.zone_pass.zone_arguments; sight: the Sight of
-    the stage. midway: the first step has sent its velocities and looked already.
+    the stage. midway: the first step has sent its velocities and looked already. marks (n,2): times [ns] between which each step
+    waits for FORCE, None without a trace.
     """
     applied, added_mass, mass, weight_mass, fixed, static_mass = points
     damping, half_combined, previous, half_drag = resistance
@@ -149,10 +150,14 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, midway, 
             return step, 0, DONE
         number, gravity = course.first + step, course.gravity[step]
         if not midway:
+            if marks is not None:
+                marks[step, 0] = nanoseconds(wire.asked)
             for w in range(windows):
                 if take(wire, w) != HERE:
                     return step, w, UNHEARD
                 read_forces(wire, w, rims)
+            if marks is not None:
+                marks[step, 1] = nanoseconds(wire.asked)
             apply_forces(
                 rims.nodes, rims.force, rims.added, course.share[step], gravity, rims.inner_mass, rims.reaction,
                 rims.reaction_mass, applied, added_mass,

@@ -46,7 +46,6 @@ def obstacle(side, stage):
         "volumetric strain is averaged at gridpoints": side.model.nodal is not None,
         "the grid has several threads": len(parts.points) > 1 or len(parts.strips) > 1,
         "loads or boundaries change": bool(stage.ramps) or stage.load is not None or stage.sides.act,
-        "a trace is recorded": side.scene.record.trace is not None,
     }
     return next((words for words, there in found.items() if there), "")
 
@@ -62,6 +61,7 @@ class PlainSteps:
         if not self.why_not:
             self.lanes = side.hub.transport.lanes
             self.rims = _side_by_side(stage, side.state.in_real_time)
+            self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
             self.sight, self.names = look.sight_of(side, stage, MOST)
 
     def take(self):
@@ -159,7 +159,7 @@ class PlainSteps:
         for row, rim in enumerate(self.stage.rims):
             rim.answer = messages.Answer(*self.rims.answer[row].tolist())
             rim.sums = self.rims.sums[slice(*self.rims.begin[row : row + 2])].copy()
-        self.side.watch.add_waiting(1e-9 * float(wire.waited[0]))
+        self.side.watch.add_plain_steps(found[0], 1e-9 * float(wire.waited[0]), self.marks)
         return found
 
     def _arguments(self, course, midway):
@@ -168,7 +168,7 @@ class PlainSteps:
         static_mass = shape.static_mass(model, state) if state.in_real_time else None
         points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
         always, effects = zone_arguments(model, state)
-        return self.lanes.wire, self.rims, course, points, resistance(model, state, state.dt), always, effects, midway, self.sight
+        return self.lanes.wire, self.rims, course, points, resistance(model, state, state.dt), always, effects, midway, self.sight, self.marks
 
     def _count(self, steps, noted):
         """Counts completed steps, and reads what was seen during and after them; noted: of the Course."""
@@ -176,9 +176,9 @@ class PlainSteps:
         begun, time = side.steps, side.time
         self.taken += steps
         stage.plain_steps_done(steps)
-        for row in rows.tolist():
-            done = int(row[look.DONE]) - side.steps + stage.done
-            stage.note_look(done, (row[look.RATIO], row[look.LARGEST]), row[look.FARTHEST])
+        before = side.steps - stage.done
+        if len(rows):
+            stage.note_looks((int(done) - before, (ratio, largest), far) for done, ratio, largest, far in rows.tolist())
         if side.state.mass is not None and steps:
             shape.count_steps(side.model, side.state, steps)
         if self.sight.rows[1]:

@@ -178,8 +178,14 @@ class StageRun:
 
     def note_look(self, done, ratios, displacement):
         """Takes note of the ratios of both codes, that of the grid first, and the largest displacement after `done` steps."""
+        self.note_looks([(done, ratios, displacement)])
+
+    def note_looks(self, looks):
+        """Takes note of what looks have found, as `note_look`: rows (done, ratios, displacement)."""
+        waiting = bool(self.held)
+        for done, ratios, displacement in looks:
+            self.ended_by = self.ended_by or self._ending.reached(done + 1, ratios, displacement, waiting)
         self.ratio = ratios[0]
-        self.ended_by = self.ended_by or self._ending.reached(done + 1, ratios, displacement, bool(self.held))
         self.side.progress(self.stage.name, "", done, self.stage.until.steps, max(ratios), self.factor)
 
     def judge_plain_step(self, looked):
