@@ -26,7 +26,7 @@ from dem_server.step.motion import move
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
 STEP, GRAVITY, DT, INTERVAL, FLAGS = (Order._fields.index(name) for name in ("step", "gravity", "dt", "interval", "flags"))
 DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM, UNSEEN, NOTICED = range(10)  # why the loop ended
-MOST = 1000  # steps of a call
+MOST = 2000  # steps of a call
 Numbers = NDArray[np.float64]
 
 

@@ -31,7 +31,7 @@ from fdm_server.step.gridpoint_pass import resistance
 from fdm_server.step.safety import Unstable, check_zones
 from fdm_server.step.zone_pass import zone_arguments
 
-MOST = 1000  # steps of a call
+MOST = 2000  # steps of a call
 
 
 def obstacle(side, stage):
