@@ -40,6 +40,16 @@ class Sight(NamedTuple):
     rows: NDArray[np.int64]
 
 
+def sight_of(side, most):
+    """The Sight of a stage; `most`: steps of a call."""
+    law, every = side.model.law, side.record_of_stage.history
+    rows = most // every + 2
+    return Sight(
+        every, True, law.spring, law.parallel_bond, side.guard.ring, np.array([side.power]),
+        np.zeros(rows, dtype=np.int64), np.zeros((rows, len(Answer._fields))), np.zeros(1, dtype=np.int64),
+    )  # fmt: skip
+
+
 @jit
 def look(done, disc, load, weight, listed, past, clumps, ring, gravity, counters, answer, sight):
     """Looks after `done` steps of the run, with `ring` control discs, under `gravity` [m/s2]; sets `answer` (8,).

@@ -11,7 +11,7 @@ import numpy as np
 from coupler_protocol.compiled.cache_files import is_compiled
 from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.wire import lanes, messages
-from dem_server.coupling.look import Sight
+from dem_server.coupling import look
 from dem_server.coupling.plain_loop import (
     CONTACTS,
     DONE,
@@ -64,12 +64,7 @@ class PlainSteps:
             self.lanes = side.conversation.transport.lanes
             self.order, self.answer = np.zeros(len(messages.Order._fields)), np.zeros(len(messages.Answer._fields))
             self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
-            law, every = side.model.law, side.record_of_stage.history
-            rows = MOST // every + 2
-            self.sight = Sight(
-                every, True, law.spring, law.parallel_bond, side.guard.ring, np.array([side.power]), np.zeros(rows, dtype=np.int64),
-                np.zeros((rows, len(self.answer))), np.zeros(1, dtype=np.int64),
-            )  # fmt: skip
+            self.sight = look.sight_of(side, MOST)
 
     def take(self):
         """Takes plain steps, from a sent FORCE on; returns (how the present step goes on, its Order or None).

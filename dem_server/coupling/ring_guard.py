@@ -18,7 +18,6 @@ from coupler_protocol.geometry import NOWHERE, spot
 from coupler_protocol.scene.local_origin import in_the_scene
 from dem_server.model import RADIUS, X, Y
 
-
 SMALLEST, WIDTH, PLACE_X, PLACE_Y, NOW = range(5)  # of the ring that `watch_ring` watches
 
 

@@ -12,10 +12,10 @@ from coupler_protocol.compiled.jit import jit
 from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
 from coupler_protocol.compiled.system_calls import nanoseconds
 from coupler_protocol.wire.messages import Answer, Order
+from fdm_server.coupling.look import look, note
 from fdm_server.coupling.rim import apply_forces
 from fdm_server.coupling.rim_growth import NOTICED as GROWS
 from fdm_server.coupling.rim_growth import watch_growth, watch_power
-from fdm_server.coupling.look import look, note
 from fdm_server.step.gridpoint_pass import velocity_kernel
 from fdm_server.step.zone_pass import move_kernel, zones_kernel
 
@@ -29,10 +29,9 @@ Numbers = NDArray[np.float64]
 class Rims(NamedTuple):
     """Rims of W windows, one after the other: K gridpoints in all; begin (W+1,): first one of a rim.
 
-    force (K,2), sums (K,), answer (W, 8): of the last FORCE; added (K,): mass of the gridpoints from it, `sums` or `inner_mass`;
-    inner_mass, reaction (K,2), reaction_mass: of the hand-over
-    (rim.py); velocity (K,2): of the last VELOCITY; before (K,2), size (W,7), floor (W,), every, awaited (W,3,3), verdict (W,5): of
-    the watches of growth and power (rim_growth.py).
+    force (K,2), sums (K,), answer (W,8): of the last FORCE; added (K,): mass of the gridpoints from it, `sums` or `inner_mass`.
+    inner_mass, reaction (K,2), reaction_mass: of the hand-over (rim.py). velocity (K,2): of the last VELOCITY. before (K,2),
+    size (W,7), floor (W,), every, awaited (W,3,3), verdict (W,5): of the watches of growth and power (rim_growth.py).
     """
 
     nodes: NDArray[np.int64]
@@ -56,8 +55,8 @@ class Rims(NamedTuple):
 class Course(NamedTuple):
     """n plain steps ahead: gravity (n+1,) [m/s2], its factor (n+1,), share (n,) of the discs in the rims' forces.
 
-    stage: its number; first, noted: numbers of the first step, and of the last one after which histories are noted; seconds: length
-    of a step, 1 in static mode; until: monotonic time [ns] after which no step begins.
+    stage: its number; first, noted: numbers of the first step, and of the last one after which histories are noted; seconds:
+    length of a step, 1 in static mode; until: monotonic time [ns] after which no step begins.
     """
 
     gravity: Numbers

@@ -11,12 +11,12 @@ import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
 from coupler_protocol.wire import lanes, messages
+from fdm_server.coupling import look
 from fdm_server.coupling.common_step import check_common_step
 from fdm_server.coupling.plain_loop import (
     DONE,
     INFINITE,
     INVERTED,
-    NOTICED,
     TOO_LONG,
     UNHEARD,
     UNSENT,
@@ -24,7 +24,6 @@ from fdm_server.coupling.plain_loop import (
     Rims,
     plain_loop,
 )
-from fdm_server.coupling import look
 from fdm_server.step import clock
 from fdm_server.step import present_shape as shape
 from fdm_server.step.gridpoint_pass import resistance
@@ -168,7 +167,18 @@ class PlainSteps:
         static_mass = shape.static_mass(model, state) if state.in_real_time else None
         points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
         always, effects = zone_arguments(model, state)
-        return self.lanes.wire, self.rims, course, points, resistance(model, state, state.dt), always, effects, midway, self.sight, self.marks
+        return (
+            self.lanes.wire,
+            self.rims,
+            course,
+            points,
+            resistance(model, state, state.dt),
+            always,
+            effects,
+            midway,
+            self.sight,
+            self.marks,
+        )
 
     def _count(self, steps, noted):
         """Counts completed steps, and reads what was seen during and after them; noted: of the Course."""

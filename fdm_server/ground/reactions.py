@@ -46,7 +46,9 @@ def held_components(fixed, holders):
                 names.append((label, axis))
                 points.append(own[fixed[own, axis]])
     begin = np.cumsum([0, *map(len, points)])
-    return names, Held(np.concatenate([np.zeros(0, dtype=np.int64), *points]), begin, np.array([a for _, a in names], dtype=np.int64))
+    return names, Held(
+        np.concatenate([np.zeros(0, dtype=np.int64), *points]), begin, np.array([a for _, a in names], dtype=np.int64)
+    )
 
 
 def reactions(model, state, gravity, holders):

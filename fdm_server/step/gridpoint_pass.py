@@ -10,8 +10,6 @@ In static mode dt = 1, and there is no multiplication by dt. Velocities are at h
 
 from math import sqrt
 
-import numpy as np
-
 from coupler_protocol.compiled import threads
 from coupler_protocol.compiled.jit import jit
 from fdm_server.effects import combined_damping as combined_law
