@@ -20,6 +20,7 @@ from dem_server.coupling.plain_loop import plain_loop
 from dem_server.coupling.ring_guard import RingGuard
 from dem_server.insitu.takeover import bond
 from dem_server.observe.stable_limit import motion_of_ring
+from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
 from dem_server.stones import bodies
@@ -57,6 +58,8 @@ def _copy(side):
 
 def _formed(side):
     """Yields after every kernel of a takeover without stress."""
+    unbalanced_ratio(side.model, side.state, side.gravity)
+    yield
     if side.stones is not None:
         side.model = bodies.form_stones(side.model, side.state, side.stones.outlines, side.scene.stones.body)
         yield
@@ -79,6 +82,7 @@ def _one_step(side, index):
 
 def _forces(side):
     side.rim.nodal_forces(side.state)
+    side.rim.power(side.state)
     side.rim.stiffness_sums(side.model, side.state)
 
 

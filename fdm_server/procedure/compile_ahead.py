@@ -18,9 +18,11 @@ from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.wire import lanes
 from fdm_server.coupling.plain_loop import plain_loop
 from fdm_server.coupling.rim import open_windows
+from fdm_server.observe import record
 from fdm_server.observe.stable_limit import safe_limits
 from fdm_server.procedure.stage_run import StageRun
 from fdm_server.step.gridpoint_pass import farthest, unbalanced_ratio, update_velocities
+from fdm_server.step.safety import check_motion
 from fdm_server.step.zone_pass import advance
 
 log = logging.getLogger(__name__)
@@ -98,8 +100,13 @@ def _zones(side, stage):
 
 
 def _observed(side, stage):
-    unbalanced_ratio(side.model, side.state, stage.gravity)
-    farthest(side.state.displacement)
+    model, state, holders = side.model, side.state, stage.sides.holders
+    check_motion(model, state)
+    stage.stretch.check(state.displacement)
+    farthest(state.displacement)
+    record.history(model, state, unbalanced_ratio(model, state, stage.gravity), stage.factor)
+    record.reactions(model, state, stage.gravity, holders)
+    record.movements(model, state, holders)
 
 
 def _limits(side, stage):
@@ -110,4 +117,4 @@ def _limits(side, stage):
 def _loop(side, stage):
     plain = stage.plain
     if not plain.why_not and least_steps(stage.stage) >= lanes.EARLIEST:
-        compile_for(plain_loop, plain._arguments(plain._course(1), False, False))
+        compile_for(plain_loop, plain._arguments(plain._course(1), False))
