@@ -67,11 +67,19 @@ class RingGuard:
         """
         watch_ring(state.disc, model.ring, self.ring)
         if not self.knows_list(state):
-            self._builds = state.builds
-            lost = lost_discs(model, state)
-            if len(lost):
-                raise ArithmeticError(self._loss_as_text(model, state, ring_gaps(model, state), lost))
+            self.refuse_lost(model, state)
         return self.judge()
+
+    def refuse_lost(self, model, state):
+        """Raises ArithmeticError if a disc is lost."""
+        self.note_list(state)
+        lost = lost_discs(model, state)
+        if len(lost):
+            raise ArithmeticError(self._loss_as_text(model, state, ring_gaps(model, state), lost))
+
+    def note_list(self, state):
+        """Notes that the present list of pairs has been checked for lost discs."""
+        self._builds = state.builds
 
     def judge(self):
         """Returns a warning of the last measurement the first time, else ""."""
@@ -123,6 +131,12 @@ def gaps_between(disc, ring):
         distance = np.sqrt((disc[q, X] - disc[p, X]) ** 2 + (disc[q, Y] - disc[p, Y]) ** 2)
         gaps[p] = distance - disc[p, RADIUS] - disc[q, RADIUS]
     return gaps
+
+
+@jit
+def some_outside(disc, ring):
+    """Whether the centre of a free disc is outside the polygon of the first `ring` discs."""
+    return outside(disc[:ring, X : Y + 1].copy(), disc, ring).any()
 
 
 @jit

@@ -277,13 +277,16 @@ class DiscreteSide:
         self._say(self.guard.check(self.model, self.state))
         self.progress(self._name_of(self.stage), "", self.steps, None, self.looked.ratio, order.gravity_factor)
 
-    def judge_look(self, looked):
-        """Judges what compiled code has noticed in the last look, which found `looked`."""
+    def judge_look(self, looked, fresh):
+        """Judges what compiled code has noticed in the last look, which found `looked`; fresh: by a new list of pairs."""
         self._refuse_ratio(looked.ratio)
+        if fresh:
+            self.guard.refuse_lost(self.model, self.state)
         self._say(self.guard.judge())
 
     def note_looks(self, steps, looks, times, factor):
         """Records histories of several looks of compiled code; times [s]; factor: of the gravity of the last step."""
+        self.guard.note_list(self.state)
         self.recorder.histories(steps, self._histories(looks, times))
         self.progress(self._name_of(self.stage), "", steps[-1], None, looks[-1].ratio, factor)
 
