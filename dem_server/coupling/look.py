@@ -25,7 +25,7 @@ class Sight(NamedTuple):
     """The guard of the ring, and what histories have seen.
 
     every: steps between points of histories; fresh (1,): whether the list of pairs is new, so that discs may have left the ring.
-    spring, parallel_bond: of the law. ring (5,): see `watch_ring`; power (1,): of the ring in the last step with histories [W];
+    spring, parallel_bond: of the law. ring (6,): see `watch_ring`; power (1,): of the ring in the last step with histories [W];
     steps (n,), answers (n,8): steps of the run at which was looked, and what was seen; rows (1,): how many.
     """
 

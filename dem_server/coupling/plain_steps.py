@@ -29,6 +29,7 @@ from dem_server.coupling.plain_loop import (
     plain_loop,
 )
 from dem_server.effects.histories import history_of
+from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import SPEED_CAP
 from dem_server.step.neighbours import skin
 from dem_server.step.thread_shares import shares
@@ -94,9 +95,22 @@ class PlainSteps:
             if why == UNHEARD:
                 return RECEIVE, None
             if why in (ODD, FAST_RIM, CONTACTS):
+                order = messages.Order(*self.order.tolist())
                 if why == FAST_RIM:
                     side.refuse_fast_rim()
-                return (ACCEPT if why == ODD else COMPLETE), messages.Order(*self.order.tolist())
+                if why == ODD or order.flags:
+                    return (ACCEPT if why == ODD else COMPLETE), order
+                self._complete(order)
+                begun = False
+
+    def _complete(self, order):
+        """Completes a step whose contacts need a new list of pairs."""
+        side = self.side
+        side.measure_power(order)
+        contact_forces(side.model, side.state)
+        side.check_step()
+        side.count_step(order)
+        self.taken += 1
 
     def _see_completed(self):
         """Looks at the completed step if histories have a point there, as the loop step by step does."""

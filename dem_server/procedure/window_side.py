@@ -265,11 +265,15 @@ class DiscreteSide:
 
     def observe(self, order):
         """Counts the step; at steps with histories computes an Answer and checks the ring."""
+        self.count_step(order)
+        if self.steps % self.record_of_stage.history == 0:
+            self.look(order)
+
+    def count_step(self, order):
+        """Counts a step."""
         self.steps = int(order.step)
         self.time += order.dt
         self.watch.stages[-1].steps += 1
-        if self.steps % self.record_of_stage.history == 0:
-            self.look(order)
 
     def look(self, order):
         """Computes an Answer and checks the ring after a step with histories."""
