@@ -45,7 +45,7 @@ def obstacle(side, stage):
         "a plugin is called": side.plugin is not None,
         "volumetric strain is averaged at gridpoints": side.model.nodal is not None,
         "the grid has several threads": len(parts.points) > 1 or len(parts.strips) > 1,
-        "loads or boundaries change": bool(stage.ramps) or stage.load is not None or stage.sides.act,
+        "boundaries move or are quiet": stage.sides.drive is not None or bool(stage.sides.dashpots),
     }
     return next((words for words, there in found.items() if there), "")
 
@@ -67,8 +67,12 @@ class PlainSteps:
 
     def take(self):
         """Takes all plain steps from the present one on; returns before the first step that has to be taken by itself."""
-        while not self.why_not and self._begins() and (count := self._ahead()) and self._call(count):
+        while not self.why_not and not self._loads_change() and self._begins() and (count := self._ahead()) and self._call(count):
             pass
+
+    def _loads_change(self):
+        """Whether an excavation, a surcharge or another load has not come to its end."""
+        return any(ramp.moves or not ramp.complete for ramp in self.stage.ramps)
 
     def _begins(self):
         """Whether plain steps are taken: at once if the loop is compiled, else in a stage that proves to be long."""
@@ -79,7 +83,9 @@ class PlainSteps:
 
     def report(self):
         """Content of run.json."""
-        why = self.why_not or ("" if self._begun else "the stage was short, and no cache had the loop")
+        why = self.why_not
+        if not why and not self._begun:
+            why = "loads change" if self._loads_change() else "the stage was short, and no cache had the loop"
         return {"plain_steps": self.taken} | ({"one_by_one": why} if why else {})
 
     def _ahead(self):
