@@ -10,6 +10,7 @@ import time
 import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
+from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.wire import lanes, messages
 from fdm_server.coupling import look
 from fdm_server.coupling.common_step import check_common_step
@@ -75,10 +76,11 @@ class PlainSteps:
         return any(ramp.moves or not ramp.complete for ramp in self.stage.ramps)
 
     def _begins(self):
-        """Whether plain steps are taken: at once if the loop is compiled, else in a stage that proves to be long."""
+        """Whether plain steps are taken: at once if the stage is long or the loop compiled, else if it proves to be long."""
         if not self._begun:
-            known = not self.stage.done and is_compiled(plain_loop, self._arguments(self._course(0), False))
-            self._begun = known or self.stage.done >= lanes.EARLIEST
+            done, long = self.stage.done, least_steps(self.stage.stage) >= lanes.EARLIEST
+            known = not done and (long or is_compiled(plain_loop, self._arguments(self._course(0), False)))
+            self._begun = known or done >= lanes.EARLIEST
         return self._begun and self.lanes.whole
 
     def report(self):
