@@ -58,6 +58,7 @@ class PlainSteps:
         self.side, self.stage = side, stage
         self.why_not = obstacle(side, stage)
         self.taken = 0
+        self._known = None  # whether plain steps may begin at once, if it was asked
         self._begun = False
         if not self.why_not:
             self.lanes = side.hub.transport.lanes
@@ -78,9 +79,10 @@ class PlainSteps:
     def _begins(self):
         """Whether plain steps are taken: at once if the stage is long or the loop compiled, else if it proves to be long."""
         if not self._begun:
-            done, long = self.stage.done, least_steps(self.stage.stage) >= lanes.EARLIEST
-            known = not done and (long or is_compiled(plain_loop, self._arguments(self._course(0), False)))
-            self._begun = known or done >= lanes.EARLIEST
+            if self._known is None:
+                long = least_steps(self.stage.stage) >= lanes.EARLIEST
+                self._known = long or is_compiled(plain_loop, self._arguments(self._course(0), False))
+            self._begun = self._known or self.stage.done >= lanes.EARLIEST
         return self._begun and self.lanes.whole
 
     def report(self):
