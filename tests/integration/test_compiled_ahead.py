@@ -17,7 +17,7 @@ interpreted = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT", "0") != "0"
 @pytest.mark.long
 @pytest.mark.parametrize("case", CASES)
 def test_nothing_is_compiled_after_a_side_has_compiled_ahead(tmp_path, case):
-    done = finished(command("tests.integration.compiled_ahead", tmp_path, case, timeout=500))
+    done = finished(command("tests.integration.compiled_ahead", tmp_path, case), timeout=500)
     found = json.loads(done.stdout.splitlines()[-1])
     names = {side: [(ahead, name) for one, ahead, name in found["compiled"] if one == side] for side in ("grid", "discs")}
     for side in ("grid", "discs"):
