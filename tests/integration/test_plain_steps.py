@@ -94,6 +94,16 @@ def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
         assert all(plain >= row["steps"] - 6 - row["steps"] // 60 for plain in row["plain_steps_discrete"]), row
 
 
+@pytest.mark.parametrize("until", [{"ratio": 3e-2, "steps": 900}, {"displacement": 8.5e-5, "steps": 900}])
+def test_a_stage_ends_by_what_compiled_code_has_seen_as_step_by_step(tmp_path, until):
+    """Compiled looks compare ratios and displacement with the limits of the stage; the end is that of the loop step by step."""
+    rows = both_ways(tmp_path, scene(stage__3__until=until, record__every=1000))
+    assert same_files(tmp_path) == []
+    assert rows[-1]["ended_by"].partition(" ")[0] in until
+    assert rows[-1]["plain_steps"] >= rows[-1]["steps"] - 6
+    assert 30 < rows[-1]["steps"] < 900
+
+
 def test_plain_steps_follow_a_load_that_has_come_to_its_end(tmp_path):
     """A pit is dug beside the window over 40 steps of the last stage: those are taken one by one, the others are plain."""
     pit = {"polygon": [[4.5, 4.0], [6.0, 4.0], [6.0, 5.0], [4.5, 5.0]], "over": 40, "ratio": 0.0}
