@@ -76,6 +76,12 @@ CASES = {
         "stage__3__time": "real",
         "stage__3__damping": {"rayleigh": {"fraction": 0.05, "frequency": 20.0}},
     },
+    "real time, three sub-steps of the discs, clumps": {
+        "stage__3__time": "real",
+        "coupling__substeps": 3,
+        "stones": STONES,
+        "discs__stone": STONE,
+    },
 }
 
 
