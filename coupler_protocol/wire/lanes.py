@@ -44,6 +44,7 @@ class Lanes:
         self.peers = list(peers)
         self.row = {peer.peer: number for number, peer in enumerate(self.peers)}
         self.sockets: list[socket.socket | None] = [None] * len(self.peers)
+        self._over = [False] * len(self.peers)  # no more steps follow
         count = len(self.peers)
         inbox, in_at = self._room(hears)
         outbox, out_at = self._room(says)
@@ -99,6 +100,10 @@ class Lanes:
         self.sockets[row] = connection
         self.wire.fd[row] = connection.fileno()
 
+    def end_steps(self, rank: int) -> None:
+        """Notes that no more steps follow, so that the peer may close its end."""
+        self._over[self.row[rank]] = True
+
     def close(self, rank: int, why: str = "") -> None:
         """Closes a lane; the link carries its messages from now on."""
         row = self.row[rank]
@@ -106,7 +111,7 @@ class Lanes:
         self.wire.fd[row], self.wire.got[row] = -1, 0
         if found is not None:
             found.close()
-            if why:
+            if why and not self._over[row]:
                 log.warning("the lane to rank %d is closed, steps go over the link: %s", rank, why)
 
     def close_all(self) -> None:
@@ -129,10 +134,14 @@ class Lanes:
         return sent == len(frame)
 
     def note_way(self, frame: Buffer, rank: int) -> None:
-        """Closes the lane to a peer whose step message came over the link although it fits the lane."""
+        """Closes the lane to a peer whose step message came over the link although it fits the lane.
+
+        The lane stays open if a whole frame waits on it: then this side was away so long that the message was sent again.
+        """
         row = self.row[rank]
         fits = len(frame) == self.wire.in_at[row + 1] - self.wire.in_at[row]
-        if self.wire.fd[row] >= 0 and fits and isinstance(frame, memoryview) and frame.obj is not self.wire.inbox:
+        by_link = isinstance(frame, memoryview) and frame.obj is not self.wire.inbox
+        if self.wire.fd[row] >= 0 and fits and by_link and not self._whole(row, rank):
             self.close(rank, "a step message came over the link")
 
     def said(self, row: int) -> memoryview:

@@ -77,7 +77,11 @@ class PlainSteps:
 
     def report(self):
         """Content of run.json."""
-        why = self.why_not or ("" if self._begun else "the stage was short, and no cache had the loop")
+        why = self.why_not
+        if not why and not self._begun:
+            why = "the stage was short, and no cache had the loop"
+        elif not why and not self.lanes.whole:
+            why = "the lane was closed"
         return {"plain_steps": self.taken} | ({"one_by_one": why} if why else {})
 
     def _ahead(self):
