@@ -78,7 +78,7 @@ class StageRow(_Part):
     plain_steps: int | None = quantity(
         None, meaning="coupled: steps that the grid took in compiled calls of many steps ([performance](performance.md))"
     )
-    one_by_one: str | None = quantity(None, meaning="coupled: why steps were taken one by one: all, or those after the lane was closed")
+    one_by_one: str | None = quantity(None, meaning="coupled: why all steps, or those after the lane closed, came one by one")
     changes: Changes | None = quantity(None, meaning="if materials, discs, ring or record change in this stage")
     exchanges: int | None = quantity(None, meaning="with coupling.exchange_every above 1: exchanges of the stage")
     fell_back: str | None = quantity(

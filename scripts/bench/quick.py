@@ -16,14 +16,14 @@ CLOCK = time.thread_time  # of the one thread that computes
 TURN = 0.1  # [s] of one case
 SECONDS = 20.0  # of measuring, for each code
 LEAST = 15  # turns
-ZONES, DISCS, RADIUS = 10_000, 2_500, 0.03  # of the boxes; of the discs in the paper's window [m]
+ZONES, DISCS, RADIUS = 1_600, 2_500, 0.03  # of the boxes; of the discs in the paper's window [m]
 LEFT_OUT = (
-    "left out of --quick: larger boxes, whose arrays do not fit into the caches; two threads; 1,600 zones and 10,000 discs; "
+    "left out of --quick: larger boxes, whose arrays do not fit into the caches; two threads; 10,000 zones and discs; "
     "discs of many sizes; most laws one by one, and the memory that they take"
 )
 
 
-def fdm_rows(companion, say, zones=ZONES, seconds=SECONDS):
+def fdm_rows(companion, say, seconds=SECONDS):
     """Rows of the continuum."""
     name = "Mohr-Coulomb, tension, flags"
     sets = {
@@ -33,22 +33,22 @@ def fdm_rows(companion, say, zones=ZONES, seconds=SECONDS):
     }
     cases = {}
     for law, (effects, flowing) in sets.items():
-        say(f"preparing {zones:,} zones, {law}")
-        cases[law] = laws.Box(*SIZES[zones], effects, flowing)
+        say(f"preparing {ZONES:,} zones, {law}")
+        cases[law] = laws.Box(*SIZES[ZONES], effects, flowing)
         cases[law].settle()
     rest, flowing, elastic = cases
     takes = {law: case.take for law, case in cases.items()}
     takes |= {f"scalar loop; {law}": ScalarBox(cases[law]).take for law in (rest, flowing)}
     found = _measured(takes, seconds, say)
     for law, each in found.items():
-        yield row(law, zones, [zones / s for s in each], "zone-steps/s", companion, f"{len(each)} turns")
+        yield row(law, ZONES, [ZONES / s for s in each], "zone-steps/s", companion, f"{len(each)} turns")
     for law in (rest, flowing):
-        yield ratio_row(f"over the scalar loop; {law}", zones, over(found[f"scalar loop; {law}"], found[law]), companion)
-    yield ratio_row("cost of a step, flowing over at rest", zones, over(found[flowing], found[rest]), companion)
-    yield ratio_row("cost of a step, Mohr-Coulomb over elastic", zones, over(found[rest], found[elastic]), companion)
+        yield ratio_row(f"over the scalar loop; {law}", ZONES, over(found[f"scalar loop; {law}"], found[law]), companion)
+    yield ratio_row("cost of a step, flowing over at rest", ZONES, over(found[flowing], found[rest]), companion)
+    yield ratio_row("cost of a step, Mohr-Coulomb over elastic", ZONES, over(found[rest], found[elastic]), companion)
 
 
-def dem_rows(companion, say, discs=DISCS, seconds=SECONDS, radius=RADIUS):
+def dem_rows(companion, say, seconds=SECONDS, radius=RADIUS):
     """Rows of the discs."""
     friction, bonds, window, scalar = (
         "dense box, friction", "dense box, friction, contact bonds", "paper window, bonded, stones as clumps",
@@ -56,26 +56,26 @@ def dem_rows(companion, say, discs=DISCS, seconds=SECONDS, radius=RADIUS):
     )  # fmt: skip
     cases = {}
     for law, effects in ((friction, {}), (bonds, {"bond": BOND})):
-        say(f"preparing {discs:,} discs, {law}")
-        cases[law] = dem.Case(*dense_box(*dem.SIZES[discs], friction=FRICTION, **effects))
+        say(f"preparing {DISCS:,} discs, {law}")
+        cases[law] = dem.Case(*dense_box(*dem.SIZES[DISCS], friction=FRICTION, **effects))
     say(f"preparing the {window}")
     cases[window] = dem.window(radius)
     build = f"list build; {friction}"
-    size = {law: case.free for law, case in cases.items()} | {scalar: discs, build: discs}
+    size = {law: case.free for law, case in cases.items()} | {scalar: DISCS, build: DISCS}
     takes = {law: case.take for law, case in cases.items()}
     takes |= {scalar: dem.ScalarCase(cases[friction]).take, build: cases[friction].build}
     found = _measured(takes, seconds, say)
     for law, each in found.items():
         if law == build:
-            yield row(law, discs, [1e9 * s / discs for s in each], "ns/disc", companion, f"{len(each)} turns")
+            yield row(law, DISCS, [1e9 * s / DISCS for s in each], "ns/disc", companion, f"{len(each)} turns")
         else:
             yield row(law, size[law], [size[law] / s for s in each], "disc-steps/s", companion, f"no builds, {len(each)} turns")
-    yield ratio_row(f"over the scalar loop; {friction}", discs, over(found[scalar], found[friction]), companion, "no builds")
-    yield ratio_row("cost of a step with contact bonds over without", discs, over(found[bonds], found[friction]), companion)
+    yield ratio_row(f"over the scalar loop; {friction}", DISCS, over(found[scalar], found[friction]), companion, "no builds")
+    yield ratio_row("cost of a step with contact bonds over without", DISCS, over(found[bonds], found[friction]), companion)
     a_disc = {law: [s / size[law] for s in found[law]] for law in (window, bonds)}
     name = "cost a disc, paper window over box with contact bonds"
     yield ratio_row(name, size[window], over(a_disc[window], a_disc[bonds]), companion)
-    yield ratio_row(f"list build over step; {friction}", discs, over(found[build], found[friction]), companion)
+    yield ratio_row(f"list build over step; {friction}", DISCS, over(found[build], found[friction]), companion)
 
 
 def _measured(takes, seconds, say):

@@ -79,4 +79,3 @@ def exactly(source, size):
             return b""
         found += part
     return found
-

@@ -32,16 +32,20 @@ def _from_the_first_step(monkeypatch):
 @pytest.fixture(scope="module")
 def data():
     """Tables of the scene of test_plain_steps.py whose kernels its tests compile."""
-    return scene(link__timeout=TIMEOUT, link__give_up=5.0, **CASES[SHORT])
+    return scene(link__timeout=TIMEOUT, **CASES[SHORT])
 
 
 @pytest.fixture(scope="module")
 def straight(data, tmp_path_factory):
-    """The run over the link alone."""
+    """The run over the link alone; its last stage once more with plain steps, so that they are compiled."""
     out = tmp_path_factory.mktemp("link")
     own = copy.deepcopy(data)
-    own["link"]["lane"] = False
+    own["link"] = {"lane": False}
     run(build_scene(own), out)
+    own["link"] = {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(lanes, "EARLIEST", 0)
+        run(build_scene(own), tmp_path_factory.mktemp("lane"), origin=Origin(out, "couple"))
     return out
 
 
