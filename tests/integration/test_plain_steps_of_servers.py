@@ -18,7 +18,8 @@ from tests.integration.short_runs import coupled_frames, end, wait_for
 from tests.integration.test_plain_steps import CASES, SHORT, scene
 from tests.same_bits import differing
 
-STEPS, EVERY = 60_000, 2_000  # of the stage that is disturbed: a second or more; a frame in so many steps
+pytestmark = pytest.mark.long
+STEPS, EVERY = 20_000, 1_000  # of the stage that is disturbed: a second or so; a frame in so many steps
 TIMEOUT, GIVE_UP = 1.0, 4.0  # [s]
 SERVER = """
 import sys
@@ -37,7 +38,7 @@ def straight(tmp_path_factory):
     data["record"]["every"] = EVERY
     data["stage"][-1]["until"] = {"steps": STEPS}
     out = tmp_path_factory.mktemp("straight")
-    file = out / "scene.json"
+    file = tmp_path_factory.mktemp("scene") / "scene.json"
     file.write_text(json.dumps(data))
     data["link"] = {}  # kernels may be compiled longer than a step may take
     with pytest.MonkeyPatch.context() as patch:
@@ -92,7 +93,7 @@ def servers(straight, tmp_path):
         end(found.grid, found.discs)
 
 
-@pytest.mark.parametrize("victim", ["discs", pytest.param("grid", marks=pytest.mark.long)])
+@pytest.mark.parametrize("victim", ["discs", "grid"])
 def test_a_killed_peer_ends_the_other_side_as_its_fault(servers, victim):
     left = servers.other(victim)
     servers.in_plain_steps()
@@ -108,7 +109,6 @@ def test_a_killed_peer_ends_the_other_side_as_its_fault(servers, victim):
         assert servers.row()["plain_steps"] > 0
 
 
-@pytest.mark.long
 def test_sides_that_stand_still_for_longer_than_a_time_out_change_no_bit(servers, straight):
     for frames, side in ((1, "discs"), (8, "grid")):
         servers.in_plain_steps(frames)
@@ -123,9 +123,7 @@ def test_sides_that_stand_still_for_longer_than_a_time_out_change_no_bit(servers
     assert "one_by_one" not in servers.row()
 
 
-@pytest.mark.parametrize(
-    ("side", "number"), [("grid", signal.SIGINT), pytest.param("discs", signal.SIGTERM, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize(("side", "number"), [("grid", signal.SIGINT), ("discs", signal.SIGTERM)])
 def test_a_request_to_end_saves_both_sides_and_the_run_goes_on_with_the_same_bits(servers, straight, side, number):
     servers.in_plain_steps()
     servers.of(side).send_signal(number)
