@@ -78,7 +78,7 @@ class StageRow(_Part):
     plain_steps: int | None = quantity(
         None, meaning="coupled: steps that the grid took in compiled calls of many steps ([performance](performance.md))"
     )
-    one_by_one: str | None = quantity(None, meaning="coupled: why no step was taken in such a call")
+    one_by_one: str | None = quantity(None, meaning="coupled: why all steps, or those after the lane closed, came one by one")
     plain_steps_discrete: list[int] | None = quantity(None, meaning="coupled: such steps of the discs, by window")
     one_by_one_discrete: list[str] | None = quantity(
         None, meaning="coupled: why the discs took no step in such a call, by window; empty text where they did"

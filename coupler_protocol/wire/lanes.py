@@ -44,6 +44,7 @@ class Lanes:
         self.peers = list(peers)
         self.row = {peer.peer: number for number, peer in enumerate(self.peers)}
         self.sockets: list[socket.socket | None] = [None] * len(self.peers)
+        self._over = [False] * len(self.peers)  # no more steps follow
         count = len(self.peers)
         inbox, in_at = self._room(hears)
         outbox, out_at = self._room(says)
@@ -100,6 +101,10 @@ class Lanes:
         self.sockets[row] = connection
         self.wire.fd[row] = connection.fileno()
 
+    def end_steps(self, rank: int) -> None:
+        """Notes that no more steps follow, so that the peer may close its end."""
+        self._over[self.row[rank]] = True
+
     def close(self, rank: int, why: str = "") -> None:
         """Closes a lane; the link carries its messages from now on."""
         row = self.row[rank]
@@ -107,7 +112,7 @@ class Lanes:
         self.wire.fd[row], self.wire.got[row] = -1, 0
         if found is not None:
             found.close()
-            if why:
+            if why and not self._over[row]:
                 log.warning("the lane to rank %d is closed, steps go over the link: %s", rank, why)
 
     def close_all(self) -> None:

@@ -128,6 +128,12 @@ class Conversation:
         """Sends a control message with the number of the current turn."""
         self.send(frames.control_frame(kind, self.session, self.rank, self.sequence, content))
 
+    def end_steps(self, reason: str) -> None:
+        """Sends STOP; no more step messages follow on a lane."""
+        if self.transport.lanes is not None:
+            self.transport.lanes.end_steps(self.peer)
+        self.send_control(messages.STOP, {"reason": reason})
+
     def notify(self, kind: int, content: Mapping[str, Any]) -> None:
         """Sends a message without answer and turn (a failure)."""
         self.transport.send(frames.control_frame(kind, self.session, self.rank, self.sequence, content), self.peer)

@@ -90,6 +90,8 @@ class PlainSteps:
         why = self.why_not
         if not why and not self._begun:
             why = "loads change" if self._loads_change() else "the stage was short, and no cache had the loop"
+        elif not why and not self.lanes.whole:
+            why = "the lane was closed"
         return {"plain_steps": self.taken} | ({"one_by_one": why} if why else {})
 
     def _ahead(self):

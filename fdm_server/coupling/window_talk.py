@@ -92,7 +92,7 @@ class WindowTalk:
     def send_stop(self, reason):
         """Waits for the forces that are under way and sends STOP; returns the discs' FAREWELL, {} if none arrives."""
         self.conversation.receive((messages.FORCE,), in_step=True)
-        self.conversation.send_control(messages.STOP, {"reason": reason})
+        self.conversation.end_steps(reason)
         try:
             return self._receive_control(messages.FAREWELL)
         except PeerLost as error:  # everything is computed and recorded: only the discs' timings are missing

@@ -7,6 +7,7 @@ Boxes have no reference gaps (8 bytes a pair more in a window). "list build" is 
 """
 
 from copy import deepcopy
+from functools import partial
 from pathlib import Path
 from statistics import median
 from types import SimpleNamespace
@@ -15,7 +16,7 @@ import numpy as np
 
 from bench.dense_box import BOND, FRICTION, dense_box
 from bench.scalar_disc import step_of_discs
-from bench.timing_rows import repeated, row, triad
+from bench.timing_rows import in_turns, over, repeated, row, seconds_of_step
 from coupler_protocol.compiled import threads as team
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.interface.ring import build_ring
@@ -73,9 +74,13 @@ class Case:
             bonds_made.add_parallel_bonds(model, state)
         advance(model, state, 0.0, 50)
 
+    def take(self, steps):
+        """Takes steps, in one compiled call."""
+        advance(self.model, self.state, 0.0, steps)
+
     def seconds(self, steps):
         """Seconds of one step, from `steps` of them."""
-        return repeated(lambda: advance(self.model, self.state, 0.0, steps), 1, 1, warm_up=0)[0] / steps
+        return seconds_of_step(self.take, steps)
 
     def seconds_of_pass(self, times):
         """Seconds of one force pass, from `times` of them over discs that stand still, so that no force changes."""
@@ -86,9 +91,14 @@ class Case:
         passes(1, arguments)
         return repeated(lambda: passes(times, arguments), 1, 1, warm_up=0)[0] / times
 
+    def build(self, times):
+        """Builds the list several times."""
+        for _ in range(times):
+            rebuild(self.model, self.state)
+
     def build_seconds(self):
         """Seconds of one build of the list."""
-        return repeated(lambda: rebuild(self.model, self.state), 1, 1, warm_up=0)[0]
+        return seconds_of_step(self.build, 1)
 
     def contacts(self):
         """Number of contacts."""
@@ -121,59 +131,63 @@ class ScalarCase:
         self._pairs = pairs.disc_a.copy(), pairs.disc_b.copy()
         self._law = float(law.spring.normal[kind]), float(law.spring.shear[kind]), float(law.friction.coefficient[kind])
 
-    def step(self):
-        """One step."""
+    def take(self, steps):
+        """Takes steps."""
         moving = (self.x, self.v, self.spin, *self._pairs, *self._law, self.shear, self.force, self.moment)
-        step_of_discs(*self._constant, *moving)
+        for _ in range(steps):
+            step_of_discs(*self._constant, *moving)
 
     def seconds(self, steps):
         """Seconds of one step, from `steps` of them."""
-        return repeated(self.step, steps, 1, warm_up=2)[0]
+        self.take(2)
+        return seconds_of_step(self.take, steps)
 
 
-def run(fast, repeats):
-    """All rows; `fast` takes the smallest box, larger discs in the window and few steps."""
+def rows(fast, repeats, companion, say):
+    """All rows, each as soon as it is known; `fast` takes the smallest box, larger discs in the window and few steps.
+
+    say(text): what is done.
+    """
     work = 250_000 if fast else 8_000_000
-    companion = {"triad_GB_per_s": median(triad(repeats, 1_000_000 if fast else 8_000_000))}
-    rows = []
     for size in [2_500] if fast else SIZES:
-        rows += box_rows(size, work, repeats, companion)
+        yield from box_rows(size, work, repeats, companion, say)
     for size in () if fast else THREADED:
-        rows += threads_rows(size, work, repeats, companion)
-    rows += rows_of("paper window, bonded, stones as clumps", window(0.06 if fast else 0.03), work, repeats, companion)
-    rows += ratio_rows(600 if fast else 6_000, work, repeats, companion)
-    return rows + law_rows(work, repeats, companion)
+        yield from threads_rows(size, work, repeats, companion, say)
+    say("preparing the paper's window")
+    yield from rows_of("paper window, bonded, stones as clumps", window(0.06 if fast else 0.03), work, repeats, companion)
+    yield from ratio_rows(600 if fast else 6_000, work, repeats, companion, say)
+    yield from law_rows(work, repeats, companion, say)
 
 
-def box_rows(size, work, repeats, companion):
+def box_rows(size, work, repeats, companion, say):
     """A dense box with friction alone, with contact bonds too, and under the scalar loop, in turns."""
+    say(f"preparing a box of {size:,} discs, without and with bonds")
     smooth, bonded = (Case(*dense_box(*SIZES[size], friction=FRICTION, bond=bond)) for bond in (None, BOND))
     scalar, steps = ScalarCase(smooth), max(3, work // size)
-    found = [[case.seconds(steps) for case in (smooth, bonded, scalar)] for _ in range(repeats)]
-    first, second, third = zip(*found, strict=True)
-    ratios = [b / a for a, b in zip(first, second, strict=True)]
-    rows = rows_of("dense box, friction", smooth, work, repeats, companion, first)
-    rows.append(row("scalar loop; dense box, friction", size, [size / s for s in third], "disc-steps/s", companion, "no builds"))
-    rows += rows_of("dense box, friction, contact bonds", bonded, work, repeats, companion, second)
-    rows.append(row("cost of a step with contact bonds over without", size, ratios, "-", companion, "step by step in turns"))
-    return rows
+    say("measuring")
+    first, second, third = in_turns([partial(case.seconds, steps) for case in (smooth, bonded, scalar)], repeats)
+    yield from rows_of("dense box, friction", smooth, work, repeats, companion, first)
+    yield row("scalar loop; dense box, friction", size, [size / s for s in third], "disc-steps/s", companion, "no builds")
+    yield from rows_of("dense box, friction, contact bonds", bonded, work, repeats, companion, second)
+    name = "cost of a step with contact bonds over without"
+    yield row(name, size, over(second, first), "-", companion, "step by step in turns")
 
 
-def ratio_rows(size, work, repeats, companion):
+def ratio_rows(size, work, repeats, companion, say):
     """Packings of about as many discs with other ratios of sizes, in turns, and what a disc costs there over equal discs."""
+    say(f"preparing packings of {size:,} discs, sizes {', '.join(f'1:{ratio:g}' for ratio in RATIOS)}")
     cases = [Case(*graded(size, ratio)) for ratio in RATIOS]
-    found, builds, rows = [], [], []
     for case in cases:
         case.build_seconds()
-    for _ in range(repeats):
-        found.append([case.seconds(max(3, work // size)) / case.free for case in cases])
-        builds.append([case.build_seconds() / case.free for case in cases])
-    for name, seconds in (("step", found), ("list build", builds)):
-        for k, (ratio, case) in enumerate(zip(RATIOS, cases, strict=True)):
-            values, over = [1e9 * each[k] for each in seconds], [each[k] / each[0] for each in seconds]
-            rows.append(row(f"{name}; sizes 1:{ratio:g}", case.free, values, "ns/disc", companion, case.about()))
-            rows.append(row(f"{name} a disc; sizes 1:{ratio:g} over 1:1", case.free, over, "-", companion))
-    return rows
+    say("measuring")
+    steps = in_turns([partial(case.seconds, max(3, work // size)) for case in cases], repeats)
+    builds = in_turns([case.build_seconds for case in cases], repeats)
+    for name, seconds in (("step", steps), ("list build", builds)):
+        of_disc = [[s / case.free for s in each] for case, each in zip(cases, seconds, strict=True)]
+        for ratio, case, values in zip(RATIOS, cases, of_disc, strict=True):
+            nanoseconds = [1e9 * s for s in values]
+            yield row(f"{name}; sizes 1:{ratio:g}", case.free, nanoseconds, "ns/disc", companion, case.about())
+            yield row(f"{name} a disc; sizes 1:{ratio:g} over 1:1", case.free, over(values, of_disc[0]), "-", companion)
 
 
 def graded(size, ratio, smallest=0.02):
@@ -195,26 +209,25 @@ def graded(size, ratio, smallest=0.02):
     return build_model(ring.xy, ring.radius, packed, discs, insitu=False)
 
 
-def threads_rows(size, work, repeats, companion):
+def threads_rows(size, work, repeats, companion, say):
     """One and two threads in turn on copies of one state, bonds included, and whether their bits are the same."""
+    say(f"preparing a box of {size:,} discs for one thread and two")
     model, state = dense_box(*SIZES[size], friction=FRICTION, bond=BOND)
     cases = [Case(model, deepcopy(state)) for _ in range(2)]
-    found, steps = [[], []], max(3, work // size)
-    for _ in range(repeats):
-        for threads, case in enumerate(cases, start=1):
-            team.set_size(threads)
-            found[threads - 1].append(case.seconds(steps))
+    say("measuring")
+
+    def seconds(threads):
+        team.set_size(threads)
+        return cases[threads - 1].seconds(max(3, work // size))
+
+    found = in_turns([partial(seconds, threads) for threads in (1, 2)], repeats)
     team.set_size(1)
     one, two = (case.state for case in cases)
     same = all(np.array_equal(getattr(one, name), getattr(two, name)) for name in ("disc", "load", "normal", "shear"))
-    rates = [[size / s for s in each] for each in found]
-    note = "bit-identical" if same else "BITS DIFFER"
-    rows = [
-        row("dense box, friction, contact bonds; by threads", size, rate, "disc-steps/s", companion, "no builds", threads)
-        for threads, rate in enumerate(rates, start=1)
-    ]
-    ratios = [a / b for a, b in zip(*found, strict=True)]
-    return [*rows, row("two threads over one", size, ratios, "-", companion, note, 2)]
+    name = "dense box, friction, contact bonds; by threads"
+    for threads, each in enumerate(found, start=1):
+        yield row(name, size, [size / s for s in each], "disc-steps/s", companion, "no builds", threads)
+    yield row("two threads over one", size, over(*found), "-", companion, "bit-identical" if same else "BITS DIFFER", 2)
 
 
 def rows_of(name, case, work, repeats, companion, seconds=None):
@@ -246,15 +259,18 @@ def window(radius):
     return Case(bodies.form_stones(model, state, found.outlines, scene.stones.body), state, settling=40)
 
 
-def law_rows(work, repeats, companion):
+def law_rows(work, repeats, companion, say):
     """Cost of the force pass a contact, laws in turns, and memory a pair under each law."""
-    cases = [Case(*dense_box(*SIZES[LAW_SIZE], **effects)) for effects in LAWS.values()]
-    found = [[case.seconds_of_pass(max(3, work // LAW_SIZE)) for case in cases] for _ in range(repeats)]
-    rows = []
-    for law, case, seconds in zip(LAWS, cases, zip(*found, strict=True), strict=True):
+    cases = []
+    for law, effects in LAWS.items():
+        say(f"preparing a box of {LAW_SIZE:,} discs, {law}")
+        cases.append(Case(*dense_box(*SIZES[LAW_SIZE], **effects)))
+        cases[-1].seconds_of_pass(1)
+    say("measuring")
+    found = in_turns([partial(case.seconds_of_pass, max(3, work // LAW_SIZE)) for case in cases], repeats)
+    for law, case, seconds in zip(LAWS, cases, found, strict=True):
         number, note = case.contacts(), f"{case.bytes_of_pair():.0f} B/pair, {case.about()}"
-        rows.append(row(f"law: {law}", LAW_SIZE, [1e9 * s / number for s in seconds], "ns/contact", companion, note))
-    return rows
+        yield row(f"law: {law}", LAW_SIZE, [1e9 * s / number for s in seconds], "ns/contact", companion, note)
 
 
 @jit(package="dem_server")

@@ -5,6 +5,7 @@ every step. A real slope lies between. Gridpoints are so heavy that their veloci
 """
 
 from collections import Counter
+from functools import partial
 from statistics import median
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from bench import laws
 from bench.operations import operations
 from bench.scalar_zone import step_of_zones
-from bench.timing_rows import repeated, row, triad
+from bench.timing_rows import in_turns, over, row, seconds_of_step
 from fdm_server.step.blocks import from_blocks
 from fdm_server.step.forces import corner_forces
 from fdm_server.step.strain import strain_increments
@@ -23,23 +24,33 @@ THREADED = (100_000, 1_000_000)
 LAW_SIZE = 1_600
 
 
-def run(fast, repeats):
-    """All rows; `fast` takes small sizes and few steps."""
+def rows(fast, repeats, companion, say):
+    """All rows, each as soon as it is known; `fast` takes small sizes and few steps. say(text): what is done."""
     work = 200_000 if fast else 8_000_000
-    companion = {"triad_GB_per_s": median(triad(repeats, 1_000_000 if fast else 8_000_000))}
     sizes = [1_600] if fast else list(SIZES)
-    rows = []
     for size in sizes:
-        for flowing in (False, True):
-            name = f"Mohr-Coulomb, tension, flags; {'flowing' if flowing else 'at rest'}"
-            case = laws.Box(*SIZES[size], laws.FULL, flowing)
-            rows.append(row(name, size, case.rates(work, repeats), "zone-steps/s", companion))
-            rows.append(row(f"scalar loop; {name}", size, scalar_rates(case, work, repeats), "zone-steps/s", companion))
-        both = [r["value"] for r in rows if r["size"] == size and r["name"].startswith("Mohr")]
-        rows[-1]["note"] = counted(size, both, companion["triad_GB_per_s"])
+        yield from box_rows(size, work, repeats, companion, say)
     for size in (s for s in THREADED if s in sizes):
-        rows += threads_rows(size, work, repeats, companion)
-    return rows + laws.rows(*SIZES[LAW_SIZE], work, repeats, companion)
+        yield from threads_rows(size, work, repeats, companion, say)
+    yield from laws.rows(*SIZES[LAW_SIZE], work, repeats, companion, say)
+
+
+def box_rows(size, work, repeats, companion, say):
+    """A box at rest and flowing, each in turns with the scalar loop."""
+    both = []
+    for flowing in (False, True):
+        name = f"Mohr-Coulomb, tension, flags; {'flowing' if flowing else 'at rest'}"
+        say(f"preparing {size:,} zones, {name}")
+        case = laws.Box(*SIZES[size], laws.FULL, flowing)
+        case.settle()
+        scalar = ScalarBox(case)
+        say("measuring")
+        steps, fewer = max(3, work // size), max(1, work // size // 4)
+        ours, theirs = in_turns([partial(case.seconds, steps), partial(scalar.seconds, fewer)], repeats)
+        both.append(size / median(ours))
+        yield row(name, size, [size / s for s in ours], "zone-steps/s", companion)
+        note = counted(size, both, companion["triad_GB_per_s"]) if flowing else ""
+        yield row(f"scalar loop; {name}", size, [size / s for s in theirs], "zone-steps/s", companion, note)
 
 
 def counted(size, rates, bandwidth):
@@ -61,31 +72,39 @@ def counted(size, rates, bandwidth):
     return f"{words}; {bytes_:.0f} B, {' / '.join(share)} of the triad at rest / flowing"
 
 
-def scalar_rates(case, work, repeats):
-    """Zone-steps a second of the scalar loop from the state of `case` on, velocities of gridpoints left out."""
-    model, state = case.model, case.state
-    stress = from_blocks(state.stress, case.zones)
-    plastic = from_blocks(state.plastic, case.zones)[:, 0].copy()
-    force, material = np.zeros_like(state.force), case.model.material_law
-    parameters = (tuple(p[0]) for p in (material.elastic, material.mohr_coulomb, material.tension))
-    args = (model.zones, model.grid.xy, state.velocity, *parameters, stress, plastic, force)
-    steps = max(1, work // case.zones // 4)
-    return [case.zones / seconds for seconds in repeated(lambda: step_of_zones(*args), steps, repeats, warm_up=1)]
+class ScalarBox:
+    """The scalar loop from the state of a box on, velocities of gridpoints left out."""
+
+    def __init__(self, case):
+        model, state = case.model, case.state
+        stress = from_blocks(state.stress, case.zones)
+        plastic = from_blocks(state.plastic, case.zones)[:, 0].copy()
+        force, material = np.zeros_like(state.force), model.material_law
+        parameters = (tuple(p[0]) for p in (material.elastic, material.mohr_coulomb, material.tension))
+        self._arguments = (model.zones, model.grid.xy, state.velocity, *parameters, stress, plastic, force)
+
+    def take(self, steps):
+        """Takes steps."""
+        for _ in range(steps):
+            step_of_zones(*self._arguments)
+
+    def seconds(self, steps):
+        """Seconds of one step, from `steps` of them."""
+        self.take(1)
+        return seconds_of_step(self.take, steps)
 
 
-def threads_rows(size, work, repeats, companion):
+def threads_rows(size, work, repeats, companion, say):
     """One and two threads in turn on the same state, and whether their bits are the same."""
+    say(f"preparing {size:,} zones for one thread and two")
     cases = [laws.Box(*SIZES[size], laws.FULL, True, n) for n in (1, 2)]
     for case in cases:
         case.settle()
-    found = [[], []]
-    for _ in range(repeats):
-        for values, case in zip(found, cases, strict=True):
-            values += [size / s for s in repeated(case.step, max(3, work // size), 1, warm_up=1)]
+    say("measuring")
+    found = in_turns([partial(case.seconds, max(3, work // size)) for case in cases], repeats)
     one, two = (case.state for case in cases)
     same = all(np.array_equal(getattr(one, n), getattr(two, n)) for n in ("stress", "force", "displacement"))
     name = "Mohr-Coulomb, tension, flags; flowing, thread by thread"
-    rows = [row(name, size, values, "zone-steps/s", companion, threads=n) for n, values in enumerate(found, start=1)]
-    ratios = [two / one for one, two in zip(*found, strict=True)]
-    rows.append(row("two threads over one", size, ratios, "-", companion, "bit-identical" if same else "BITS DIFFER", 2))
-    return rows
+    for n, seconds in enumerate(found, start=1):
+        yield row(name, size, [size / s for s in seconds], "zone-steps/s", companion, threads=n)
+    yield row("two threads over one", size, over(*found), "-", companion, "bit-identical" if same else "BITS DIFFER", 2)

@@ -9,7 +9,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from bench.timing_rows import repeated, row
+from bench.timing_rows import row, seconds_of_step
 from coupler_protocol.compiled import threads as team
 from coupler_protocol.scene.reader import build_scene
 from fdm_server.mesh.grid import build_grid
@@ -112,10 +112,15 @@ class Box:
             if bool(yields.all()) != self.flowing or bool(yields.any()) != self.flowing:
                 raise ArithmeticError(f"{yields.mean():.1%} of the zones yield, flowing={self.flowing}")
 
-    def rates(self, work, repeats):
-        """Zone-steps a second in runs of about `work` zone-steps."""
-        self.settle()
-        return [self.zones / seconds for seconds in repeated(self.step, max(3, work // self.zones), repeats, warm_up=1)]
+    def take(self, steps):
+        """Takes steps."""
+        for _ in range(steps):
+            self.step()
+
+    def seconds(self, steps):
+        """Seconds of one step, from `steps` of them."""
+        self.step()
+        return seconds_of_step(self.take, steps)
 
     def bytes(self):
         """Bytes a zone of every array of State, of the law's parameters and of the ledger."""
@@ -125,13 +130,13 @@ class Box:
         return {name: value.nbytes / self.zones for name, value in found.items() if isinstance(value, np.ndarray)}
 
 
-def rows(width, height, work, repeats, companion):
+def rows(width, height, work, repeats, companion, say):
     """Cost of a zone-step under the sets of laws above, and what their arrays take."""
-    found = []
     for laws, flowing in SETS:
-        box = Box(width, height, laws, flowing)
-        nanoseconds = [1e9 / rate for rate in box.rates(work, repeats)]
         name = "laws: " + ", ".join(laws).replace("_", " ") + (", flowing" if flowing else "")
+        say(f"preparing {width * height:,} zones, {name}")
+        box = Box(width, height, laws, flowing)
+        box.settle()
+        nanoseconds = [1e9 * box.seconds(max(3, work // box.zones)) / box.zones for _ in range(repeats)]
         note = f"{sum(box.bytes().values()):.0f} B/zone of state, parameters and ledger"
-        found.append(row(name, box.zones, nanoseconds, "ns/zone-step", companion, note))
-    return found
+        yield row(name, box.zones, nanoseconds, "ns/zone-step", companion, note)

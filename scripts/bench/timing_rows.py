@@ -2,6 +2,7 @@
 
 import json
 import time
+from math import comb
 from pathlib import Path
 from statistics import median
 
@@ -17,6 +18,26 @@ def row(name, size, values, unit, companion, note="", threads=1):
         "name": name, "size": size, "threads": threads, "value": median(values), "unit": unit, "repeats": len(values),
         "spread": spread, "companion": companion, "note": note,
     }  # fmt: skip
+
+
+def ratio_row(name, size, ratios, companion, note=""):
+    """Row of a ratio, whose note says how well its median is known."""
+    low, high = bounds(ratios)
+    known = f"95 % bounds of the median {low:.3f} .. {high:.3f}, {len(ratios)} turns"
+    return row(name, size, ratios, "-", companion, f"{known}; {note}" if note else known) | {"low": low, "high": high}
+
+
+def bounds(values):
+    """Bounds (low, high) that contain the median with 95 %, whatever the distribution; the extremes of fewer than six values.
+
+    The number of values below the median has a binomial distribution.
+    """
+    n, rank, below = len(values), 0, 2.0 ** -len(values)
+    while below <= 0.025:
+        rank += 1
+        below += comb(n, rank) * 2.0**-n
+    ordered, first = sorted(values), max(rank, 1)
+    return ordered[first - 1], ordered[-first]
 
 
 def show(rows):
@@ -46,6 +67,30 @@ def repeated(step, steps, repeats, warm_up=50):
             step()
         found.append((time.perf_counter() - begin) / steps)
     return found
+
+
+def seconds_of_step(take, steps, clock=time.perf_counter):
+    """Seconds of one step, from one call take(steps)."""
+    begin = clock()
+    take(steps)
+    return (clock() - begin) / steps
+
+
+def in_turns(measures, turns):
+    """What each of `measures` (functions without arguments) gives, `turns` times.
+
+    Every other turn goes backwards, so that a machine that becomes slower or faster favours none of them.
+    """
+    found = [[] for _ in measures]
+    for turn in range(turns):
+        for number in range(len(measures))[:: -1 if turn % 2 else 1]:
+            found[number].append(measures[number]())
+    return found
+
+
+def over(a, b):
+    """Ratios a/b turn by turn."""
+    return [x / y for x, y in zip(a, b, strict=True)]
 
 
 @jit(package="fdm_server")

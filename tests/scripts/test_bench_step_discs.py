@@ -37,12 +37,6 @@ def test_every_row_has_its_companion(tmp_path):
     }  # fmt: skip
 
 
-def test_one_of_both_codes_must_be_named():
-    done = run_script("bench_step.py", "--fast", timeout=60)
-    assert done.returncode == 2
-    assert "--fdm, --dem or both" in done.stderr
-
-
 def test_the_scalar_loop_computes_what_the_kernels_compute():
     case = Case(*dense_box(1, 1, friction=FRICTION))
     model, state = case.model, case.state
@@ -52,7 +46,7 @@ def test_the_scalar_loop_computes_what_the_kernels_compute():
     scalar, builds = ScalarCase(case), state.builds
     for step in range(12):
         advance(model, state, 0.0, 1)
-        scalar.step()
+        scalar.take(1)
         if step == 0:
             pairs = listed_pairs(state)
             sliding = (pairs.normal_force > 0.0) & (np.abs(pairs.shear_force) >= 0.55 * pairs.normal_force * (1.0 - 1e-12))

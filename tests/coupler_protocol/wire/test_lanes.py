@@ -174,6 +174,42 @@ def test_a_frame_damaged_on_the_lane_is_sent_again(pair):
     assert pair.grid.refused == 1
 
 
+@pytest.mark.parametrize("side", ["grid", "discs"])
+def test_a_message_that_came_on_both_ways_costs_no_lane(pair, side):
+    """As after a stop of one side that was longer than a time-out: what was sent again waits beside the frame on the lane."""
+    assert pair.turns([5]) == ([5], [-5])
+    if side == "grid":
+        pair.grid.sequence = pair.discs.sequence = 8
+        pair.discs.send_step(pair.force)
+        pair.discs.send_again()
+        time.sleep(0.1)
+        assert pair.grid.receive((messages.FORCE,), in_step=True)[0] == messages.FORCE
+        pair.grid.send_step(pair.velocity)
+        pair.discs.receive((messages.VELOCITY,), in_step=True)
+    else:
+        pair.grid.sequence = pair.discs.sequence = 8
+        pair.grid.send_step(pair.velocity)
+        pair.grid.send_again()
+        time.sleep(0.1)
+        assert pair.discs.receive((messages.VELOCITY,), in_step=True)[0] == messages.VELOCITY
+    assert pair.turns([11, 12]) == ([11, 12], [-11, -12])
+    assert pair.hub_end.lanes.whole
+    assert pair.end.lanes.whole
+
+
+def test_a_lane_that_ends_after_the_last_step_is_not_told(pair, caplog):
+    """The discrete side closes its end as soon as it has said farewell."""
+    pair.grid.sequence = pair.discs.sequence = 8
+    pair.grid.end_steps("done")
+    assert pair.discs.receive((messages.VELOCITY, messages.STOP), in_step=True)[0] == messages.STOP
+    pair.discs.send_control(messages.FAREWELL, END)
+    pair.end.lanes.close_all()
+    assert pair.grid.receive((messages.FAREWELL,))[0] == messages.FAREWELL
+    assert not pair.hub_end.lanes.look()
+    assert not pair.hub_end.lanes.whole
+    assert caplog.text == ""
+
+
 # -- the door ------------------------------------------------------------------------------------------------------------
 
 
