@@ -2,6 +2,7 @@
 
 import argparse
 import logging
+import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -55,11 +56,15 @@ def main(
     return command_line.exit_code_of(name, work)
 
 
+SWITCH = 1e-4  # [s] after which the thread that records hands the interpreter to the time loop; Python's default is 5 ms
+
+
 def begin(options: argparse.Namespace, stop: StopRequest, rank: int, process: str, more: Sequence[str] = ()) -> RunContext:
     """Makes the RunContext of a process: reads its plugin, removes its earlier files from the run directory, opens its log.
 
     process: name with which its files begin ("fdm.rank0"); more: names of other files that it writes.
     """
+    sys.setswitchinterval(SWITCH)
     plugin = command_line.plugin(options)
     own = [*(f"{process}.{ending}" for ending in OWN_FILES), *more]
     for pattern in (f"{process}.*.vtkhdf", f"{process}.*.h5"):  # parts and checkpoints: readers and resume would take them
@@ -79,13 +84,17 @@ def run_side(
     """Makes a side and runs it to its end; returns the reason.
 
     make_side() returns the side: run() gives the reason for the end, save(stage, phase) the path of its State; `state` is None
-    if there is nothing to save. On failure notify(FAILURE, reason) reaches the peers, State is saved (`phase`: the part of a step
-    that it belongs to) and the exception is raised again.
+    if there is nothing to save; `compiled` becomes the Compiled of this thread. On failure notify(FAILURE, reason) reaches the
+    peers, State is saved (`phase`: the part of a step that it belongs to) and the exception is raised again.
     """
+    from coupler_protocol.compiled.ahead import watched
+
     side = None
     try:
-        side = make_side()
-        reason = exits.end_as_physics(side.run)
+        with watched(progress.note) as compiled:
+            side = make_side()
+            side.compiled = compiled
+            reason = exits.end_as_physics(side.run)
         progress("done", reason, now=True)
         return reason
     except BaseException as error:

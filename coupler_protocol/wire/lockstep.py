@@ -11,7 +11,7 @@ with many invalid messages in a row is also given up.
 
 import logging
 import time
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 from coupler_protocol.exits import PeerLost
@@ -24,6 +24,7 @@ SLICE = 0.2  # seconds between checks of the clocks and of the stop request whil
 REFUSALS = 50  # messages of one turn that may be refused
 STRANGERS = 20  # refused messages of unknown senders that are logged
 MAX_HELLO = 4 << 20  # largest message of an unknown sender in bytes
+DONE = object()  # no work is left
 
 
 class Transport(Protocol):
@@ -133,9 +134,16 @@ class Conversation:
 
     # -- receiving ---------------------------------------------------------------------------------------------------
 
-    def receive(self, kinds: Sequence[int], in_step: bool = False, within: float | None = None) -> tuple[int, Buffer]:
+    def receive(
+        self,
+        kinds: Sequence[int],
+        in_step: bool = False,
+        within: float | None = None,
+        meanwhile: Iterator[object] | None = None,
+    ) -> tuple[int, Buffer]:
         """Waits for one of `kinds` with the number of the current turn; returns (kind, frame).
 
+        meanwhile: work for the time without a message; a message that arrives waits for one piece of it at most.
         The time of a connected peer is unlimited, except with in_step (Clocks.owed) or `within` [s].
         Raises PeerLost after a time-out or a FAILURE of the peer, Interrupted if a stop was requested.
         """
@@ -146,7 +154,7 @@ class Conversation:
         self._refused_now = 0
         try:
             while True:
-                received = self._inbox.pop(0) if self._inbox else self.transport.receive(self.clocks.slice)
+                received = self._inbox.pop(0) if self._inbox else self._next(meanwhile)
                 if received is not None:
                     sender, frame = received
                     if sender == self.peer:
@@ -171,6 +179,14 @@ class Conversation:
                 self._check_silence(now - begin, now - alive, limit)
         finally:
             self.waited += time.monotonic() - begin
+
+    def _next(self, meanwhile: Iterator[object] | None) -> tuple[Any, Buffer] | None:
+        """The next frame with its sender; None after a slice of time, or a piece of work, without one."""
+        if meanwhile is not None:
+            received = self.transport.receive(0.0)
+            if received is not None or next(meanwhile, DONE) is not DONE:
+                return received
+        return self.transport.receive(self.clocks.slice)
 
     def _check_silence(self, waited: float, silent: float, limit: float | None) -> None:
         """Raises PeerLost if the peer was not connected for too long, or if the wait is longer than `limit` [s]."""

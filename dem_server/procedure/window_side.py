@@ -30,6 +30,7 @@ from dem_server.observe import energy, record, stable_limit, unbalanced_ratio
 from dem_server.observe.energy_ledger import Ledger
 from dem_server.packing.coupled_window import drawn_stones, packed_window
 from dem_server.procedure import restart, stage_changes
+from dem_server.procedure.compile_ahead import coupled_kernels
 from dem_server.step import clock
 from dem_server.step.motion import SPEED_CAP
 from dem_server.stones import bodies
@@ -43,6 +44,8 @@ TOO_FAST = (
 
 class DiscreteSide:
     """One window, its discs and its conversation with the continuum."""
+
+    compiled = None  # a coupler_protocol.compiled.ahead.Compiled
 
     def __init__(self, scene, rank, conversation, out, progress, origin=None, plugin=None):
         self.scene = scene = local(scene)
@@ -115,7 +118,8 @@ class DiscreteSide:
 
     def bring_to_stress(self):
         """Receives FIELD, the stress of the replaced zones; the discs take it over and are bonded."""
-        _, frame = self.conversation.receive((messages.FIELD,))
+        kernels = coupled_kernels(self)
+        _, frame = self.conversation.receive((messages.FIELD,), meanwhile=kernels)
         self.watch.add_to("waiting")
         content = content_of(frame)
         field = payloads.field_of(content)
@@ -265,11 +269,15 @@ class DiscreteSide:
 
     def observe(self, order):
         """Counts the step; at steps with histories computes an Answer and checks the ring."""
+        self.count_step(order)
+        if self.steps % self.record_of_stage.history == 0:
+            self.look(order)
+
+    def count_step(self, order):
+        """Counts a step."""
         self.steps = int(order.step)
         self.time += order.dt
         self.watch.stages[-1].steps += 1
-        if self.steps % self.record_of_stage.history == 0:
-            self.look(order)
 
     def look(self, order):
         """Computes an Answer and checks the ring after a step with histories."""
@@ -277,13 +285,16 @@ class DiscreteSide:
         self._say(self.guard.check(self.model, self.state))
         self.progress(self._name_of(self.stage), "", self.steps, None, self.looked.ratio, order.gravity_factor)
 
-    def judge_look(self, looked):
-        """Judges what compiled code has noticed in the last look, which found `looked`."""
+    def judge_look(self, looked, fresh):
+        """Judges what compiled code has noticed in the last look, which found `looked`; fresh: by a new list of pairs."""
         self._refuse_ratio(looked.ratio)
+        if fresh:
+            self.guard.refuse_lost(self.model, self.state)
         self._say(self.guard.judge())
 
     def note_looks(self, steps, looks, times, factor):
         """Records histories of several looks of compiled code; times [s]; factor: of the gravity of the last step."""
+        self.guard.note_list(self.state)
         self.recorder.histories(steps, self._histories(looks, times))
         self.progress(self._name_of(self.stage), "", steps[-1], None, looks[-1].ratio, factor)
 
@@ -328,7 +339,7 @@ class DiscreteSide:
             self._note_limit(name)
         if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
             self.watch.add_to("recording")
-            self._note_opening()
+            self._note_end()
             self._begin_stage(int(order.stage) + 1)
 
     def record_histories(self):
@@ -353,8 +364,9 @@ class DiscreteSide:
         self.limits.append({"stage": name} | found)
         log.info("stage %s: safe step limit of the discs as a multiple of the step in use: %s", name, as_text(found))
 
-    def _note_opening(self):
-        """Stores the opening of the ring in the stage that ends, if it caused a warning."""
+    def _note_end(self):
+        """Stores the opening of the ring in the stage that ends, if it caused a warning, and its number of plain steps."""
+        self.plain.report()
         found = self.guard.report(self._name_of(self.stage))
         self.openings += [found] if found else []
         self.guard.begin()
@@ -373,7 +385,7 @@ class DiscreteSide:
 
     def summary(self):
         """Content of FAREWELL, for run.json."""
-        self._note_opening()
+        self._note_end()
         return {
             "report": self.report,
             "ring_opened": self.openings,
@@ -384,6 +396,7 @@ class DiscreteSide:
             "bonds_broken_shear": self.state.broken_shear,
             "velocities_capped": self.state.capped,
             "peak_memory_MB": peak_memory(),
+            **(self.compiled.report() if self.compiled else {}),
         }
 
 

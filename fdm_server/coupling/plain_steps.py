@@ -10,6 +10,7 @@ import time
 import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
+from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.wire import lanes, messages
 from fdm_server.coupling import look
 from fdm_server.coupling.common_step import check_common_step
@@ -21,6 +22,7 @@ from fdm_server.coupling.plain_loop import (
     UNHEARD,
     UNSENT,
     Course,
+    Renewal,
     Rims,
     plain_loop,
 )
@@ -44,7 +46,7 @@ def obstacle(side, stage):
         "a plugin is called": side.plugin is not None,
         "volumetric strain is averaged at gridpoints": side.model.nodal is not None,
         "the grid has several threads": len(parts.points) > 1 or len(parts.strips) > 1,
-        "loads or boundaries change": bool(stage.ramps) or stage.load is not None or stage.sides.act,
+        "boundaries move or are quiet": stage.sides.drive is not None or bool(stage.sides.dashpots),
     }
     return next((words for words, there in found.items() if there), "")
 
@@ -56,28 +58,38 @@ class PlainSteps:
         self.side, self.stage = side, stage
         self.why_not = obstacle(side, stage)
         self.taken = 0
+        self._known = None  # whether plain steps may begin at once, if it was asked
         self._begun = False
         if not self.why_not:
             self.lanes = side.hub.transport.lanes
             self.rims = _side_by_side(stage, side.state.in_real_time)
+            self.renewal = _renewal(side.model, side.state)
             self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
             self.sight, self.names = look.sight_of(side, stage, MOST)
 
     def take(self):
         """Takes all plain steps from the present one on; returns before the first step that has to be taken by itself."""
-        while not self.why_not and self._begins() and (count := self._ahead()) and self._call(count):
+        while not self.why_not and not self._loads_change() and self._begins() and (count := self._ahead()) and self._call(count):
             pass
 
+    def _loads_change(self):
+        """Whether an excavation, a surcharge or another load has not come to its end."""
+        return any(ramp.moves or not ramp.complete for ramp in self.stage.ramps)
+
     def _begins(self):
-        """Whether plain steps are taken: at once if the loop is compiled, else in a stage that proves to be long."""
+        """Whether plain steps are taken: at once if the stage is long or the loop compiled, else if it proves to be long."""
         if not self._begun:
-            known = not self.stage.done and is_compiled(plain_loop, self._arguments(self._course(0), False))
-            self._begun = known or self.stage.done >= lanes.EARLIEST
+            if self._known is None:
+                long = least_steps(self.stage.stage) >= lanes.EARLIEST
+                self._known = long or is_compiled(plain_loop, self._arguments(self._course(0), False))
+            self._begun = self._known or self.stage.done >= lanes.EARLIEST
         return self._begun and self.lanes.whole
 
     def report(self):
         """Content of run.json."""
-        why = self.why_not or ("" if self._begun else "the stage was short, and no cache had the loop")
+        why = self.why_not
+        if not why and not self._begun:
+            why = "loads change" if self._loads_change() else "the stage was short, and no cache had the loop"
         return {"plain_steps": self.taken} | ({"one_by_one": why} if why else {})
 
     def _ahead(self):
@@ -88,7 +100,7 @@ class PlainSteps:
         count = min(MOST, record.every - 1 - side.steps % record.every)
         if side.state.driven is not None:  # movements of boundaries are recorded in Python
             count = min(count, record.history - side.steps % record.history)
-        if side.state.mass is not None:
+        if side.state.mass is not None and side.state.in_real_time:  # the step may change with the masses
             count = min(count, shape.MASS_STEPS - side.state.mass_age)
         if stage.stage.until.steps is not None:
             count = min(count, stage.stage.until.steps - 1 - stage.done)
@@ -136,8 +148,8 @@ class PlainSteps:
         last = side.steps + count
         if side.state.driven is not None:
             noted = 0
-        elif side.state.mass is not None and side.state.mass_age + count == shape.MASS_STEPS:
-            noted = last - 1  # after the last step the masses change, then histories follow
+        elif side.state.mass is not None and side.state.in_real_time:
+            noted = last - 1  # after the last step the masses may change, then histories follow
         else:
             noted = last
         until = time.monotonic_ns() + lanes.LONGEST
@@ -165,20 +177,13 @@ class PlainSteps:
         """Arguments of `plain_loop`."""
         model, state = self.side.model, self.side.state
         static_mass = shape.static_mass(model, state) if state.in_real_time else None
+        if self.renewal is not None:
+            self.renewal.age[0] = state.mass_age
         points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
-        always, effects = zone_arguments(model, state)
+        drag, (always, effects) = resistance(model, state, state.dt), zone_arguments(model, state)
         return (
-            self.lanes.wire,
-            self.rims,
-            course,
-            points,
-            resistance(model, state, state.dt),
-            always,
-            effects,
-            midway,
-            self.sight,
-            self.marks,
-        )
+            self.lanes.wire, self.rims, course, points, drag, always, effects, self.renewal, midway, self.sight, self.marks
+        )  # fmt: skip
 
     def _count(self, steps, noted):
         """Counts completed steps, and reads what was seen during and after them; noted: of the Course."""
@@ -189,7 +194,9 @@ class PlainSteps:
         before = side.steps - stage.done
         if len(rows):
             stage.note_looks((int(done) - before, (ratio, largest), far) for done, ratio, largest, far in rows.tolist())
-        if side.state.mass is not None and steps:
+        if self.renewal is not None:
+            side.state.mass_age = int(self.renewal.age[0])
+        elif side.state.mass is not None and steps:
             shape.count_steps(side.model, side.state, steps)
         if self.sight.rows[1]:
             side.watch.add_to("computing")
@@ -202,6 +209,14 @@ class PlainSteps:
             side.watch.add_to("computing")
             side.record(stage, stage.plain_order())
             side.watch.add_to("recording")
+
+
+def _renewal(model, state):
+    """The Renewal of static masses in large strain, or None."""
+    if state.mass is None or state.in_real_time:
+        return None
+    age = np.array([state.mass_age])
+    return Renewal(model.grid.xy, np.zeros_like(model.grid.xy), model.zones, model.modulus, age, shape.MASS_STEPS)
 
 
 def _side_by_side(stage, in_real_time):
