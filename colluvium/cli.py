@@ -14,6 +14,12 @@ from coupler_protocol import exits
 from coupler_protocol.files import run_json
 from coupler_protocol.process import command_line, interrupt
 
+# Modules that the end of a run imports, the slow ones in parts: for its tables, and for the band of a grid.
+_OURS = ("colluvium.closing", "coupler_protocol.criteria.stable_step", "coupler_protocol.files.run_schema")
+OF_TABLES = (*_OURS, "rich.console", "rich.table")
+_SCIPY = ("scipy.sparse.csgraph", "scipy.special", "scipy.spatial")
+OF_BAND = (*OF_TABLES, "colluvium.forecast.locate", "fdm_server.mesh.grid", *_SCIPY)
+
 
 def parser() -> argparse.ArgumentParser:
     """Parser of all commands and their options."""
@@ -165,6 +171,7 @@ def resume_command(options: argparse.Namespace) -> int:
 def _compute(options: argparse.Namespace, scene: Any, path: str | Path, out: Path, passed: Sequence[str]) -> int:
     """Computes in one process or several; `passed`: options for the servers besides those of all commands."""
     from colluvium.running import processes
+    from colluvium.running.idle_imports import IdleImports
     from colluvium.running.progress_picture import picture
 
     show = picture(options.quiet)
@@ -176,7 +183,8 @@ def _compute(options: argparse.Namespace, scene: Any, path: str | Path, out: Pat
                 signal.signal(number, signal.default_int_handler)
             more = {"threads": options.threads, "from": options.origin, "plugin": options.plugin}
             passed = [*passed, *(f"--{name}={value}" for name, value in more.items() if value)]
-            code = processes.run_files(path, out, processes.windows_of(scene), passed, show)
+            with IdleImports(OF_BAND if scene.grid else OF_TABLES, show) as seen:
+                code = processes.run_files(path, out, processes.windows_of(scene), passed, seen)
     if code == exits.DONE and scene.grid:
         _add_band(scene, out)
         if options.exact:

@@ -15,6 +15,7 @@ import numpy as np
 from colluvium.results import window_fields
 from colluvium.results.run import Run
 from coupler_protocol.criteria import shear_band as band
+from coupler_protocol.criteria import strain_bins
 from coupler_protocol.criteria.shear_band import Cells, Surface
 
 FAILED = band.COUNTED
@@ -87,18 +88,20 @@ def ground(run: Run) -> Surface:
 def level(run: Run, frame: int, surface: Surface) -> Level:
     """Level of one frame."""
     found, info = cells(run, frame), run.frames[frame]
-    through, around = (band.toe_to_crest(found, surface, without) for without in (None, found.rank > 0))
+    through, around = band.levels(found, surface, None, found.rank > 0)
     return Level(frame, info.gravity_factor, info.step, through, around)
 
 
 def cells(run: Run, frame: int) -> Cells:
     """Zones and bins of one frame."""
+    zones, xy = run.zones(frame), run.gridpoints(frame).xy
+    ranks = [rank for rank in run.windows if run.has(frame, rank)]
+    length = window_fields.zone_length(xy, zones.corners) if ranks else 0.0
     windows = []
-    for rank in run.windows:
-        if run.has(frame, rank):
-            bins = window_fields.bins(run, frame, rank)
-            inside = window_fields.shear_strain(run, frame, bins, rank)
-            use = bins.used & np.isfinite(inside)
-            windows.append((rank, bins.middles[use], inside[use]))
-    zones = run.zones(frame)
-    return band.cells(run.gridpoints(frame).xy, zones.corners, zones.shear_strain, windows)
+    for rank in ranks:
+        discs = run.discs(frame, rank)
+        bins = strain_bins.bins_over(window_fields.outline_around(run, discs, rank), length)
+        inside = strain_bins.shear(window_fields.starting_places(discs), discs.displacement, bins)
+        use = bins.used & np.isfinite(inside)
+        windows.append((rank, bins.middles[use], inside[use]))
+    return band.cells(xy, zones.corners, zones.shear_strain, windows)

@@ -78,7 +78,8 @@ class RankFile:
         self.path = Path(path)
         self._file: Any = h5py.File(self.path, "r", locking=False)
         self._vtk: Any = self._file["VTKHDF"]
-        self._steps: Any = self._vtk["Steps"]
+        self._data: dict[str, Any] = {}  # datasets that were asked for
+        self._rows: dict[str, np.ndarray] = {}  # small datasets, with a few numbers for each frame or part
         self.kind = str(self._file.attrs["kind"])
         kept = self._file.attrs.get("kept_stages")  # if the run continued another: names of stages that it did not compute
         self.kept_stages = None if kept is None else [str(name) for name in kept]
@@ -86,7 +87,7 @@ class RankFile:
 
     def points(self, frame: int) -> Fields:
         """Gridpoints or discs of a frame: fields and `xy` (N, 2) [m]."""
-        xy = self._vtk["Points"][self._point_rows(frame)][:, :2]
+        xy = self._dataset("Points")[self._point_rows(frame)][:, :2]
         return Fields(self, "PointData", frame, slice(0, len(xy)), xy=xy)
 
     def zones(self, frame: int) -> Fields:
@@ -111,8 +112,8 @@ class RankFile:
 
     def read_field(self, place: str, name: str, frame: int, rows: slice) -> np.ndarray:
         """Rows of one field in one frame; plane vectors have the shape (n, 2)."""
-        start = int(self._steps[f"{place}Offsets/{name}"][frame])
-        values = self._vtk[f"{place}/{name}"][start + rows.start : start + rows.stop]
+        start = int(self._small(f"Steps/{place}Offsets/{name}")[frame])
+        values = self._dataset(f"{place}/{name}")[start + rows.start : start + rows.stop]
         return values[:, :2] if values.shape[1:] == (3,) else values
 
     def about(self, place: str, name: str) -> tuple[str, str]:
@@ -145,27 +146,41 @@ class RankFile:
         """Closes the file; arrays that were read remain valid."""
         if not isinstance(self._file, _Closed):
             self._file.close()
-        self._file = self._vtk = self._steps = _Closed(self.path)
+        self._data, self._rows = {}, {}
+        self._file = self._vtk = _Closed(self.path)
 
     def _read_frames(self) -> Sequence[FrameInfo]:
-        count = int(self._steps.attrs["NSteps"])
+        count = int(self._vtk["Steps"].attrs["NSteps"])
         if not count:
             return []
         columns = [self._file[f"Frames/{name}"][:count].tolist() for name in FrameInfo._fields]
         return [FrameInfo(step, time, stage.decode(), factor) for step, time, stage, factor in zip(*columns, strict=True)]
 
+    def _dataset(self, name: str) -> Any:
+        """A dataset below VTKHDF; finding one takes longer than reading a row of it."""
+        if name not in self._data:
+            self._data[name] = self._vtk[name]
+        return self._data[name]
+
+    def _small(self, name: str) -> np.ndarray:
+        """All rows of a small dataset below VTKHDF, read once: those of the frames that were counted do not change."""
+        if name not in self._rows:
+            self._rows[name] = self._vtk[name][:]
+        return self._rows[name]
+
     def _part(self, frame: int, name: str) -> int:
-        return int(self._vtk[name][int(self._steps["PartOffsets"][frame])])
+        return int(self._small(name)[int(self._small("Steps/PartOffsets")[frame])])
 
     def _point_rows(self, frame: int) -> slice:
-        start = int(self._steps["PointOffsets"][frame])
+        start = int(self._small("Steps/PointOffsets")[frame])
         return slice(start, start + self._part(frame, "NumberOfPoints"))
 
     def _cells(self, frame: int, group: str, column: int) -> tuple[np.ndarray, np.ndarray]:
         """Points of all cells of a group, one cell after the other, and the end of each cell among them."""
-        part = int(self._steps["PartOffsets"][frame])
-        first_id = int(self._steps["ConnectivityIdOffsets"][frame, column])
-        first_offset = int(self._steps["CellOffsets"][frame, column]) + part
-        ids = self._vtk[group + "Connectivity"][first_id : first_id + self._part(frame, group + "NumberOfConnectivityIds")]
+        part = int(self._small("Steps/PartOffsets")[frame])
+        first_id = int(self._small("Steps/ConnectivityIdOffsets")[frame, column])
+        first_offset = int(self._small("Steps/CellOffsets")[frame, column]) + part
+        last_id = first_id + self._part(frame, group + "NumberOfConnectivityIds")
         count = self._part(frame, group + "NumberOfCells")
-        return ids, self._vtk[group + "Offsets"][first_offset + 1 : first_offset + 1 + count]
+        ids = self._dataset(group + "Connectivity")[first_id:last_id]
+        return ids, self._dataset(group + "Offsets")[first_offset + 1 : first_offset + 1 + count]

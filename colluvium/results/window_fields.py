@@ -24,12 +24,21 @@ BRANCH_PARTS = (0.125, 0.375, 0.625, 0.875)  # middles of the quarters of a bran
 
 def bins(run: Run, frame: int, rank: int = 1) -> Bins:
     """Bins as large as a zone (without zones: ten discs wide) over the outline of a window."""
-    return strain_bins.bins_over(outline_of(run, frame, rank), _bin_length(run, frame, rank))
+    discs = run.discs(frame, rank)
+    if run.has(frame, 0):
+        length = zone_length(run.gridpoints(frame).xy, run.zones(frame).corners)
+    else:
+        length = 10.0 * 2.0 * float(np.median(discs.radius))
+    return strain_bins.bins_over(outline_around(run, discs, rank), length)
 
 
 def outline_of(run: Run, frame: int, rank: int = 1) -> np.ndarray:
     """(P, 2) corners of the window at the start [m]: the control discs in order, the scene's polygon, or a box."""
-    discs = run.discs(frame, rank)
+    return outline_around(run, run.discs(frame, rank), rank)
+
+
+def outline_around(run: Run, discs: Fields, rank: int = 1) -> np.ndarray:
+    """The same for the discs of a frame."""
     start = starting_places(discs)
     if "control" in discs and (discs.control == 1).sum() > 2:
         return start[discs.control == 1]
@@ -90,8 +99,6 @@ def shear_strain(run: Run, frame: int, grid: Bins, rank: int = 1, field: str = "
     return strain_bins.shear(starting_places(discs), discs[field], grid)
 
 
-def _bin_length(run: Run, frame: int, rank: int) -> float:
-    if run.has(frame, 0):
-        zones, xy = run.zones(frame), run.gridpoints(frame).xy
-        return float(np.sqrt(np.median(shapely.area(shapely.polygons(xy[zones.corners])))))
-    return 10.0 * 2.0 * float(np.median(run.discs(frame, rank).radius))
+def zone_length(xy: np.ndarray, corners: np.ndarray) -> float:
+    """Square root [m] of the median area of zones (Z, 4) with gridpoints (N, 2) [m]."""
+    return float(np.sqrt(np.median(shapely.area(shapely.polygons(xy[corners])))))

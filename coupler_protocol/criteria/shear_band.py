@@ -78,9 +78,14 @@ def cells(
 
 def toe_to_crest(found: Cells, surface: Surface, without: np.ndarray | None = None) -> float:
     """Level of the connection between toe and crest; `without` (n,): cells that may not be used."""
+    return levels(found, surface, without)[0]
+
+
+def levels(found: Cells, surface: Surface, *without: np.ndarray | None) -> list[float]:
+    """Levels of the connection between toe and crest, one for each of `without`, as in `toe_to_crest`."""
     toe, crest = (nearest(found.xy, points) for points in surface)
-    strain = found.strain if without is None else np.where(without, -1.0, found.strain)
-    return bottleneck(strain, found.pairs, toe, crest)
+    strains = (found.strain if cells is None else np.where(cells, -1.0, found.strain) for cells in without)
+    return [bottleneck(strain, found.pairs, toe, crest) for strain in strains]
 
 
 def nearest(xy: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -91,23 +96,28 @@ def nearest(xy: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def bottleneck(strain: np.ndarray, pairs: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> float:
-    """Highest of the strains that still connects one of `starts` with one of `ends` (0 if none does)."""
-    values = np.unique(strain[strain >= 0.0])
-    low, high = -1, len(values)  # values[low] connects, values[high] does not
-    while high - low > 1:
-        middle = (low + high) // 2
-        if _connected(strain >= values[middle], pairs, starts, ends):
-            low = middle
-        else:
-            high = middle
-    return float(values[low]) if low >= 0 else 0.0
+    """Highest of the strains that still connects one of `starts` with one of `ends` (0 if none does).
 
-
-def _connected(chosen: np.ndarray, pairs: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> bool:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    kept = pairs[chosen[pairs].all(axis=1)]
-    graph = coo_array((np.ones(len(kept), dtype=bool), kept.T), shape=(len(chosen), len(chosen)))
-    piece = connected_components(graph, directed=False)[1]
-    return bool(np.intersect1d(piece[starts[chosen[starts]]], piece[ends[chosen[ends]]]).size)
+    A link is as strong as the weaker of its two cells. Links join pieces, the strongest first, until starts and ends are in one
+    piece (J.B. Kruskal, Proc. Am. Math. Soc. 7 (1956) 48-50): the last link has the strain.
+    """
+    cells = len(strain)
+    start, end = cells, cells + 1  # two further cells, linked to all starts and to all ends
+    outer = [np.column_stack((own, np.full(len(own), cell))) for own, cell in ((starts, start), (ends, end))]
+    first, second = np.concatenate((pairs, *outer)).T
+    of_cells = np.append(strain, [np.inf, np.inf])
+    strength = np.minimum(of_cells[first], of_cells[second])
+    order = np.argsort(-strength)
+    order = order[strength[order] >= 0.0]
+    towards = list(range(cells + 2))  # of each cell, a later one of its piece, or itself: start and end are last until they join
+    for a, b, reached in zip(first[order].tolist(), second[order].tolist(), strength[order].tolist(), strict=True):
+        while a != towards[a]:
+            towards[a] = a = towards[towards[a]]
+        while b != towards[b]:
+            towards[b] = b = towards[towards[b]]
+        if a > b:
+            a, b = b, a
+        towards[a] = b
+        if a == start and b == end:
+            return reached
+    return 0.0

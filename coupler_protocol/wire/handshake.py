@@ -4,7 +4,7 @@ import os
 import secrets
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from typing import Any
 
@@ -107,13 +107,19 @@ def resume_from(after: str, session: int) -> dict[str, Any]:
     return {"after": after, "session": session}
 
 
-def join(conversation: Conversation, scene: Any, resume: dict[str, Any] | None = None) -> np.ndarray:
-    """Sends HELLO and waits for WELCOME; returns the positions (K,2) [m] of the rim's nodes. Raises PeerLost if rejected."""
+def join(
+    conversation: Conversation, scene: Any, resume: dict[str, Any] | None = None, meanwhile: Iterator[object] | None = None
+) -> np.ndarray:
+    """Sends HELLO and waits for WELCOME; returns the positions (K,2) [m] of the rim's nodes. Raises PeerLost if rejected.
+
+    meanwhile: work for the time without an answer, as for Conversation.receive.
+    """
     hello = {"package": version("colluvium"), "float": "<f8", "scene": scene.resolved()}
     if takes_lanes(scene, conversation.transport):
         hello["lane"] = conversation.transport.port
     conversation.send_control(messages.HELLO, hello if resume is None else hello | {"resume": resume})
-    kind, frame = conversation.receive((messages.WELCOME, messages.REJECT), within=conversation.clocks.arrival)
+    kinds = (messages.WELCOME, messages.REJECT)
+    kind, frame = conversation.receive(kinds, within=conversation.clocks.arrival, meanwhile=meanwhile)
     content = frames.content_of(frame)
     if kind == messages.REJECT:
         raise PeerLost(f"the continuum refused this process: {content['reason']}")

@@ -16,13 +16,13 @@ import contextlib
 import ipaddress
 import os
 import re
+import struct
 import time
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import zmq
-from zmq.utils.monitor import recv_monitor_message
 
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.wire.frames import MAX_FRAME, Buffer
@@ -37,6 +37,7 @@ HIGH_WATER = 1000
 # to other threads (mainly that of ZeroMQ): this reduced a round trip from 170 to 75 us.
 AWAKE = 5e-4
 MAX_PORT = 65535
+_MONITORED = struct.Struct("=hi")  # event and its value, first frame of a monitor's message: zmq_socket_monitor(3)
 _EVENTS = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED  # no more than needed: a full monitor stops ZeroMQ's thread
 
 
@@ -181,6 +182,11 @@ class HubTransport(_Socket):
         return Door(_host(self.endpoint))
 
 
+def _event_in(message: list[bytes]) -> int:
+    """Event in a message of a monitor; zmq.utils.monitor has the same, but loads asyncio, which takes a twentieth of a second."""
+    return int(_MONITORED.unpack(message[0])[0])
+
+
 class RankTransport(_Socket):
     """End of a discrete process, with a random routing id."""
 
@@ -220,7 +226,7 @@ class RankTransport(_Socket):
     def connected(self, rank: int = 0) -> bool:
         """Whether the continuum is connected."""
         while self.monitor.poll(0):
-            self._up = recv_monitor_message(self.monitor)["event"] == zmq.EVENT_HANDSHAKE_SUCCEEDED
+            self._up = _event_in(self.monitor.recv_multipart()) == zmq.EVENT_HANDSHAKE_SUCCEEDED
         return self._up
 
     def close(self) -> None:

@@ -31,6 +31,7 @@ from dem_server.observe.energy_ledger import Ledger
 from dem_server.packing.coupled_window import drawn_stones, packed_window
 from dem_server.procedure import restart, stage_changes
 from dem_server.procedure.compile_ahead import coupled_kernels
+from dem_server.procedure.load_ahead import libraries
 from dem_server.step import clock
 from dem_server.step.motion import SPEED_CAP
 from dem_server.stones import bodies
@@ -71,7 +72,7 @@ class DiscreteSide:
 
     def run(self):
         """Runs from HELLO to FAREWELL; returns the continuum's reason for the end."""
-        nodes = join(self.conversation, self.scene, self._resume())
+        nodes = join(self.conversation, self.scene, self._resume(), None if self.saved else libraries())
         self.stones = drawn_stones(self.scene, self.rank, nodes, self._note)
         constants = record.stones(self.stones.outlines, self.scene.origin) if self.stones else None
         about = {} if self.origin is None else {"kept_stages": kept_stages(self.scene, self.origin)}

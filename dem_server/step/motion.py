@@ -26,7 +26,11 @@ def move_free(model, state, gravity):
     kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
     taken = arguments(model, state, gravity)
     fast = 0 if state.clumps is None else move_clumps(*taken, kick, dt)[0]
-    fast += sum(found[0] for found in threads.each(lambda a, b: move(a, b, *taken, kick, dt), shares(model)))
+    split = shares(model)
+    if len(split) == 1:
+        fast += move(*split[0], *taken, kick, dt)[0]
+    else:
+        fast += sum(found[0] for found in threads.each(lambda a, b: move(a, b, *taken, kick, dt), split))
     if not model.in_real_time:
         state.counters[CAPS] += fast
     state.dt = state.next_dt

@@ -15,6 +15,8 @@ FEWEST = 8  # runs for which waking a thread gains time
 def shares(model):
     """Free discs (first, last + 1) of each thread; one share if more threads would not gain time."""
     free = model.count - model.ring
-    threads = max(1, min(team.size(), free // (FEWEST * RUN)))
+    threads = min(team.size(), free // (FEWEST * RUN))
+    if threads <= 1:
+        return [(model.ring, model.count)]  # the usual case, in every step
     cuts = [model.ring + free * k // threads for k in range(threads + 1)]
     return list(pairwise(cuts))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy
 
 from coupler_protocol.criteria import shear_band, shear_band_states
 
@@ -84,3 +85,42 @@ def test_a_band_leaves_an_l_through_its_notch():
 def test_a_window_that_shears_everywhere_is_not_entered():
     found = cells(BELOW | ABOVE, dict.fromkeys(QUIET | WAY, 0.05))
     assert shear_band_states.levels(found, SURFACE) == (0.0, 0.0, 0.0)
+
+
+def bottleneck_by_bisection(strain, pairs, starts, ends):
+    """The definition, tried level by level: the highest strain whose cells and stronger ones connect starts with ends."""
+    values = np.unique(strain[strain >= 0.0])
+    low, high = -1, len(values)  # values[low] connects, values[high] does not
+    while high - low > 1:
+        middle = (low + high) // 2
+        chosen = strain >= values[middle]
+        kept = pairs[chosen[pairs].all(axis=1)]
+        graph = scipy.sparse.coo_array((np.ones(len(kept), dtype=bool), kept.T), shape=(len(strain), len(strain)))
+        piece = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
+        joined = np.intersect1d(piece[starts[chosen[starts]]], piece[ends[chosen[ends]]]).size
+        low, high = (middle, high) if joined else (low, middle)
+    return float(values[low]) if low >= 0 else 0.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_level_is_that_of_a_bisection(seed):
+    """Random strains on a random net, also with equal strains, cells that may not be used, and cells that are start and end."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for _ in range(50):
+        count = int(rng.integers(2, 60))
+        strain = rng.integers(0, 12, count) / 1000.0 if rng.random() < 0.5 else rng.random(count)
+        strain[rng.random(count) < 0.2] = -1.0
+        pairs = rng.integers(0, count, (int(rng.integers(0, 3 * count)), 2))
+        starts, ends = (np.unique(rng.integers(0, count, int(rng.integers(0, 4)))) for _ in range(2))
+        found.append(shear_band.bottleneck(strain, pairs, starts, ends))
+        assert found[-1] == bottleneck_by_bisection(strain, pairs, starts, ends)
+    assert 0.0 in found
+    assert len(set(found)) > 10
+
+
+def test_cells_without_a_strain_connect_nothing():
+    line = np.array([[0, 1], [1, 2]])
+    ends = np.array([0]), np.array([2])
+    assert shear_band.bottleneck(np.array([0.3, np.nan, 0.4]), line, *ends) == 0.0
+    assert shear_band.bottleneck(np.array([0.3, 0.2, 0.4]), line, *ends) == 0.2

@@ -242,6 +242,33 @@ def test_a_continuum_that_never_answers_is_given_up_although_connected(scene):
     assert talk.repeated >= 2
 
 
+def pieces(done, count):
+    """Work in pieces, which it notes in the list `done`."""
+    for number in range(count):
+        done.append(number)
+        yield
+
+
+def test_the_wait_for_the_continuum_is_time_for_other_work(scene):
+    transport, (end,) = link_inproc.transports(1)
+    talk, done = Conversation(end, 1, 0, clocks(), StopRequest()), []
+    with Beside(lambda: join(talk, scene, meanwhile=pieces(done, 5))) as there:
+        while len(done) < 5:
+            time.sleep(0.001)
+        welcome_all(a_hub(transport), scene, {1: RIM})
+    assert there.result.tobytes() == RIM.tobytes()
+    assert done == [0, 1, 2, 3, 4]
+
+
+def test_a_welcome_waits_for_one_piece_of_that_work_at_most(scene):
+    hub, (end,) = link_inproc.transports(1)
+    content = {"session": 5, "rim": frames.pack_array(RIM), "dt": 1.0, "exchange_every": 1}
+    Peer(hub, "thread 1", session=0).send_control(WELCOME, 0, content)
+    done = []
+    join(Conversation(end, 1, 0, clocks(), StopRequest()), scene, meanwhile=pieces(done, 5))
+    assert len(done) <= 1
+
+
 # -- where scenes differ -------------------------------------------------------------------------------------------------
 
 
