@@ -250,11 +250,6 @@ def test_which_addresses_stay_on_this_machine(endpoint, own):
     assert link_tcp.is_loopback(endpoint) is own
 
 
-def test_port_zero_is_any_port():
-    assert link_tcp.any_port("tcp://127.0.0.1:0") == ANY
-    assert link_tcp.any_port("tcp://127.0.0.1:5550") == "tcp://127.0.0.1:5550"
-
-
 def test_an_endpoint_is_read_from_its_file_once_it_is_there(tmp_path):
     assert link_tcp.endpoint_from("tcp://host:1", 0.0) == "tcp://host:1"
     with pytest.raises(EnvironmentFailed, match=r"no endpoint in .*: is the continuum running"):
