@@ -38,6 +38,7 @@ def serve(scene, options, stop):
         return discs_alone.compute(scene, context)
     endpoint = link_tcp.endpoint_from(options.connect, scene.link.give_up)
     ticket = admission.pass_of(endpoint, link_tcp.is_loopback(endpoint), options.key, options.insecure)
+    command_line.show_warnings("dem-server", "coupler_protocol.wire.passage")
     with closing(link_tcp.RankTransport(endpoint, ticket)) as transport:
         compute(scene, options.rank, transport, context)
 

@@ -41,6 +41,7 @@ def serve(scene, options, stop):
     if not scene.window:
         return compute(scene, None, context)
     with closing(link_tcp.HubTransport(options.bind, rule)) as transport, announced(transport, context.out):
+        command_line.show_warnings("fdm-server", "coupler_protocol.wire.gate")
         if options.insecure:
             print(f"fdm-server: {OPENS.format(transport.endpoint)}", file=sys.stderr)
         context.progress("start", f"listening on {transport.endpoint} for {len(scene.window)} discrete process(es)", now=True)

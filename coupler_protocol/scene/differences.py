@@ -6,23 +6,23 @@ OF = "'s"  # of the continuum's
 SIDES = ("the discrete side", "the continuum" + OF)
 
 
-def first_difference(a: Any, b: Any, whose: tuple[str, str] = SIDES, path: str = "") -> str | None:
-    """Text with the first key at which two resolved scenes differ and both values, or None. whose: owners of a and b."""
+def first_difference(a: Any, b: Any, whose: tuple[str, str] = SIDES, path: str = "", values: bool = True) -> str | None:
+    """Text with the first key at which two resolved scenes differ and (values) both values, or None. whose: owners of a and b."""
     if isinstance(a, dict) and isinstance(b, dict):
         for key in sorted(a.keys() | b.keys()):
             if key not in a or key not in b:
                 return f"{path}{key}: only {whose[key in b].removesuffix(OF)} has it"
-            found = first_difference(a[key], b[key], whose, f"{path}{key}.")
+            found = first_difference(a[key], b[key], whose, f"{path}{key}.", values)
             if found:
                 return found
         return None
     if isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
         for i, (x, y) in enumerate(zip(a, b, strict=True)):
-            found = first_difference(x, y, whose, f"{path}{i}.")
+            found = first_difference(x, y, whose, f"{path}{i}.", values)
             if found:
                 return found
         return None
-    return None if a == b else f"{path.rstrip('.')}: {both_values(a, b, whose)}"
+    return None if a == b else f"{path.rstrip('.')}: {both_values(a, b, whose) if values else 'the values differ'}"
 
 
 def both_values(a: Any, b: Any, whose: tuple[str, str] = SIDES) -> str:

@@ -129,6 +129,12 @@ def content_of(frame: Buffer) -> dict[str, Any]:
     return content
 
 
+def one_line(text: str, most: int = 200) -> str:
+    """A text of a peer for logs and messages: without line ends and control characters, of `most` characters at most."""
+    plain = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text[: most + 1])
+    return plain if len(plain) <= most else plain[: most - 3] + "..."
+
+
 def _plain_only(content: Any, name: str) -> None:
     """Raises WireError for tables with keys other than texts, numbers that are not finite, deep nesting, and other types."""
     open_values = [(content, 0)]

@@ -34,7 +34,7 @@ PATIENCE = 2.0  # [s] for them to do so
 LINES = 24  # connections that have
 STRANGERS = 6  # of these, on a gate for everybody, those that have not joined the run
 ACCEPTS = 500.0  # connections a second
-FRAMES = 20.0  # frames a second of all strangers of one machine together, on a gate for everybody
+FRAMES = 20.0  # frames and connections a second of all strangers of one machine together, on a gate for everybody
 MACHINES = 16  # machines whose strangers have an allowance of frames
 TIDY = 0.5  # [s] between looks at clocks and revoked keys
 REST = 0.02  # [s] between looks while something waits for a clock
@@ -45,7 +45,7 @@ REFUSED = {
     words.REVOKED: "its key was revoked",
     words.UNPROVED: "it does not know the secret of its key",
     words.OTHER_SERVER: "its key file is of another continuum",
-    words.FULL: "too many connections are open",
+    words.FULL: "there are too many connections",
 }
 
 
@@ -229,7 +229,7 @@ class Gate:
             return self._turn_away(connection, "foreign", str(error))
         except (EnvironmentFailed, OSError) as error:
             return self._turn_away(connection, "keys", f"its key cannot be checked: {error}")
-        if found.verdict == words.WELCOME and len(self._guests) >= LINES:
+        if found.verdict == words.WELCOME and not self._has_room(visitor.address):
             found = found._replace(verdict=words.FULL)
         answer = words.verdict(found.verdict, visitor.greeting, claim, found.secret)
         if found.verdict == words.WELCOME:
@@ -239,6 +239,15 @@ class Gate:
         key = f" (key {found.name!r})" if found.name else ""
         why = REFUSED.get(found.verdict) or _other_kind(claim.kind, self.rule.kind)
         return self._turn_away(connection, why, f"{why}{key}")
+
+    def _has_room(self, address: str) -> bool:
+        """Whether one more connection can be admitted; on a gate for everybody, it counts as a frame of its machine."""
+        if self.rule.kind == words.OPEN:
+            allowance = self._allowance(address)
+            if allowance.left(time.monotonic()) < 1.0:
+                return False
+            allowance.use(1.0)
+        return len(self._guests) < LINES
 
     def _admit(self, connection: socket.socket, visitor: _Visitor, claim: words.Claim, found: Judged, answer: bytes) -> None:
         """Begins to pass the bytes of a connection on."""

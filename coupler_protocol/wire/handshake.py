@@ -16,7 +16,7 @@ from coupler_protocol.scene.named_files import without_paths
 from coupler_protocol.wire import frames, messages
 from coupler_protocol.wire.frames import Buffer
 from coupler_protocol.wire.lanes import Lanes, Peer
-from coupler_protocol.wire.lockstep import Conversation, Hub
+from coupler_protocol.wire.lockstep import REASON, Conversation, Hub
 
 
 def takes_lanes(scene: Any, transport: Any) -> bool:
@@ -33,16 +33,18 @@ def _begins(resume: dict[str, Any] | None) -> str:
     return f"goes on after stage {resume.get('after')!r} (session {resume.get('session')!r})"
 
 
-def _objection(hello: dict[str, Any], scene: Any, resume: dict[str, Any] | None) -> str | None:
-    """Reason for rejecting a HELLO, or None."""
+def _objection(hello: dict[str, Any], scene: Any, resume: dict[str, Any] | None, proved: bool = True) -> str | None:
+    """Reason for rejecting a HELLO, or None. proved: whether its sender may see values, and not only names of keys."""
     if hello["package"] != version("colluvium"):
         return f"versions differ: {both_values(hello['package'], version('colluvium'))}"
     if hello["float"] != "<f8":
         return f"number formats differ: {both_values(hello['float'], '<f8')}"
-    difference = first_difference(without_paths(hello["scene"]), without_paths(scene.resolved()))
+    difference = first_difference(without_paths(hello["scene"]), without_paths(scene.resolved()), values=proved)
     if difference:
         return f"the scenes differ: {difference}"
     theirs = hello.get("resume")
+    if theirs != resume and not proved:
+        return "one side begins elsewhere: one of them continues a run, or another one"
     if theirs != resume:
         return f"one side begins elsewhere: the discrete side {_begins(theirs)}, the continuum {_begins(resume)}"
     return None
@@ -72,7 +74,9 @@ def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], resume: di
                 raise PeerLost(f"no discrete process of rank {ranks} came within {hub.clocks.arrival:g} s")
             continue
         sender, rank, frame = heard
-        objection = hub.objection(rank, hub.conversations.keys() - missing) or _heard_objection(frame, scene, resume)
+        objection = hub.objection(rank, hub.conversations.keys() - missing) or _heard_objection(
+            frame, scene, resume, hub.transport.proves
+        )
         if objection:
             hub.reject(sender, rank, objection)
             continue
@@ -95,9 +99,9 @@ def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], resume: di
         hub.transport.lanes = lanes
 
 
-def _heard_objection(frame: Buffer, scene: Any, resume: dict[str, Any] | None) -> str | None:
+def _heard_objection(frame: Buffer, scene: Any, resume: dict[str, Any] | None, proved: bool) -> str | None:
     try:
-        return _objection(frames.content_of(frame), scene, resume)
+        return _objection(frames.content_of(frame), scene, resume, proved)
     except frames.WireError as error:
         return str(error)
 
@@ -116,7 +120,7 @@ def join(conversation: Conversation, scene: Any, resume: dict[str, Any] | None =
     kind, frame = conversation.receive((messages.WELCOME, messages.REJECT), within=conversation.clocks.arrival)
     content = frames.content_of(frame)
     if kind == messages.REJECT:
-        raise PeerLost(f"the continuum refused this process: {content['reason']}")
+        raise PeerLost(f"the continuum refused this process: {frames.one_line(content['reason'], REASON)}")
     if content["session"] == 0:
         raise PeerLost("the continuum gave no session")
     rim = frames.unpack_array(content["rim"], columns=2)

@@ -24,6 +24,7 @@ class InprocTransport:
     """
 
     endpoint = "inproc"
+    proves = True  # only the threads of this run have an end
     local, port = True, 0  # both ends are on one machine
 
     def __init__(

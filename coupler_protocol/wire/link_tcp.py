@@ -8,6 +8,7 @@ A transport transmits frames between ranks, whatever their content:
 
     send(frame, rank)             sends a frame to the peer (dropped without a peer: the conversation sends it again)
     receive(seconds)              (sender, frame) or None; the frame is valid until the next call
+    proves                        whether only those speak who have proved that they may
     lanes                         Lanes of step messages (lanes.py), whose frames `receive` also finds, or None
     admit(sender, rank)           assigns later frames of this sender to `rank`
     connected(rank)               whether a peer is connected, according to the last frames
@@ -39,6 +40,7 @@ from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.wire.admission import Pass, Rule, local_pass, local_rule
 from coupler_protocol.wire.frames import MAX_FRAME, Buffer
 from coupler_protocol.wire.gate import BACKLOG, Gate
+from coupler_protocol.wire.gate_words import OPEN
 from coupler_protocol.wire.lane_door import Door, enter
 from coupler_protocol.wire.lanes import Lanes
 from coupler_protocol.wire.passage import Passage
@@ -77,6 +79,7 @@ class _Socket:
         self._buffer = np.empty(MAX_FRAME, np.uint8).data
         self._timeout: float | None = None
         self.lanes: Lanes | None = None  # set by the handshake
+        self.proves = True
         self.endpoint = endpoint
         self.folder = tempfile.mkdtemp(prefix="colluvium-")  # of this user only (0700)
         self._guard: Gate | Passage | None = None
@@ -179,6 +182,7 @@ class HubTransport(_Socket):
         with contextlib.ExitStack() as undo:
             undo.callback(listener.close)
             rule = self._attempt(local_rule, "listen on") if rule is None else rule
+            self.proves = rule.kind != OPEN
             self._encrypt(rule)
             self._attempt(lambda: self.socket.bind(f"ipc://{inside}"), "listen on")
             undo.pop_all()

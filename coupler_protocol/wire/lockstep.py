@@ -18,11 +18,13 @@ from coupler_protocol.exits import PeerLost
 from coupler_protocol.wire import frames, messages
 from coupler_protocol.wire.frames import Buffer
 from coupler_protocol.wire.lanes import Lanes
+from coupler_protocol.wire.sparse_log import SparseLog
 
 log = logging.getLogger(__name__)
+REASON = 2000  # characters of a peer's reason that are shown
 SLICE = 0.2  # seconds between checks of the clocks and of the stop request while waiting
 REFUSALS = 50  # messages of one turn that may be refused
-STRANGERS = 20  # refused messages of unknown senders that are logged
+PROBE = 1.0  # [s] between two questions of others whether the holder of a rank is there
 MAX_HELLO = 4 << 20  # largest message of an unknown sender in bytes
 
 
@@ -30,6 +32,7 @@ class Transport(Protocol):
     """One end of a link, as in link_tcp.py and link_inproc.py. lanes: of its step messages; None without any."""
 
     lanes: Lanes | None
+    proves: bool  # whether only those speak who have proved that they may
 
     @property
     def port(self) -> int:
@@ -92,6 +95,7 @@ class Conversation:
         self._inbox: list[tuple[Any, Buffer]] = []
         self._quiet_until = 0.0  # time before which no message is sent again
         self._refused_now = 0
+        self._next_probe = 0.0  # time before which `lives` sends nothing
         self._name = "the continuum" if peer == 0 else f"the discrete process of rank {rank}"
 
     def begin(self, session: int) -> None:
@@ -184,6 +188,14 @@ class Conversation:
         self._repeat(frames.AGAIN)
         return self.transport.connected(self.peer)
 
+    def lives(self) -> bool:
+        """Whether the peer is connected; asked by others as often as they like, it sends something once in PROBE seconds."""
+        now = time.monotonic()
+        if now < self._next_probe:
+            return self.transport.connected(self.peer)
+        self._next_probe = now + PROBE
+        return self.send_again()
+
     def _repeat(self, flags: int = 0) -> None:
         if self._last:
             self.repeated += 1
@@ -229,7 +241,7 @@ class Conversation:
 
 def _reason(frame: Buffer) -> str:
     try:
-        return frames.content_of(frame)["reason"]
+        return frames.one_line(frames.content_of(frame)["reason"], REASON)
     except frames.WireError as error:
         return f"its reason cannot be read ({error})"
 
@@ -240,7 +252,7 @@ class Hub:
     def __init__(self, transport: Transport, ranks: Iterable[int], clocks: Clocks, stop: Any) -> None:
         self.transport, self.clocks, self.stop = transport, clocks, stop
         self.conversations = {r: _HubConversation(self, r) for r in ranks}
-        self._strange = 0
+        self._strangers = SparseLog(log)
 
     def notify_all(self, kind: int, content: Mapping[str, Any]) -> None:
         """Sends a message without answer to every rank."""
@@ -270,9 +282,7 @@ class Hub:
             self.reject(sender, 0, str(error))
             return None
         except frames.WireError as error:
-            self._strange += 1
-            if self._strange <= STRANGERS:
-                log.warning("a message of a stranger was refused: %s", error)
+            self._strangers.warn("message", f"a message of a stranger was refused: {error}")
             return None
         if kind == messages.HELLO:
             return rank
@@ -282,14 +292,15 @@ class Hub:
 
     def reject(self, sender: Any, rank: int, reason: str) -> None:
         """Sends REJECT to a sender that claims `rank`."""
-        log.warning("a process that claims rank %d was rejected: %s", rank, reason)
+        reason = frames.one_line(reason)
+        self._strangers.warn(f"rank {rank in self.conversations}", f"a process that claims rank {rank} was rejected: {reason}")
         self.transport.send(frames.control_frame(messages.REJECT, 0, rank, 0, {"reason": reason}), sender)
 
     def objection(self, rank: int, taken: Container[int]) -> str | None:
         """Reason why an unknown sender cannot have `rank`, or None. taken: ranks with a process."""
         if rank not in self.conversations:
             return f"the scene has ranks {sorted(self.conversations)}, not {rank}"
-        if rank in taken and self.conversations[rank].send_again():
+        if rank in taken and self.conversations[rank].lives():
             return f"rank {rank} is taken and its holder lives"
         return None
 

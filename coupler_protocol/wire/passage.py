@@ -164,7 +164,7 @@ class Passage:
             words.REVOKED: f"the continuum at {where} has revoked {key}: ask its user for a new one",
             words.UNPROVED: f"the continuum at {where} refused {key}: it has another secret. "
             + ("Copy the key file again" if keys else "The continuum belongs to another user of this machine: use keys"),
-            words.FULL: f"the continuum at {where} has too many connections open",
+            words.FULL: f"the continuum at {where} has too many connections",
         }.get(verdict, f"the continuum at {where} refused {key}")
 
 

@@ -2,9 +2,9 @@
 
 ZeroMQ bounds neither the parts of a message nor what all connections together may send. So until the continuum has sent this
 connection a frame of its session (WELCOME is the first), a message has one part of at most MAX_FRAME bytes, and all such
-connections of one machine together have an allowance of frames a second: they are read more slowly, and a connection that uses up
-more than is kept at once is closed. Framing: ZMTP 3.1 (RFC 37): 64 bytes of greeting, then frames of flags (1: more parts follow,
-2: long, 4: command), 1 or 8 bytes of length, content.
+connections of one machine together have an allowance of frames (of 64 KiB) a second. They are read more slowly once it is used
+up, and a connection that sends more frames at once than are kept is closed. Framing: ZMTP 3.1 (RFC 37): 64 bytes of greeting,
+then frames of flags (1: more parts follow, 2: long, 4: command), 1 or 8 bytes of length, content.
 """
 
 import selectors
@@ -18,6 +18,7 @@ from coupler_protocol.wire.frames import MAGIC
 GREETING = 64  # bytes
 MORE, LONG = 1, 2  # flags of a frame
 PIECE = 1 << 12  # bytes of strangers that are read at once
+UNIT = 1 << 16  # bytes that count as a frame
 MAX_FRAME = 4 << 20  # bytes
 SESSION, IN_SESSION = 8, 16  # first byte of the session in a frame of ours, and the one after it
 
@@ -120,6 +121,6 @@ class StrangerLine(Line):
         if self.fault:
             raise UnfitError(self.fault)
         if end is self.outside:
-            self._allowance.use(count)
+            self._allowance.use(count + len(data) / UNIT)
             self._paused = self._allowance.left(time.monotonic()) < 0.0
         return data
