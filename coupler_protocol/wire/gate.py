@@ -91,7 +91,8 @@ class Gate:
     def close(self) -> None:
         """Passes on what is under way, for END seconds at most, and closes all connections."""
         self._closed.set()
-        self._wake.send(b"!")
+        with contextlib.suppress(OSError):  # it has looked by itself, and ended
+            self._wake.send(b"!")
         self.thread.join()
         self._wake.close()
 

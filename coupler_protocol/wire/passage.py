@@ -53,14 +53,19 @@ class Passage:
     def close(self) -> None:
         """Passes on what is under way, for END seconds at most, and closes the connection."""
         self._closed.set()
-        self._wake.send(b"!")
+        with contextlib.suppress(OSError):  # it has looked by itself, and ended
+            self._wake.send(b"!")
         self.thread.join()
         self._wake.close()
 
     def _run(self) -> None:
         try:
             while not self._closed.is_set():
-                self._serve(TIDY)
+                try:
+                    self._serve(TIDY)
+                except Exception:
+                    log.exception("a fault of this program in the passage, please report it")
+                    time.sleep(TIDY)
             self._selector.unregister(self._woken)
             until = time.monotonic() + END
             while self._line is not None and self._line.open and time.monotonic() < until:
