@@ -25,7 +25,7 @@ def parser():
 
 def main(argv=None):
     """Entry point; returns the exit code."""
-    return server.main("fdm-server", parser(), serve, argv)
+    return server.main("fdm-server", parser(), serve, argv, needs_files=False)
 
 
 def serve(scene, options, stop):

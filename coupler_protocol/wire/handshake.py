@@ -12,7 +12,7 @@ import numpy as np
 
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.scene.differences import both_values, first_difference
-from coupler_protocol.scene.named_files import without_paths
+from coupler_protocol.scene.named_files import with_hashes_of, without_paths
 from coupler_protocol.wire import frames, messages
 from coupler_protocol.wire.frames import Buffer
 from coupler_protocol.wire.lanes import Lanes, Peer
@@ -39,7 +39,8 @@ def _objection(hello: dict[str, Any], scene: Any, resume: dict[str, Any] | None,
         return f"versions differ: {both_values(hello['package'], version('colluvium'))}"
     if hello["float"] != "<f8":
         return f"number formats differ: {both_values(hello['float'], '<f8')}"
-    difference = first_difference(without_paths(hello["scene"]), without_paths(scene.resolved()), values=proved)
+    ours = with_hashes_of(hello["scene"], scene.resolved())
+    difference = first_difference(without_paths(hello["scene"]), without_paths(ours), values=proved)
     if difference:
         return f"the scenes differ: {difference}"
     theirs = hello.get("resume")
