@@ -36,7 +36,7 @@ def serve(scene, options, stop):
         from dem_server.procedure import discs_alone
 
         return discs_alone.compute(scene, context)
-    endpoint = link_tcp.endpoint_from(options.connect, scene.link.give_up)
+    endpoint = link_tcp.endpoint_from(options.connect, scene.link.arrival, stop.check)
     ticket = admission.pass_of(endpoint, link_tcp.is_loopback(endpoint), options.key, options.insecure)
     command_line.show_warnings("dem-server", "coupler_protocol.wire.passage")
     with closing(link_tcp.RankTransport(endpoint, ticket)) as transport:
@@ -49,7 +49,8 @@ def compute(scene, rank, transport, context):
     context: a coupler_protocol.process.server.RunContext. On failure the peer receives FAILURE, State is saved if there is one,
     and the exception is raised again.
     """
-    from coupler_protocol.wire.lockstep import Clocks, Conversation
+    from coupler_protocol.wire.clocks import Clocks
+    from coupler_protocol.wire.lockstep import Conversation
     from dem_server.procedure.window_side import DiscreteSide
 
     conversation = Conversation(transport, rank, 0, Clocks(scene.link), context.stop)

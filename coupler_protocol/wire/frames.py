@@ -105,6 +105,11 @@ def kind_of(frame: Buffer) -> int:
     return HEADER.unpack_from(frame)[2] if len(frame) >= HEADER.size else 0
 
 
+def rank_of(frame: Buffer) -> int:
+    """Rank in the header of a frame, unchecked."""
+    return HEADER.unpack_from(frame)[4]
+
+
 def content_of(frame: Buffer) -> dict[str, Any]:
     """Content of a control frame, with the keys and types of messages.CONTENT; raises WireError otherwise."""
     kind = kind_of(frame)

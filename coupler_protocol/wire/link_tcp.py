@@ -12,6 +12,7 @@ A transport transmits frames between ranks, whatever their content:
     lanes                         Lanes of step messages (lanes.py), whose frames `receive` also finds, or None
     admit(sender, rank)           assigns later frames of this sender to `rank`
     connected(rank)               whether a peer is connected, according to the last frames
+    departed(rank)                whether a peer can never come back (threads only)
     close()
 
 `link_inproc` has the same for two threads of one process.
@@ -144,6 +145,15 @@ class _Socket:
     def _place(self) -> str:
         """Where lanes are opened (lane_door.py): host, or folder of the Unix socket."""
         return os.path.dirname(_unix(self.endpoint)) or _host_and_port(self.endpoint)[0]
+
+    @property
+    def trouble(self) -> str:
+        """Why the continuum is not connected, if this side knows; "" at the continuum, whose gate logs it."""
+        return self._guard.trouble if isinstance(self._guard, Passage) else ""
+
+    def departed(self, rank: int) -> bool:
+        """Never: a process can come back, and others can follow it."""
+        return False
 
     def close(self) -> None:
         """Closes the socket and all lanes; waiting frames have one second to be sent."""
@@ -354,11 +364,6 @@ class RankTransport(_Socket):
             raise EnvironmentFailed(self._guard.refused)
         return self._up
 
-    @property
-    def trouble(self) -> str:
-        """Why the continuum is not connected, if this side knows."""
-        return self._guard.trouble if isinstance(self._guard, Passage) else ""
-
     def _try_again(self) -> None:
         """Connects anew, at most once a second: ZeroMQ gives a connection up for ever after a failed handshake."""
         now = time.monotonic()
@@ -424,10 +429,10 @@ def is_loopback(endpoint: str) -> bool:
         return False
 
 
-def endpoint_from(text: str, seconds: float) -> str:
+def endpoint_from(text: str, seconds: float, check: Callable[[], object] = lambda: None) -> str:
     """Endpoint as given, or from the file of that name as soon as it exists (a server writes its endpoint to OUT/endpoint).
 
-    Raises EnvironmentFailed if there is no endpoint after `seconds`.
+    check(): of the stop request. Raises EnvironmentFailed if there is no endpoint after `seconds` (link.arrival).
     """
     if text.startswith(("tcp://", "ipc://")):
         return text
@@ -442,5 +447,8 @@ def endpoint_from(text: str, seconds: float) -> str:
                 return found
         except FileNotFoundError:
             pass
+        check()
         time.sleep(0.05)
-    raise EnvironmentFailed(f"no endpoint in {text} after {seconds:g} s: is the continuum running?")
+    raise EnvironmentFailed(
+        f"no endpoint in {text} after {seconds:g} s (link.arrival): start fdm-server with this --out, or give its address"
+    )

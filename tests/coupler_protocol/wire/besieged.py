@@ -18,7 +18,7 @@ from coupler_protocol.wire import admission, messages
 from coupler_protocol.wire.frames import StepFrame
 from coupler_protocol.wire.link_tcp import HubTransport
 from coupler_protocol.wire.lockstep import Hub
-from tests.peer import SESSION, clocks
+from tests.scripted_peer import SESSION, clocks
 
 NUMBERS = 40
 ANY = "tcp://127.0.0.1:0"
@@ -52,7 +52,7 @@ def main(kind, steps):
     begin, open_now, most = memory("VmRSS"), descriptors(), 0
     wall, helpers = time.perf_counter(), time.process_time() - time.thread_time()
     for _ in range(steps):
-        force.accept(talk.receive((messages.FORCE,), in_step=True)[1])
+        force.accept(talk.receive((messages.FORCE,))[1])
         velocity.values[:] = -force.values
         talk.send_step(velocity)
         most = max(most, descriptors())

@@ -19,7 +19,7 @@ from coupler_protocol.wire.link_tcp import RankTransport
 from coupler_protocol.wire.lockstep import Conversation
 from coupler_protocol.wire.messages import FORCE, GO, VELOCITY
 from tests.coupler_protocol.wire.besieged import NUMBERS
-from tests.peer import SESSION, clocks
+from tests.scripted_peer import SESSION, clocks
 
 HERE = Path(__file__).parent
 MEMORY, DESCRIPTORS, LOG, SHARE = 64.0, 64, 100_000, 0.2  # MB, count, bytes, of a processor
@@ -61,7 +61,7 @@ def siege(kind, stranger, file=None, steps=STEPS):
         for row in numbers:
             force.values[:] = row
             talk.send_step(force)
-            velocity.accept(talk.receive((VELOCITY,), in_step=True)[1])
+            velocity.accept(talk.receive((VELOCITY,))[1])
             assert velocity.values.tobytes() == (-row).tobytes()
             time.sleep(PAUSE)
         used = json.loads(processes[0].stdout.readline())
