@@ -100,6 +100,7 @@ class Against:
     """A transport whose other end is a record: it expects the recorded frames of its own side, and hands out the others."""
 
     lanes, local, port, endpoint = None, True, 0, "a record"
+    proves, trouble = True, ""
 
     def __init__(self, record, side):
         self.left, self._side = list(record), side
