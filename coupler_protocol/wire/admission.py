@@ -20,6 +20,7 @@ from coupler_protocol.wire import keys
 
 NONE = bytes(words.PUBLIC)
 NO_NUMBER = bytes(16)
+JOINED = "of this run"  # name of a client that knows its session
 
 
 class Judged(NamedTuple):
@@ -31,18 +32,25 @@ class Judged(NamedTuple):
 
 
 class SecretRule:
-    """Admits processes that know one secret; with an empty one all processes, which is the kind OPEN."""
+    """Admits processes that know one secret; with an empty one all processes, which is the kind OPEN.
+
+    sessions: of the run, as bytes. Who proves to know one has joined the run before, and is no stranger at a gate for everybody.
+    """
 
     number = NO_NUMBER
     curve: keys.ServerKeys | None = None
 
     def __init__(self, kind: int, secret: bytes) -> None:
         self.kind, self.secret = kind, secret
+        self.sessions: list[bytes] = []
 
     def judge(self, claim: words.Claim, greeting: bytes) -> Judged:
         """Verdict on a claim."""
         if claim.kind != self.kind:
             return Judged(words.OTHER_KIND)
+        for secret in self.sessions:
+            if words.proves(secret, greeting, claim):
+                return Judged(words.WELCOME, secret, JOINED)
         if not words.proves(self.secret, greeting, claim):
             return Judged(words.UNPROVED)
         return Judged(words.WELCOME, self.secret)

@@ -21,7 +21,7 @@ from typing import NamedTuple, TypeVar
 
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.wire import gate_words as words
-from coupler_protocol.wire.admission import Judged, Rule
+from coupler_protocol.wire.admission import JOINED, Judged, Rule, SecretRule
 from coupler_protocol.wire.byte_line import Line
 from coupler_protocol.wire.sparse_log import SparseLog
 from coupler_protocol.wire.stranger_line import Allowance, StrangerLine
@@ -35,6 +35,7 @@ LINES = 24  # connections that have
 STRANGERS = 6  # of these, on a gate for everybody, those that have not joined the run
 ACCEPTS = 500.0  # connections a second
 FRAMES = 20.0  # frames and connections a second of all strangers of one machine together, on a gate for everybody
+SESSIONS = 4  # that are kept; a run has one
 MACHINES = 16  # machines whose strangers have an allowance of frames
 TIDY = 0.5  # [s] between looks at clocks and revoked keys
 REST = 0.02  # [s] between looks while something waits for a clock
@@ -127,6 +128,8 @@ class Gate:
                 line, end = key.data
                 if line.open:
                     line.serve(end, events)
+                    if isinstance(line, StrangerLine) and line.session:
+                        self._note_session(line)
                     self._note_end(line)
             elif key.fileobj in self._visitors:
                 self._hear(key.fileobj)
@@ -149,6 +152,12 @@ class Gate:
             self._next_tidy = now + TIDY
             self._close_revoked()
         return REST if paused or not self._listening or self._lingers() else TIDY
+
+    def _note_session(self, line: StrangerLine) -> None:
+        """Stores the session that the continuum has told a connection: who knows it can come back."""
+        if isinstance(self.rule, SecretRule) and line.session not in self.rule.sessions:
+            self.rule.sessions = [*self.rule.sessions, line.session][-SESSIONS:]
+        line.session = b""
 
     def _lingers(self) -> bool:
         return bool(self._visitors) or any(line.deadline is not None for line in self._guests)
@@ -230,7 +239,7 @@ class Gate:
             return self._turn_away(connection, "foreign", str(error))
         except (EnvironmentFailed, OSError) as error:
             return self._turn_away(connection, "keys", f"its key cannot be checked: {error}")
-        if found.verdict == words.WELCOME and not self._has_room(visitor.address):
+        if found.verdict == words.WELCOME and not self._has_room(visitor.address, found):
             found = found._replace(verdict=words.FULL)
         answer = words.verdict(found.verdict, visitor.greeting, claim, found.secret)
         if found.verdict == words.WELCOME:
@@ -241,14 +250,17 @@ class Gate:
         why = REFUSED.get(found.verdict) or _other_kind(claim.kind, self.rule.kind)
         return self._turn_away(connection, why, f"{why}{key}")
 
-    def _has_room(self, address: str) -> bool:
-        """Whether one more connection can be admitted; on a gate for everybody, it counts as a frame of its machine."""
-        if self.rule.kind == words.OPEN:
+    def _has_room(self, address: str, found: Judged) -> bool:
+        """Whether one more connection can be admitted; on a gate for everybody, a stranger counts as a frame of its machine."""
+        if self._is_stranger(found):
             allowance = self._allowance(address)
             if allowance.left(time.monotonic()) < 1.0:
                 return False
             allowance.use(1.0)
         return len(self._guests) < LINES
+
+    def _is_stranger(self, found: Judged) -> bool:
+        return self.rule.kind == words.OPEN and found.name != JOINED
 
     def _admit(self, connection: socket.socket, visitor: _Visitor, claim: words.Claim, found: Judged, answer: bytes) -> None:
         """Begins to pass the bytes of a connection on."""
@@ -263,7 +275,7 @@ class Gate:
             connection.close()
             return self._count("lost", f"a connection from {visitor.address} was lost: {error.strerror}")
         guest = _Guest(visitor.address, claim.public, found.name)
-        if self.rule.kind == words.OPEN:
+        if self._is_stranger(found):
             self._make_room(line for line in self._guests if isinstance(line, StrangerLine) and not line.joined)
             self._guests[StrangerLine(self._selector, connection, inside, self._allowance(guest.address))] = guest
         else:

@@ -15,6 +15,7 @@ import time
 from coupler_protocol.wire import gate_words as words
 from coupler_protocol.wire.admission import Pass
 from coupler_protocol.wire.byte_line import Line
+from coupler_protocol.wire.stranger_line import JoiningLine
 
 log = logging.getLogger(__name__)
 PATIENCE = 2.0  # [s] for the gate to be reached, and for each of its answers
@@ -98,8 +99,15 @@ class Passage:
                 inside.close()
                 self._note(error)
                 return
-            self._line = Line(self._selector, outside, inside)
+            if self.ticket.kind == words.OPEN:
+                self._line = JoiningLine(self._selector, outside, inside, self._keep_session)
+            else:
+                self._line = Line(self._selector, outside, inside)
             self.passed, self.trouble = True, ""
+
+    def _keep_session(self, session: bytes) -> None:
+        """By the session of its run, this process is no stranger when it comes back."""
+        self.ticket = self.ticket._replace(secret=session)
 
     def _note(self, error: Exception) -> None:
         """Stores why there is no connection, and logs it where it is new."""

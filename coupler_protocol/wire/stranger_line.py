@@ -10,7 +10,7 @@ then frames of flags (1: more parts follow, 2: long, 4: command), 1 or 8 bytes o
 import selectors
 import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from coupler_protocol.wire.byte_line import Line
 from coupler_protocol.wire.frames import MAGIC
@@ -82,13 +82,41 @@ class FrameHeads:
         return 0 if self._begin is None else min(IN_SESSION, self._size) - len(self._begin)
 
 
+def session_in(begin: bytes) -> bytes:
+    """Session, as bytes, of a frame of ours that begins so; empty without one."""
+    session = begin[SESSION:IN_SESSION]
+    return session if begin.startswith(MAGIC) and any(session) else b""
+
+
+class JoiningLine(Line):
+    """A Line of the discrete side to a gate for everybody; joined(session): called once, with the session that it hears first."""
+
+    def __init__(
+        self, selector: selectors.BaseSelector, outside: socket.socket, inside: socket.socket, joined: Callable[[bytes], object]
+    ) -> None:
+        self._joined: Callable[[bytes], object] | None = joined
+        self._heads = FrameHeads()
+        super().__init__(selector, outside, inside)
+
+    def _passed(self, data: bytes, end: socket.socket) -> bytes:
+        if self._joined is not None and end is self.outside:
+            for _, _, begin in self._heads.feed(data):
+                if self._joined is not None and (session := session_in(begin)):
+                    self._joined(session)
+                    self._joined = None
+        return data
+
+
 class StrangerLine(Line):
-    """A Line whose outside end is bounded until it has joined the run; allowance: of frames, of all such lines of a machine."""
+    """A Line whose outside end is bounded until it has joined the run; allowance: of frames, of all such lines of a machine.
+
+    session: what the continuum has told it, until the gate has taken note.
+    """
 
     def __init__(
         self, selector: selectors.BaseSelector, outside: socket.socket, inside: socket.socket, allowance: Allowance
     ) -> None:
-        self.joined, self.fault = False, ""
+        self.joined, self.fault, self.session = False, "", b""
         self._allowance, self._paused = allowance, False
         self._heads = {outside: FrameHeads(), inside: FrameHeads()}
         super().__init__(selector, outside, inside)
@@ -111,7 +139,8 @@ class StrangerLine(Line):
         for flags, size, begin in self._heads[end].feed(data):
             count += 1
             if end is self.inside:
-                self.joined |= begin.startswith(MAGIC) and any(begin[SESSION:])
+                if session := session_in(begin):
+                    self.joined, self.session = True, session
             elif flags & MORE:
                 self.fault = "it sent a message of several parts"
             elif size > MAX_FRAME:

@@ -1,14 +1,19 @@
 """Two servers with keys on an address that others can reach: who is refused is told so, and the bits are those of one process."""
 
+import contextlib
 import os
 import subprocess
+import sys
 
 import pytest
 
 from coupler_protocol.wire import keys
-from tests.commands import command, finished
+from tests.commands import ROOT, command, finished
 from tests.integration.short_runs import FILES, end, overrides, wait_for
 from tests.same_bits import differing
+
+STRANGERS = ROOT / "tests" / "coupler_protocol" / "wire" / "strangers.py"
+NAMES = ("half_open", "garbage", "finished", "parts", "hellos", "messages", "large")
 
 
 @pytest.fixture
@@ -55,9 +60,7 @@ def test_a_run_with_keys_has_the_bits_of_one_process_and_refuses_others(listenin
     ("module", "options", "words"),
     [
         ("fdm_server", ["--bind", "tcp://0.0.0.0:0"], "can be reached from other machines: there are no keys in"),
-        ("fdm_server", ["--bind", "tcp://127.0.0.1:0", "--keys", "nowhere"], "there are no keys in nowhere: make one"),
         ("dem_server", ["--connect", "tcp://203.0.113.7:5555"], "is another machine: name the key file of this one with --key"),
-        ("dem_server", ["--connect", "tcp://203.0.113.7:5555", "--key", "no.key"], "there is no key file no.key: make one"),
     ],
 )
 def test_a_server_without_keys_says_what_to_do(tmp_path, configs, module, options, words):
@@ -67,6 +70,7 @@ def test_a_server_without_keys_says_what_to_do(tmp_path, configs, module, option
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.long
 def test_insecure_says_what_it_opens_and_both_sides_need_it(tmp_path, configs, short_run):
     words = [configs / "quick_slope.toml", "--quiet", "--insecure", *overrides()]
     fdm = subprocess.Popen(
@@ -80,6 +84,44 @@ def test_insecure_says_what_it_opens_and_both_sides_need_it(tmp_path, configs, s
         end(fdm)
     assert "--insecure: everybody who reaches tcp://0.0.0.0:" in said
     assert "can claim a free rank" in said
+    for name in FILES:
+        assert differing(tmp_path / ("grid" if name.startswith("fdm") else "discs") / name, short_run / name) == [], name
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["local", "open"])
+def test_strangers_change_no_bit_of_a_run(tmp_path, configs, short_run, kind):
+    """All kinds of strangers, one after the other, from before the first step to the last."""
+    more = ["--insecure"] if kind == "open" else []
+    words = [configs / "quick_slope.toml", "--quiet", *more, *overrides()]
+    fdm = subprocess.Popen(
+        command("fdm_server", *words, "--bind", "tcp://127.0.0.1:0", "--out", tmp_path / "grid"),
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    dem = subprocess.Popen(
+        command("dem_server", *words, "--connect", tmp_path / "grid" / "endpoint", "--out", tmp_path / "discs"),
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    crowd = []
+    try:
+        log = tmp_path / "discs" / "dem.rank1.vtkhdf"
+        wait_for(lambda: log.exists() and (tmp_path / "grid" / "endpoint").exists(), 100, "both servers")
+        port = (tmp_path / "grid" / "endpoint").read_text().strip().rpartition(":")[2]
+        number = 0
+        while fdm.poll() is None:
+            crowd.append(subprocess.Popen([sys.executable, STRANGERS, NAMES[number % len(NAMES)], port], stdin=subprocess.PIPE))
+            number += 1
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                fdm.wait(1.0)
+            end(crowd.pop())
+        assert number > 3
+        assert fdm.returncode == 0, fdm.stderr.read()
+        assert dem.wait(60) == 0, dem.stderr.read()
+    finally:
+        end(fdm, dem, *crowd)
+    assert (tmp_path / "grid" / "fdm.rank0.log").stat().st_size < 100_000
     for name in FILES:
         assert differing(tmp_path / ("grid" if name.startswith("fdm") else "discs") / name, short_run / name) == [], name
 

@@ -13,8 +13,9 @@ import zmq
 
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.wire import admission, gate_words, keys, link_tcp, passage
+from coupler_protocol.wire.frames import control_frame
 from coupler_protocol.wire.lanes import Lanes, Peer
-from coupler_protocol.wire.messages import FORCE, VELOCITY
+from coupler_protocol.wire.messages import FORCE, GO, VELOCITY
 
 ANY = "tcp://127.0.0.1:0"
 SOON = 2.0  # [s] in which both sides say what is wrong
@@ -385,3 +386,22 @@ def test_the_last_bytes_arrive_although_the_sender_closes_at_once(ends):
     beside.start()
     assert bytes(end.receive(5.0)[1]) == last
     beside.join()
+
+
+def test_who_has_joined_an_open_run_comes_back_past_a_crowd_of_strangers(ends):
+    """The allowance of its machine is used up; by the session of the run it is not a stranger."""
+    hub = ends.hub(insecure=True)
+    end = ends.rank(hub.endpoint, insecure=True)
+    assert introduced(hub, end)
+    hub.send(control_frame(GO, 77, 1, 0, {}), 1)
+    assert end.receive(SOON) is not None
+    said_within(SOON, lambda: hub._guard.rule.sessions == [(77).to_bytes(8, "little")])
+    (line,) = hub._guard._guests
+    allowance = hub._guard._allowance(line.outside.getpeername()[0] + ":1")
+    allowance.use(1e6)
+    stranger = ends.rank(hub.endpoint, insecure=True)
+    said_within(SOON, lambda: "too many connections" in stranger.trouble)
+    line.outside.shutdown(socket.SHUT_RDWR)
+    said_within(5.0, lambda: end.send(b"back") or (hub.receive(0.2) or (0, b""))[1] == b"back")
+    assert hub._guard._guests
+    assert "too many" in stranger.trouble
