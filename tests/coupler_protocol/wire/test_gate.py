@@ -405,3 +405,40 @@ def test_who_has_joined_an_open_run_comes_back_past_a_crowd_of_strangers(ends):
     said_within(5.0, lambda: end.send(b"back") or (hub.receive(0.2) or (0, b""))[1] == b"back")
     assert hub._guard._guests
     assert "too many" in stranger.trouble
+
+
+# -- options of the servers ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (
+            ("tcp://0.0.0.0:5", False, "nowhere", False),
+            "can be reached from other machines: there are no keys in nowhere: make one",
+        ),
+        (("tcp://127.0.0.1:5", True, "nowhere", False), "there are no keys in nowhere: make one for each other machine"),
+    ],
+)
+def test_a_continuum_without_keys_says_what_to_do(options, words):
+    with pytest.raises(EnvironmentFailed, match=words):
+        admission.rule_of(*options)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("tcp://203.0.113.7:5", False, None, False), "is another machine: name the key file of this one with --key FILE"),
+        (("tcp://203.0.113.7:5", False, "no.key", False), "there is no key file no.key: make one"),
+    ],
+)
+def test_a_discrete_process_without_a_key_says_what_to_do(options, words):
+    with pytest.raises(EnvironmentFailed, match=words):
+        admission.pass_of(*options)
+
+
+def test_all_keys_revoked_are_no_keys(folder):
+    for name in ("office", "lab"):
+        keys.revoke(folder, name)
+    with pytest.raises(EnvironmentFailed, match="there are no keys in"):
+        admission.rule_of(ANY, True, folder, False)
