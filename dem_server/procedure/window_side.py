@@ -267,11 +267,15 @@ class DiscreteSide:
 
     def observe(self, order):
         """Counts the step; at steps with histories computes an Answer and checks the ring."""
+        self.count_step(order)
+        if self.steps % self.record_of_stage.history == 0:
+            self.look(order)
+
+    def count_step(self, order):
+        """Counts a step."""
         self.steps = int(order.step)
         self.time += order.dt
         self.watch.stages[-1].steps += 1
-        if self.steps % self.record_of_stage.history == 0:
-            self.look(order)
 
     def look(self, order):
         """Computes an Answer and checks the ring after a step with histories."""
@@ -279,13 +283,16 @@ class DiscreteSide:
         self._say(self.guard.check(self.model, self.state))
         self.progress(self._name_of(self.stage), "", self.steps, None, self.looked.ratio, order.gravity_factor)
 
-    def judge_look(self, looked):
-        """Judges what compiled code has noticed in the last look, which found `looked`."""
+    def judge_look(self, looked, fresh):
+        """Judges what compiled code has noticed in the last look, which found `looked`; fresh: by a new list of pairs."""
         self._refuse_ratio(looked.ratio)
+        if fresh:
+            self.guard.refuse_lost(self.model, self.state)
         self._say(self.guard.judge())
 
     def note_looks(self, steps, looks, times, factor):
         """Records histories of several looks of compiled code; times [s]; factor: of the gravity of the last step."""
+        self.guard.note_list(self.state)
         self.recorder.histories(steps, self._histories(looks, times))
         self.progress(self._name_of(self.stage), "", steps[-1], None, looks[-1].ratio, factor)
 
@@ -330,7 +337,7 @@ class DiscreteSide:
             self._note_limit(name)
         if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
             self.watch.add_to("recording")
-            self._note_opening()
+            self._note_end()
             self._begin_stage(int(order.stage) + 1)
 
     def record_histories(self):
@@ -355,8 +362,9 @@ class DiscreteSide:
         self.limits.append({"stage": name} | found)
         log.info("stage %s: safe step limit of the discs as a multiple of the step in use: %s", name, as_text(found))
 
-    def _note_opening(self):
-        """Stores the opening of the ring in the stage that ends, if it caused a warning."""
+    def _note_end(self):
+        """Stores the opening of the ring in the stage that ends, if it caused a warning, and its number of plain steps."""
+        self.plain.report()
         found = self.guard.report(self._name_of(self.stage))
         self.openings += [found] if found else []
         self.guard.begin()
@@ -375,7 +383,7 @@ class DiscreteSide:
 
     def summary(self):
         """Content of FAREWELL, for run.json."""
-        self._note_opening()
+        self._note_end()
         return {
             "report": self.report,
             "ring_opened": self.openings,
