@@ -2,6 +2,7 @@
 
 import argparse
 import logging
+import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -59,11 +60,15 @@ def main(
     return command_line.exit_code_of(name, work)
 
 
+SWITCH = 1e-4  # [s] after which the thread that records hands the interpreter to the time loop; Python's default is 5 ms
+
+
 def begin(options: argparse.Namespace, stop: StopRequest, rank: int, process: str, more: Sequence[str] = ()) -> RunContext:
     """Makes the RunContext of a process: reads its plugin, removes its earlier files from the run directory, opens its log.
 
     process: name with which its files begin ("fdm.rank0"); more: names of other files that it writes.
     """
+    sys.setswitchinterval(SWITCH)
     plugin = command_line.plugin(options)
     own = [*(f"{process}.{ending}" for ending in OWN_FILES), *more]
     for pattern in (f"{process}.*.vtkhdf", f"{process}.*.h5"):  # parts and checkpoints: readers and resume would take them

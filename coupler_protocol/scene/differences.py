@@ -1,5 +1,6 @@
 """Differences of two resolved scenes, for handshakes and for runs that continue an earlier one."""
 
+from math import copysign
 from typing import Any
 
 OF = "'s"  # of the continuum's
@@ -22,7 +23,14 @@ def first_difference(a: Any, b: Any, whose: tuple[str, str] = SIDES, path: str =
             if found:
                 return found
         return None
-    return None if a == b else f"{path.rstrip('.')}: {both_values(a, b, whose) if values else 'the values differ'}"
+    return None if _same(a, b) else f"{path.rstrip('.')}: {both_values(a, b, whose) if values else 'the values differ'}"
+
+
+def _same(a: Any, b: Any) -> bool:
+    """Whether two values give the same results: Python's True equals 1, and -0.0 equals 0.0."""
+    if isinstance(a, bool) is not isinstance(b, bool):
+        return False
+    return a == b and (not isinstance(a, float | int) or a != 0 or copysign(1.0, a) == copysign(1.0, b))
 
 
 def both_values(a: Any, b: Any, whose: tuple[str, str] = SIDES) -> str:

@@ -60,6 +60,7 @@ class Lanes:
             self._heads(session, says),
             np.zeros(count, dtype=np.int64),
             np.zeros(1, dtype=np.int64),
+            np.zeros(1, dtype=np.int64),
             lane.checksum_table(),
             np.zeros(2, dtype=np.int64),
         )

@@ -103,6 +103,13 @@ class PlainSteps:
                 self._complete(order)
                 begun = False
 
+    def report(self):
+        """Adds to the times of the stage how many plain steps there were, or why none."""
+        times = self.side.watch.stages[-1]
+        times.plain_steps = self.taken
+        if not self.taken:
+            times.one_by_one = self.why_not or ("" if self._begun else "the stage was short, and no cache had the loop")
+
     def _complete(self, order):
         """Completes a step whose contacts need a new list of pairs."""
         side = self.side

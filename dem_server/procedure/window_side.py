@@ -337,7 +337,7 @@ class DiscreteSide:
             self._note_limit(name)
         if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
             self.watch.add_to("recording")
-            self._note_opening()
+            self._note_end()
             self._begin_stage(int(order.stage) + 1)
 
     def record_histories(self):
@@ -362,8 +362,9 @@ class DiscreteSide:
         self.limits.append({"stage": name} | found)
         log.info("stage %s: safe step limit of the discs as a multiple of the step in use: %s", name, as_text(found))
 
-    def _note_opening(self):
-        """Stores the opening of the ring in the stage that ends, if it caused a warning."""
+    def _note_end(self):
+        """Stores the opening of the ring in the stage that ends, if it caused a warning, and its number of plain steps."""
+        self.plain.report()
         found = self.guard.report(self._name_of(self.stage))
         self.openings += [found] if found else []
         self.guard.begin()
@@ -382,7 +383,7 @@ class DiscreteSide:
 
     def summary(self):
         """Content of FAREWELL, for run.json."""
-        self._note_opening()
+        self._note_end()
         return {
             "report": self.report,
             "ring_opened": self.openings,

@@ -90,6 +90,8 @@ def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
     for row in rows:
         assert "one_by_one" not in row
         assert row["plain_steps"] >= row["steps"] - 6 - row["steps"] // 60, (row, history)
+        assert "one_by_one_discrete" not in row
+        assert all(plain >= row["steps"] - 6 - row["steps"] // 60 for plain in row["plain_steps_discrete"]), row
 
 
 def test_a_lane_that_breaks_leaves_its_steps_to_the_link(tmp_path, monkeypatch):
@@ -122,3 +124,7 @@ def test_stages_say_why_their_steps_are_taken_one_by_one(tmp_path, more, why):
     with open_run(tmp_path) as found:
         rows = [row for row in found.info["stages"] if "plain_steps" in row]
     assert [(row["one_by_one"], row["plain_steps"]) for row in rows] == [(why, 0)] * 2
+    for row in rows:  # averages at gridpoints concern the grid alone
+        assert (
+            (row["plain_steps_discrete"] == [0]) is (row.get("one_by_one_discrete", [""]) == [why]) is ("grid__mixed" not in more)
+        )
