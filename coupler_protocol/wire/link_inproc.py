@@ -106,7 +106,8 @@ class InprocTransport:
             self.lanes.close_all()
 
     def _here(self) -> None:
-        if self.users.get(self.me, self) is not None:  # the last thread that used it counts
+        user: Any = self.users.get(self.me, self)
+        if user is self or (user is not None and not user.is_alive()):  # not begun, or another thread goes on with this end
             self.users[self.me] = threading.current_thread()
 
 

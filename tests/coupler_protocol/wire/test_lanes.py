@@ -45,6 +45,7 @@ class Pair:
         thread.start()
         join(self.discs, about)
         thread.join()
+        self.hub_end.receive(0.0)  # this thread goes on with the end of the other one
         self.force, self.velocity = ForceFrame(self.discs, len(RIM)), VelocityFrame(self.grid, len(RIM))
         self.discs.sequence = 1
 
