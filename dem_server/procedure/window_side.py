@@ -30,6 +30,7 @@ from dem_server.observe import energy, record, stable_limit, unbalanced_ratio
 from dem_server.observe.energy_ledger import Ledger
 from dem_server.packing.coupled_window import drawn_stones, packed_window
 from dem_server.procedure import restart, stage_changes
+from dem_server.procedure.compile_ahead import coupled_kernels
 from dem_server.step import clock
 from dem_server.step.motion import SPEED_CAP
 from dem_server.stones import bodies
@@ -44,6 +45,8 @@ TOO_FAST = (
 
 class DiscreteSide:
     """One window, its discs and its conversation with the continuum."""
+
+    compiled = None  # a coupler_protocol.compiled.ahead.Compiled
 
     def __init__(self, scene, rank, conversation, out, progress, origin=None, plugin=None):
         self.scene = scene = local(scene)
@@ -116,7 +119,8 @@ class DiscreteSide:
 
     def bring_to_stress(self):
         """Receives FIELD, the stress of the replaced zones; the discs take it over and are bonded."""
-        _, frame = self.conversation.receive((messages.FIELD,))
+        kernels = coupled_kernels(self)
+        _, frame = self.conversation.receive((messages.FIELD,), meanwhile=kernels)
         self.watch.add_to("waiting")
         content = content_of(frame)
         field = payloads.field_of(content)
@@ -395,6 +399,7 @@ class DiscreteSide:
             "bonds_broken_shear": self.state.broken_shear,
             "velocities_capped": self.state.capped,
             "peak_memory_MB": peak_memory(),
+            **(self.compiled.report() if self.compiled else {}),
         }
 
 
