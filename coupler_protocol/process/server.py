@@ -88,13 +88,17 @@ def run_side(
     """Makes a side and runs it to its end; returns the reason.
 
     make_side() returns the side: run() gives the reason for the end, save(stage, phase) the path of its State; `state` is None
-    if there is nothing to save. On failure notify(FAILURE, reason) reaches the peers, State is saved (`phase`: the part of a step
-    that it belongs to) and the exception is raised again.
+    if there is nothing to save; `compiled` becomes the Compiled of this thread. On failure notify(FAILURE, reason) reaches the
+    peers, State is saved (`phase`: the part of a step that it belongs to) and the exception is raised again.
     """
+    from coupler_protocol.compiled.ahead import watched
+
     side = None
     try:
-        side = make_side()
-        reason = exits.end_as_physics(side.run)
+        with watched(progress.note) as compiled:
+            side = make_side()
+            side.compiled = compiled
+            reason = exits.end_as_physics(side.run)
         progress("done", reason, now=True)
         return reason
     except BaseException as error:

@@ -10,6 +10,7 @@ import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
 from coupler_protocol.exits import PhysicsFailed
+from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.wire import lanes, messages
 from dem_server.coupling import look
 from dem_server.coupling.plain_loop import (
@@ -129,10 +130,10 @@ class PlainSteps:
             side.answer = side.looked
 
     def _begins(self):
-        """Whether plain steps are taken: at once if the loop is compiled, else in a stage that proves to be long."""
+        """Whether plain steps are taken: at once if the stage is long or the loop compiled, else if it proves to be long."""
         if not self._begun:
-            done = self.side.watch.stages[-1].steps
-            known = done == 1 and is_compiled(plain_loop, self._arguments(True))
+            done, stage = self.side.watch.stages[-1].steps, self.side.scene.stage[self.side.stage]
+            known = done == 1 and (least_steps(stage) >= lanes.EARLIEST or is_compiled(plain_loop, self._arguments(True)))
             self._begun = known or done >= lanes.EARLIEST
         return self._begun and self.lanes.whole
 

@@ -46,6 +46,8 @@ class AloneState(NamedTuple):
 class DiscsAlone:
     """The discs of a scene without a grid, and its stages."""
 
+    compiled = None  # a coupler_protocol.compiled.ahead.Compiled
+
     def __init__(self, scene, out, progress, stop, origin=None, plugin=None):
         self.scene, self.out, self.progress, self.stop, self.origin = scene, Path(out), progress, stop, origin
         self.plugin = plugin
@@ -279,7 +281,8 @@ class DiscsAlone:
     def summary(self):
         """Content of run.json."""
         warned = {"warnings": self.warnings} if self.warnings else {}
-        return {"stages": self._rows(), "windows": [self.report] if self.report else []} | warned
+        compiled = self.compiled.report() if self.compiled else {}
+        return {"stages": self._rows(), "windows": [self.report] if self.report else []} | warned | compiled
 
     def _note(self, text, fraction=None):
         """Reports the progress of a long phase; raises Interrupted if a stop was requested."""

@@ -24,17 +24,19 @@ from dem_server import run
 from dem_server.coupling.grid_talk import GridTalk
 from dem_server.coupling.plain_steps import PlainSteps
 from dem_server.coupling.ring_guard import RingGuard
-from dem_server.coupling.window_strain import WindowStrain
+from dem_server.coupling.window_strain import WindowStrain, bins_over_box
 from dem_server.insitu.takeover import take_over
 from dem_server.observe import energy, record, stable_limit, unbalanced_ratio
 from dem_server.observe.energy_ledger import Ledger
 from dem_server.packing.coupled_window import drawn_stones, packed_window
 from dem_server.procedure import restart, stage_changes
+from dem_server.procedure.compile_ahead import coupled_kernels
 from dem_server.step import clock
 from dem_server.step.motion import SPEED_CAP
 from dem_server.stones import bodies
 
 log = logging.getLogger(__name__)
+MOST_BINS = 1e6  # for strain: a FORCE with more of them would not fit into a frame
 TOO_FAST = (
     "move by more than a tenth of the smallest radius a step after step {}: give the stage a smaller step_factor, or less "
     "violent loads"
@@ -43,6 +45,8 @@ TOO_FAST = (
 
 class DiscreteSide:
     """One window, its discs and its conversation with the continuum."""
+
+    compiled = None  # a coupler_protocol.compiled.ahead.Compiled
 
     def __init__(self, scene, rank, conversation, out, progress, origin=None, plugin=None):
         self.scene = scene = local(scene)
@@ -115,7 +119,8 @@ class DiscreteSide:
 
     def bring_to_stress(self):
         """Receives FIELD, the stress of the replaced zones; the discs take it over and are bonded."""
-        _, frame = self.conversation.receive((messages.FIELD,))
+        kernels = coupled_kernels(self)
+        _, frame = self.conversation.receive((messages.FIELD,), meanwhile=kernels)
         self.watch.add_to("waiting")
         content = content_of(frame)
         field = payloads.field_of(content)
@@ -164,7 +169,7 @@ class DiscreteSide:
         return self._name_of(filled), plan(self.scene)[filled].end
 
     def _prepare_talk(self, bin_length):
-        if bin_length is not None and not bin_length > 0.0:
+        if bin_length is not None and not 0.0 < bins_over_box(self.rim.nodes, bin_length) < MOST_BINS:
             raise PeerLost(f"the continuum wants the strain in bins of {bin_length} m")
         self.strain = None if bin_length is None else WindowStrain(bin_length, self.state, self.model.ring)
         self.talk = GridTalk(self.conversation, len(self.rim.nodes), self.strain.bins if self.strain else 0)
@@ -394,6 +399,7 @@ class DiscreteSide:
             "bonds_broken_shear": self.state.broken_shear,
             "velocities_capped": self.state.capped,
             "peak_memory_MB": peak_memory(),
+            **(self.compiled.report() if self.compiled else {}),
         }
 
 

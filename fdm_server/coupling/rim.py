@@ -54,9 +54,9 @@ class Rim:
         self.report = {}
         self.heard = False  # whether FORCE of this turn was received already
 
-    def receive_ready(self):
-        """Receives READY: the report of the discs, and the mass of the ring's inner shares."""
-        self.inner_mass, self.report = self.talk.receive_ready()
+    def receive_ready(self, meanwhile=None):
+        """Receives READY: the report of the discs, and the mass of the ring's inner shares; meanwhile: work during the wait."""
+        self.inner_mass, self.report = self.talk.receive_ready(meanwhile)
 
     # -- every step --------------------------------------------------------------------------------------------------
 

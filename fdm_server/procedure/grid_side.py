@@ -42,6 +42,8 @@ log = logging.getLogger(__name__)
 class ContinuumSide:
     """The grid, its rims and the progress through the stages."""
 
+    compiled = None  # a coupler_protocol.compiled.ahead.Compiled
+
     def __init__(self, scene, hub, out, progress, origin=None, plugin=None):
         self.scene = scene = local(scene)
         self.hub, self.out, self.progress, self.origin = hub, Path(out), progress, origin
@@ -111,6 +113,11 @@ class ContinuumSide:
 
     def compute(self, stage):
         """Takes the steps of a stage."""
+        self.prepare(stage)
+        run_stage(self, stage)
+
+    def prepare(self, stage):
+        """Prepares model, State and the watches of a stage for its steps."""
         stage.set_clock()
         if large_strain(self.scene, stage.stage):
             begin_large_strain(self.model, self.state)
@@ -124,7 +131,6 @@ class ContinuumSide:
         stage.interface = [RimWatch(rim, stage.record.history, kept, stage.warn) for rim in stage.rims]
         stage.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
         stage.plain = PlainSteps(self, stage) if stage.rims else None
-        run_stage(self, stage)
 
     # -- what a stage leaves -----------------------------------------------------------------------------------------
 
@@ -192,6 +198,7 @@ class ContinuumSide:
             **({"computed_about": list(self.scene.origin)} if any(self.scene.origin) else {}),
             "stages": self.rows([self.stage.outcome()] if self.stage and len(self.results) < len(self.watch.stages) else []),
             **({"warnings": self.warnings} if self.warnings else {}),
+            **(self.compiled.report() if self.compiled else {}),
             "windows": [
                 {"name": rim.window.name, "rank": rim.talk.rank, "control_nodes": len(rim.nodes)}
                 | rim.report
