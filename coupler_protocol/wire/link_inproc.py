@@ -106,8 +106,7 @@ class InprocTransport:
             self.lanes.close_all()
 
     def _here(self) -> None:
-        user: Any = self.users.get(self.me, self)
-        if user is self or (user is not None and not user.is_alive()):  # not begun, or another thread goes on with this end
+        if self.me not in self.users:
             self.users[self.me] = threading.current_thread()
 
 

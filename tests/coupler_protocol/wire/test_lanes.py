@@ -24,7 +24,7 @@ RIM = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 def scene(lane=None):
     return SimpleNamespace(
-        link=Link(lane=lane, timeout=0.3, give_up=5.0), coupling=SimpleNamespace(exchange_every=1), resolved=dict
+        link=Link(lane=lane, timeout=0.3, give_up=5.0, step=50.0, farewell=50.0), coupling=SimpleNamespace(exchange_every=1), resolved=dict
     )
 
 
@@ -45,7 +45,8 @@ class Pair:
         thread.start()
         join(self.discs, about)
         thread.join()
-        self.hub_end.receive(0.0)  # this thread goes on with the end of the other one
+        if kind != "tcp":
+            self.hub_end.users[0] = threading.current_thread()  # the thread that welcomed has ended, this one goes on
         self.force, self.velocity = ForceFrame(self.discs, len(RIM)), VelocityFrame(self.grid, len(RIM))
         self.discs.sequence = 1
 
