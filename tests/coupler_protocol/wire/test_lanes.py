@@ -23,9 +23,8 @@ RIM = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
 def scene(lane=None):
-    return SimpleNamespace(
-        link=Link(lane=lane, timeout=0.3, give_up=5.0, step=50.0, farewell=50.0), coupling=SimpleNamespace(exchange_every=1), resolved=dict
-    )
+    link = Link(lane=lane, timeout=0.3, give_up=5.0, step=50.0, farewell=50.0)
+    return SimpleNamespace(link=link, coupling=SimpleNamespace(exchange_every=1), resolved=dict)
 
 
 class Pair:
