@@ -1,4 +1,4 @@
-"""Command line of `colluvium`: example, run, resume, check, fos, report, export, status."""
+"""Command line of `colluvium`: example, run, resume, check, fos, report, export, status, keys."""
 
 import argparse
 import json
@@ -91,7 +91,24 @@ def parser() -> argparse.ArgumentParser:
     status.add_argument("run_dir", metavar="RUN_DIR")
     status.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output")
     status.set_defaults(work=status_command)
+
+    _add_keys(commands)
     return p
+
+
+def _add_keys(commands: Any) -> None:
+    """Adds the command for the keys of other machines."""
+    group = commands.add_parser("keys", help="keys of other machines that may connect with a continuum of this user")
+    actions = group.add_subparsers(dest="action", required=True, metavar="ACTION")
+    new = actions.add_parser("new", help="make a key for another machine, and the file to copy there")
+    new.add_argument("name", metavar="NAME", help="name of the key, as in logs")
+    new.add_argument("--out", metavar="FILE", help="file for the other machine (default NAME.key)")
+    listed = actions.add_parser("list", help="print the keys")
+    revoke = actions.add_parser("revoke", help="revoke a key; a connection made with it is closed at once")
+    revoke.add_argument("name", metavar="NAME")
+    for action, work in ((new, new_key_command), (listed, list_keys_command), (revoke, revoke_key_command)):
+        action.add_argument("--keys", metavar="DIR", help="key folder (default $COLLUVIUM_KEYS or ~/.config/colluvium/keys)")
+        action.set_defaults(work=work)
 
 
 def _options_of_computing(command: argparse.ArgumentParser) -> None:
@@ -352,6 +369,36 @@ def status_command(options: argparse.Namespace) -> int:
     last = frames[-1] if frames else None
     print("not finished" + (f"; last frame: step {last.step}, stage {last.stage}, {last.gravity_factor:.2f} g" if last else ""))
     return 0
+
+
+def new_key_command(options: argparse.Namespace) -> None:
+    """Makes a key for another machine, and prints how to use its file."""
+    from coupler_protocol.wire import keys
+
+    folder, path = keys.folder_of(options.keys), Path(options.out or f"{options.name}.key")
+    keys.new(folder, options.name, path)
+    print(f"wrote {path}: move it to the other machine, for example with scp, and keep it secret")
+    print(f"there:  dem-server SCENE --connect tcp://THIS_MACHINE:PORT --key {path.name} --out DIR")
+    print("here:   fdm-server SCENE --bind tcp://0.0.0.0:PORT --out DIR" + (f" --keys {folder}" if options.keys else ""))
+
+
+def list_keys_command(options: argparse.Namespace) -> None:
+    """Prints the names of the keys, when they were made, and which are revoked; never a key."""
+    from coupler_protocol.wire import keys
+
+    folder = keys.folder_of(options.keys)
+    found = keys.clients_of(folder)
+    print(f"{len(found)} keys in {folder}")
+    for client in found:
+        print(f"{client.name:20} made {keys.made(folder, client)}{'  revoked' * client.revoked}")
+
+
+def revoke_key_command(options: argparse.Namespace) -> None:
+    """Revokes a key."""
+    from coupler_protocol.wire import keys
+
+    keys.revoke(keys.folder_of(options.keys), options.name)
+    print(f"revoked {options.name}: running continua close its connections within a second")
 
 
 if __name__ == "__main__":

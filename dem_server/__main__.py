@@ -11,6 +11,8 @@ def parser():
     """Options of the command line."""
     p = command_line.server_parser("dem-server", "Discrete side: one window of discs for a continuum process, or discs alone.")
     p.add_argument("--connect", metavar="ENDPOINT", help="tcp://HOST:PORT, or the file it is written to; none without a grid")
+    p.add_argument("--key", metavar="FILE", help="key file of this machine, for a continuum on another one (colluvium keys new)")
+    p.add_argument("--insecure", action="store_true", help="connect with a continuum that was started with --insecure")
     p.add_argument(
         "--rank", type=command_line.positive, default=1, metavar="N", help="which window of the scene, from 1 (default 1)"
     )
@@ -24,7 +26,7 @@ def main(argv=None):
 
 def serve(scene, options, stop):
     """Connects if the scene has a grid, and computes."""
-    from coupler_protocol.wire import link_tcp
+    from coupler_protocol.wire import admission, link_tcp
 
     if scene.grid is not None and options.connect is None:
         raise exits.EnvironmentFailed("the scene has a grid: give the address of its process with --connect")
@@ -34,7 +36,10 @@ def serve(scene, options, stop):
         from dem_server.procedure import discs_alone
 
         return discs_alone.compute(scene, context)
-    with closing(link_tcp.RankTransport(link_tcp.endpoint_from(options.connect, scene.link.give_up))) as transport:
+    endpoint = link_tcp.endpoint_from(options.connect, scene.link.arrival, stop.check)
+    ticket = admission.pass_of(endpoint, link_tcp.is_loopback(endpoint), options.key, options.insecure)
+    command_line.show_warnings("dem-server", "coupler_protocol.wire.passage")
+    with closing(link_tcp.RankTransport(endpoint, ticket)) as transport:
         compute(scene, options.rank, transport, context)
 
 
@@ -44,7 +49,8 @@ def compute(scene, rank, transport, context):
     context: a coupler_protocol.process.server.RunContext. On failure the peer receives FAILURE, State is saved if there is one,
     and the exception is raised again.
     """
-    from coupler_protocol.wire.lockstep import Clocks, Conversation
+    from coupler_protocol.wire.clocks import Clocks
+    from coupler_protocol.wire.lockstep import Conversation
     from dem_server.procedure.window_side import DiscreteSide
 
     conversation = Conversation(transport, rank, 0, Clocks(scene.link), context.stop)

@@ -3,39 +3,47 @@
 import sys
 from contextlib import closing, contextmanager
 
-from coupler_protocol import exits
 from coupler_protocol.process import command_line, server
 
 ENDPOINT = "endpoint"  # file with the address at which the run listens
+OPENS = (
+    "--insecure: everybody who reaches {} can claim a free rank, steer this run and end it, and who can read the network reads "
+    "scene and results; strangers cannot read files of this machine, and cannot run commands on it"
+)
 
 
 def parser():
     """Options of the command line."""
     p = command_line.server_parser("fdm-server", "Continuum side: computes the grid and conducts the stages of a scene.")
-    p.add_argument("--bind", default="tcp://127.0.0.1:5555", metavar="ENDPOINT", help="tcp://HOST:PORT; port 0: any free one")
-    p.add_argument("--insecure", action="store_true", help="listen on an address others can reach, unencrypted")
+    p.add_argument(
+        "--bind", default="tcp://127.0.0.1:5555", metavar="ENDPOINT", help="tcp://HOST:PORT (port 0: any free one), or local"
+    )
+    p.add_argument("--keys", metavar="DIR", help="folder of the keys that admit clients (colluvium keys; default of this user)")
+    p.add_argument("--insecure", action="store_true", help="admit everybody who reaches the address, without encryption")
     return p
 
 
 def main(argv=None):
     """Entry point; returns the exit code."""
-    return server.main("fdm-server", parser(), serve, argv)
+    return server.main("fdm-server", parser(), serve, argv, needs_files=False)
 
 
 def serve(scene, options, stop):
     """Listens if the scene has windows, and computes."""
-    from coupler_protocol.wire import link_tcp
+    from coupler_protocol.wire import admission, link_tcp
 
-    if not link_tcp.is_loopback(options.bind) and not options.insecure:
-        raise exits.EnvironmentFailed(
-            f"{options.bind} can be reached from other machines: anyone there could steer this run. "
-            f"Use --insecure if the network is your own"
-        )
+    loopback = link_tcp.is_loopback(options.bind)
+    rule = None
+    if scene.window and options.bind != link_tcp.LOCAL:
+        rule = admission.rule_of(options.bind, loopback, options.keys, options.insecure)
     context = server.begin(options, stop, 0, "fdm.rank0", (*server.OF_CONDUCTOR, ENDPOINT))
     (context.out / ENDPOINT).unlink(missing_ok=True)
     if not scene.window:
         return compute(scene, None, context)
-    with closing(link_tcp.HubTransport(link_tcp.any_port(options.bind))) as transport, announced(transport, context.out):
+    with closing(link_tcp.HubTransport(options.bind, rule)) as transport, announced(transport, context.out):
+        command_line.show_warnings("fdm-server", "coupler_protocol.wire.gate")
+        if options.insecure:
+            print(f"fdm-server: {OPENS.format(transport.endpoint)}", file=sys.stderr)
         context.progress("start", f"listening on {transport.endpoint} for {len(scene.window)} discrete process(es)", now=True)
         compute(scene, transport, context)
 
@@ -57,7 +65,8 @@ def compute(scene, transport, context):
     context: a coupler_protocol.process.server.RunContext. Writes run.json in any case. On failure the peers receive FAILURE,
     State is saved, and the exception is raised again.
     """
-    from coupler_protocol.wire.lockstep import Clocks, Hub
+    from coupler_protocol.wire.clocks import Clocks
+    from coupler_protocol.wire.lockstep import Hub
     from fdm_server.procedure.grid_side import ContinuumSide
 
     hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), context.stop)

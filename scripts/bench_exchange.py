@@ -9,7 +9,8 @@ once (its last frame and checkpoint, the start of a process). It then loads both
     kernels of a side    its steps in one compiled call, nothing exchanged
     a side alone         its steps one by one, with the Python between its kernels
     wire                 the same bytes there and back between two compiled loops, nothing computed
-    link                 the same messages over ZeroMQ
+    link                 the same messages over ZeroMQ, as in `colluvium run`
+    encrypted link       the same through gate and passage with CURVE, as between two machines, here on one
 
 The bound of a coupled step is the kernels of the slower side and the wire. `--beside B`: with B busy processes. Then such pairs
 with the scene's frames and without, in turns, all from the end of the couple stage: by what share recording stalls the loop. A
@@ -40,11 +41,13 @@ from coupler_protocol.files import checkpoint
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.scene.reader import build_scene, read_scene
+from coupler_protocol.scene.scene import Link
 from coupler_protocol.scene.stage_kinds import number_of
-from coupler_protocol.wire import link_tcp, messages
+from coupler_protocol.wire import admission, keys, link_tcp, messages
+from coupler_protocol.wire.clocks import Clocks
 from coupler_protocol.wire.frames import StepFrame
 from coupler_protocol.wire.lanes import EARLIEST, Lanes, Peer
-from coupler_protocol.wire.lockstep import Clocks, Conversation
+from coupler_protocol.wire.lockstep import Conversation
 from dem_server.coupling.rim import Rim
 from dem_server.procedure.restart import WindowState
 from dem_server.step import contact_pass as dem_contacts
@@ -231,10 +234,15 @@ def lane_end(port, nodes, trips):
     lane_trips(lanes.wire, trips, False)
 
 
-def exchange(nodes, steps, repeats):
-    """Seconds a bare round trip: FORCE out, VELOCITY back, between two processes, nothing computed."""
-    hub = link_tcp.HubTransport("tcp://127.0.0.1:*")
-    child = subprocess.Popen([sys.executable, __file__, "--echo", hub.endpoint, str(nodes), str(steps * repeats + 50)])
+def exchange(nodes, steps, repeats, key_folder=None):
+    """Seconds a bare round trip: FORCE out, VELOCITY back, between two processes, nothing computed; encrypted with a folder."""
+    if key_folder is None:
+        hub, key = link_tcp.HubTransport(link_tcp.LOCAL), ""
+    else:
+        key = key_folder / "bench.key"
+        keys.new(key_folder / "keys", "bench", key)
+        hub = link_tcp.HubTransport("tcp://127.0.0.1:0", admission.KeyRule(key_folder / "keys"))
+    child = subprocess.Popen([sys.executable, __file__, "--echo", hub.endpoint, str(nodes), str(steps * repeats + 50), str(key)])
     try:
         talk, force, velocity = _ends(hub, 1, nodes)
         while True:
@@ -246,7 +254,7 @@ def exchange(nodes, steps, repeats):
         def trip():
             velocity.scalars[:] = 0.0
             talk.send_step(velocity)
-            force.accept(talk.receive((messages.FORCE,), in_step=True)[1])
+            force.accept(talk.receive((messages.FORCE,))[1])
 
         trip()
         return repeated(trip, steps, repeats)
@@ -257,21 +265,18 @@ def exchange(nodes, steps, repeats):
 
 
 def _ends(transport, peer, nodes):
-    class Clock:
-        timeout, give_up = 5.0, 60.0
-
-    talk = Conversation(transport, 1, peer, Clocks(Clock), StopRequest())
+    talk = Conversation(transport, 1, peer, Clocks(Link()), StopRequest())
     force = StepFrame(messages.FORCE, 0, 1, len(messages.Answer._fields), 3 * nodes)
     return talk, force, StepFrame(messages.VELOCITY, 0, 1, len(messages.Order._fields), 2 * nodes)
 
 
-def echo(endpoint, nodes, turns):
+def echo(endpoint, nodes, turns, key):
     """The other end of `exchange`."""
-    transport = link_tcp.RankTransport(endpoint)
+    transport = link_tcp.RankTransport(endpoint, admission.pass_of(endpoint, True, key, False) if key else None)
     talk, force, velocity = _ends(transport, 0, nodes)
     for _ in range(turns + 1):
         talk.send_step(force)
-        velocity.accept(talk.receive((messages.VELOCITY,), in_step=True)[1])
+        velocity.accept(talk.receive((messages.VELOCITY,))[1])
     talk.send_step(force)
     time.sleep(5.0)
 
@@ -296,13 +301,13 @@ def main():
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--json", metavar="FILE")
     parser.add_argument("--beside", type=int, default=0, metavar="B", help="busy processes beside (default 0)")
-    parser.add_argument("--echo", nargs=3, help=argparse.SUPPRESS)
+    parser.add_argument("--echo", nargs=4, help=argparse.SUPPRESS)
     parser.add_argument("--lane", nargs=3, type=int, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.lane:
         return lane_end(*options.lane)
     if options.echo:
-        return echo(options.echo[0], int(options.echo[1]), int(options.echo[2]))
+        return echo(options.echo[0], int(options.echo[1]), int(options.echo[2]), options.echo[3])
 
     original = read_scene(options.scene, options.set)
     scene = with_measured_stages(original, options.steps, options.repeats, EARLIEST + 100)  # plain steps are compiled in it
@@ -316,6 +321,7 @@ def main():
         nodes = json.loads((begun / "run.json").read_text(encoding="utf-8"))["windows"][0]["control_nodes"]
         wire = wire_trips(nodes, options.steps, options.repeats)
         trips = exchange(nodes, options.steps, options.repeats)
+        encrypted = exchange(nodes, options.steps, options.repeats, folder)
     bandwidth = median(triad(options.repeats))
     companion = {"triad_GB_per_s": bandwidth}
     size = {"rim_nodes": nodes}
@@ -327,6 +333,7 @@ def main():
         row("grid alone, one by one", size, grid, "s/step", companion),
         row("discs alone, one by one", size, discs, "s/step", companion),
         row("link", size, trips, "s", companion, "round trip over ZeroMQ"),
+        row("encrypted link", size, encrypted, "s", companion, "the same through gate and passage with CURVE"),
     ]
     bound = max(rows[1]["value"], rows[2]["value"]) + rows[3]["value"]
     rows.append(row("bound: slower kernels + wire", size, [bound], "s/step", companion))

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from coupler_protocol.wire import keys
 from tests.commands import ROOT, command, finished, run_colluvium
 from tests.integration.short_runs import overrides
 
@@ -68,6 +69,14 @@ def pytest_collection_modifyitems(items):
 def _root_as_working_directory():
     """Shipped scenes name their files from the root of the checkout; tests may be started from any folder."""
     with contextlib.chdir(ROOT):
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _keys_of_their_own(tmp_path_factory):
+    """Tests and the processes they start neither use nor change the keys of the user."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(keys.VARIABLE, str(tmp_path_factory.mktemp("of_user") / "keys"))
         yield
 
 

@@ -107,7 +107,7 @@ def _both_sides(
     n_windows: int, shared: Sequence[str | Path], out: str | Path, rows: queue.Queue[dict[str, Any]]
 ) -> list[Process]:
     """Starts one process for the grid and one for every window."""
-    processes = [Process("fdm-server", ["fdm_server", *shared, "--bind", "tcp://127.0.0.1:0"], rows)]
+    processes = [Process("fdm-server", ["fdm_server", *shared, "--bind=local"], rows)]
     endpoint = str(Path(out) / "endpoint")
     for rank in range(1, n_windows + 1):
         arguments = ["dem_server", *shared, f"--connect={endpoint}", "--rank", str(rank)]

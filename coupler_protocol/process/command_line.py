@@ -137,6 +137,14 @@ def log_to(path: str | Path) -> None:
     root.setLevel(logging.INFO)
 
 
+def show_warnings(name: str, of: str) -> None:
+    """Also prints the warnings of the module `of` to standard error, under the name of this program."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter(f"{name}: %(message)s"))
+    handler.setLevel(logging.WARNING)
+    logging.getLogger(of).addHandler(handler)
+
+
 def set_threads(count: int) -> None:
     """Sets the number of threads that share a step of this process; must be called before models are built."""
     threads.set_size(count)

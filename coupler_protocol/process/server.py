@@ -39,8 +39,12 @@ def main(
     parser: argparse.ArgumentParser,
     serve: Callable[[Any, argparse.Namespace, StopRequest], object],
     argv: Sequence[str] | None = None,
+    needs_files: bool = True,
 ) -> int:
-    """Entry point of the server `name`: runs serve(scene, options, stop) on the scene of its options; returns the exit code."""
+    """Entry point of the server `name`: runs serve(scene, options, stop) on the scene of its options; returns the exit code.
+
+    needs_files: whether it uses files that a scene names.
+    """
     options = parser.parse_args(argv)
     command_line.set_threads(options.threads)
     stop = StopRequest()
@@ -51,7 +55,7 @@ def main(
     def work() -> None:
         from coupler_protocol.scene.reader import read_scene
 
-        serve(read_scene(options.scene, options.set), options, stop)
+        serve(read_scene(options.scene, options.set, needs_files), options, stop)
 
     return command_line.exit_code_of(name, work)
 

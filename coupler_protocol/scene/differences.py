@@ -1,28 +1,36 @@
 """Differences of two resolved scenes, for handshakes and for runs that continue an earlier one."""
 
+from math import copysign
 from typing import Any
 
 OF = "'s"  # of the continuum's
 SIDES = ("the discrete side", "the continuum" + OF)
 
 
-def first_difference(a: Any, b: Any, whose: tuple[str, str] = SIDES, path: str = "") -> str | None:
-    """Text with the first key at which two resolved scenes differ and both values, or None. whose: owners of a and b."""
+def first_difference(a: Any, b: Any, whose: tuple[str, str] = SIDES, path: str = "", values: bool = True) -> str | None:
+    """Text with the first key at which two resolved scenes differ and (values) both values, or None. whose: owners of a and b."""
     if isinstance(a, dict) and isinstance(b, dict):
         for key in sorted(a.keys() | b.keys()):
             if key not in a or key not in b:
                 return f"{path}{key}: only {whose[key in b].removesuffix(OF)} has it"
-            found = first_difference(a[key], b[key], whose, f"{path}{key}.")
+            found = first_difference(a[key], b[key], whose, f"{path}{key}.", values)
             if found:
                 return found
         return None
     if isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
         for i, (x, y) in enumerate(zip(a, b, strict=True)):
-            found = first_difference(x, y, whose, f"{path}{i}.")
+            found = first_difference(x, y, whose, f"{path}{i}.", values)
             if found:
                 return found
         return None
-    return None if a == b else f"{path.rstrip('.')}: {both_values(a, b, whose)}"
+    return None if _same(a, b) else f"{path.rstrip('.')}: {both_values(a, b, whose) if values else 'the values differ'}"
+
+
+def _same(a: Any, b: Any) -> bool:
+    """Whether two values give the same results: Python's True equals 1, and -0.0 equals 0.0."""
+    if isinstance(a, bool) is not isinstance(b, bool):
+        return False
+    return a == b and (not isinstance(a, float | int) or a != 0 or copysign(1.0, a) == copysign(1.0, b))
 
 
 def both_values(a: Any, b: Any, whose: tuple[str, str] = SIDES) -> str:

@@ -53,6 +53,24 @@ def without_paths(resolved: Any) -> Any:
     return resolved
 
 
+def absent(scene: Any, path: Any) -> bool:
+    """Whether the key at `path` names a file that is not on this machine."""
+    table = getattr(scene, path[0], None) if tuple(path) in KEYS else None
+    name = getattr(table, path[1], None)
+    return name is not None and not Path(name).is_file()
+
+
+def with_hashes_of(other: Any, resolved: Any) -> Any:
+    """Plain data of a scene, with hashes from `other` (of another machine) for files that are not on this one."""
+    for table, key in KEYS:
+        inside, theirs = (data.get(table) if isinstance(data, dict) else None for data in (resolved, other))
+        if not isinstance(inside, dict) or not isinstance(theirs, dict) or inside.get(key) is None or theirs.get(key) is None:
+            continue
+        if inside.get(f"{key}_hash") is None and theirs.get(f"{key}_hash") is not None:
+            resolved = resolved | {table: inside | {f"{key}_hash": theirs[f"{key}_hash"]}}
+    return resolved
+
+
 def remedy_for(path: str | Path) -> str:
     """The remedy where there is no file at the absolute path of a scene: how paths count, and what may have been meant."""
     path = Path(path)

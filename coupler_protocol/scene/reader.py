@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 
 from coupler_protocol.problems import KeyPath, Problem, SceneError, dotted, reason_and_remedy
 from coupler_protocol.scene.changes import CANNOT, CHANGING, FOR_ALL_STAGES
-from coupler_protocol.scene.named_files import located
+from coupler_protocol.scene.named_files import absent, located
 from coupler_protocol.scene.rules.between_tables import broken_rules
 from coupler_protocol.scene.scene import scene_class
 from coupler_protocol.scene.toml_lines import line_of, locate
@@ -33,9 +33,10 @@ NOT_COMPUTED = dict.fromkeys(("water", "groundwater", "pore_pressure", "phreatic
 )  # tables of other programs
 
 
-def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Any:
+def read_scene(path: str | Path, overrides: Sequence[str] = (), needs_files: bool = True) -> Any:
     """Reads the scene at `path`, TOML or the resolved scene.json of a run; `overrides` are KEY=VALUE texts ("seed=2").
 
+    needs_files: whether files that the scene names must be on this machine; those that are there are checked in any case.
     Raises SceneError with all problems: file, line, key, reason, remedy. Raises OSError if the file exists but cannot be read.
     """
     path = Path(path)
@@ -54,7 +55,7 @@ def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Any:
         problems += _override(data, override, lines)
     if problems:
         raise SceneError(problems)
-    return build_scene(data, str(path), lines, path.parent)
+    return build_scene(data, str(path), lines, path.parent, needs_files)
 
 
 def _not_utf_8(path: Path, content: bytes, error: UnicodeDecodeError) -> Problem:
@@ -100,8 +101,13 @@ def _each_key_once(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def build_scene(data: Mapping[str, Any], file: str = "scene", lines: Lines | None = None, folder: str | Path = ".") -> Any:
-    """Makes a scene from plain data (nested dictionaries and lists), with paths from `folder` on; raises SceneError."""
+def build_scene(
+    data: Mapping[str, Any], file: str = "scene", lines: Lines | None = None, folder: str | Path = ".", needs_files: bool = True
+) -> Any:
+    """Makes a scene from plain data (nested dictionaries and lists), with paths from `folder` on; raises SceneError.
+
+    needs_files: as of `read_scene`.
+    """
     lines = lines or {}
     data, wrong = located(data, folder)
     if wrong:
@@ -110,7 +116,8 @@ def build_scene(data: Mapping[str, Any], file: str = "scene", lines: Lines | Non
         scene = scene_class().model_validate(data)
     except ValidationError as error:
         raise SceneError([_problem(e, file, lines) for e in error.errors()]) from None
-    broken = [Problem(*_place(file, lines, path), dotted(path), why, remedy) for path, why, remedy in broken_rules(scene)]
+    found = [row for row in broken_rules(scene) if needs_files or not absent(scene, row[0])]
+    broken = [Problem(*_place(file, lines, path), dotted(path), why, remedy) for path, why, remedy in found]
     if broken:
         raise SceneError(broken)
     return scene

@@ -18,13 +18,20 @@ OPEN = 5.0  # [s] in which the other side must come
 
 
 class Door:
-    """A port at which one lane can be opened. host: address of this machine."""
+    """A port at which one lane can be opened. place: an address of this machine, or a folder of this user for a Unix socket."""
 
-    def __init__(self, host: str) -> None:
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    def __init__(self, place: str) -> None:
         self.token = secrets.token_bytes(NONCE)
-        self.listener = socket.create_server((host, 0), family=family, backlog=4)
-        self.offer: dict[str, Any] = {"port": self.listener.getsockname()[1], "token": self.token}  # content of WELCOME
+        if "/" in place:
+            port = secrets.randbelow(1 << 31)  # a name
+            self.listener = socket.socket(socket.AF_UNIX)
+            self.listener.bind(_path(place, port))
+            self.listener.listen(1)
+        else:
+            family = socket.AF_INET6 if ":" in place else socket.AF_INET
+            self.listener = socket.create_server((place, 0), family=family, backlog=4)
+            port = self.listener.getsockname()[1]
+        self.offer: dict[str, Any] = {"port": port, "token": self.token}  # content of WELCOME
 
     def admit(self, check: Callable[[], object], seconds: float = OPEN) -> socket.socket | None:
         """Waits for the other side; returns the connection, or None. Strangers are sent away. check(): of the stop request."""
@@ -41,10 +48,19 @@ class Door:
         return None
 
 
-def enter(host: str, offer: dict[str, Any], seconds: float = OPEN) -> socket.socket | None:
+def _path(folder: str, port: int) -> str:
+    """Path of the Unix socket of a lane."""
+    return f"{folder}/lane-{port}"
+
+
+def enter(place: str, offer: dict[str, Any], seconds: float = OPEN) -> socket.socket | None:
     """Goes through the door of an offer; returns the connection, or None if there is no way or nobody who knows the token."""
     with contextlib.suppress(OSError):
-        connection = socket.create_connection((host, offer["port"]), timeout=seconds)
+        if "/" in place:
+            connection = socket.socket(socket.AF_UNIX)
+            connection.connect(_path(place, offer["port"]))
+        else:
+            connection = socket.create_connection((place, offer["port"]), timeout=seconds)
         if _proved(connection, offer["token"], b"discs", b"continuum"):
             return connection
         connection.close()

@@ -5,8 +5,8 @@ After a time without a message a side sends its last message again with the flag
 message sends the same bytes again. So a lost or doubled message changes nothing, and during a long phase of one side the other
 only waits.
 
-A peer is lost if it was not connected for `give_up` seconds, or if it is connected and owes a step for ten times as long. A peer
-with many invalid messages in a row is also given up.
+Every wait is bounded (clocks.py). A side that computes for long between two messages, or waits for another peer, sends PROGRESS,
+which has no turn. A peer with many invalid messages in a row is also given up.
 """
 
 import logging
@@ -16,21 +16,26 @@ from typing import Any, Protocol
 
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.wire import frames, messages
+from coupler_protocol.wire.clocks import STEPS, Clocks, Wait
 from coupler_protocol.wire.frames import Buffer
 from coupler_protocol.wire.lanes import Lanes
+from coupler_protocol.wire.sparse_log import SparseLog
 
 log = logging.getLogger(__name__)
-SLICE = 0.2  # seconds between checks of the clocks and of the stop request while waiting
+REASON = 2000  # characters of a peer's reason that are shown
 REFUSALS = 50  # messages of one turn that may be refused
-STRANGERS = 20  # refused messages of unknown senders that are logged
+PROBE = 1.0  # [s] between two questions of others whether the holder of a rank is there
 MAX_HELLO = 4 << 20  # largest message of an unknown sender in bytes
 DONE = object()  # no work is left
 
 
 class Transport(Protocol):
-    """One end of a link, as in link_tcp.py and link_inproc.py. lanes: of its step messages; None without any."""
+    """One end of a link, as in link_tcp.py and link_inproc.py. lanes: of its step messages, or None; endpoint: its address."""
 
     lanes: Lanes | None
+    proves: bool  # whether only those speak who have proved that they may
+    trouble: str  # why there is no connection, if this end knows
+    endpoint: str
 
     @property
     def port(self) -> int:
@@ -61,20 +66,9 @@ class Transport(Protocol):
         """Whether a peer is connected."""
         ...
 
-
-class Clocks:
-    """Time-outs [s].
-
-    timeout: until a message is sent again; give_up: until a peer that is not connected is lost; owed: for a step of a connected
-    peer; arrival: for the other side to start.
-    """
-
-    def __init__(self, link: Any) -> None:
-        self.give_up = link.give_up
-        self.timeout = min(link.timeout, link.give_up)
-        self.slice = min(SLICE, self.timeout)
-        self.owed = 10.0 * link.give_up
-        self.arrival = max(60.0, self.owed)
+    def departed(self, rank: int) -> bool:
+        """Whether nothing can arrive from the peer any more, apart from what has arrived: its end was in this process."""
+        ...
 
 
 class Conversation:
@@ -93,7 +87,12 @@ class Conversation:
         self._inbox: list[tuple[Any, Buffer]] = []
         self._quiet_until = 0.0  # time before which no message is sent again
         self._refused_now = 0
-        self._name = "the continuum" if peer == 0 else f"the discrete process of rank {rank}"
+        self._next_probe = 0.0  # time before which `lives` sends nothing
+        self._next_report = 0.0  # time before which no PROGRESS is sent
+        self._wait: Wait | None = None
+        self._name, self._log = ("the continuum", "fdm.rank0.log") if peer == 0 else (
+            f"the discrete process of rank {rank}", f"dem.rank{rank}.log"
+        )  # fmt: skip
 
     def begin(self, session: int) -> None:
         """Starts with the first turn, and with the session of all later frames."""
@@ -135,31 +134,33 @@ class Conversation:
         self.send_control(messages.STOP, {"reason": reason})
 
     def notify(self, kind: int, content: Mapping[str, Any]) -> None:
-        """Sends a message without answer and turn (a failure)."""
+        """Sends a message without answer and turn."""
         self.transport.send(frames.control_frame(kind, self.session, self.rank, self.sequence, content), self.peer)
+
+    def report(self, doing: str) -> None:
+        """Sends PROGRESS to a peer that waits for this side, if the last one was not sent just now."""
+        now = time.monotonic()
+        if self.session and now >= self._next_report:
+            self._next_report = now + self.clocks.report
+            self.notify(messages.PROGRESS, {"doing": doing})
 
     # -- receiving ---------------------------------------------------------------------------------------------------
 
-    def receive(
-        self,
-        kinds: Sequence[int],
-        in_step: bool = False,
-        within: float | None = None,
-        meanwhile: Iterator[object] | None = None,
-    ) -> tuple[int, Buffer]:
+    def receive(self, kinds: tuple[int, ...], meanwhile: Iterator[object] | None = None) -> tuple[int, Buffer]:
         """Waits for one of `kinds` with the number of the current turn; returns (kind, frame).
 
         meanwhile: work for the time without a message; a message that arrives waits for one piece of it at most.
-        The time of a connected peer is unlimited, except with in_step (Clocks.owed) or `within` [s].
-        Raises PeerLost after a time-out or a FAILURE of the peer, Interrupted if a stop was requested.
+        Raises PeerLost if the clock of its phase runs out, if the peer was not connected for too long, or after a FAILURE of the
+        peer; Interrupted if a stop was requested.
         """
         self.stop.check()
-        begin = looked = said = alive = time.monotonic()
-        limit = self.clocks.owed if in_step else within
-        self._quiet_until = begin + 0.5 * self.clocks.timeout
+        self._wait = wait = Wait(self.clocks, kinds, self._name, self._log)
+        looked = said = wait.begin
+        self._quiet_until = wait.begin + 0.5 * self.clocks.timeout
         self._refused_now = 0
         try:
             while True:
+                departed = self.transport.departed(self.peer)
                 received = self._inbox.pop(0) if self._inbox else self._next(meanwhile)
                 if received is not None:
                     sender, frame = received
@@ -167,11 +168,14 @@ class Conversation:
                         kind = self._accepted_kind(frame, kinds)
                         if kind is not None:
                             self.sequence += not self.answers
-                            if in_step and self.transport.lanes is not None:
+                            if wait.phase is STEPS and self.transport.lanes is not None:
                                 self.transport.lanes.note_way(frame, self.peer)
                             return kind, frame
                     else:
                         self._other_sender(sender, frame)
+                elif departed:
+                    self.stop.check()
+                    raise PeerLost(f"{self._name} ended without a word; read its {self._log}")
                 now = time.monotonic()
                 if received is not None and now - looked < self.clocks.slice:
                     continue
@@ -180,11 +184,17 @@ class Conversation:
                 if now - said > self.clocks.timeout:
                     said = now
                     self.send_again()
+                self._look_after_others(wait)
                 if self.transport.connected(self.peer):
-                    alive = now
-                self._check_silence(now - begin, now - alive, limit)
+                    wait.connected = now
+                if why := wait.over(now):
+                    raise PeerLost("; ".join(filter(None, (why, self.transport.trouble))))
         finally:
-            self.waited += time.monotonic() - begin
+            self._wait = None
+            self.waited += time.monotonic() - wait.begin
+
+    def _look_after_others(self, wait: Wait) -> None:
+        """Called now and then during a wait: tells other peers of a shared transport, which wait for this side, about it."""
 
     def _next(self, meanwhile: Iterator[object] | None) -> tuple[Any, Buffer] | None:
         """The next frame with its sender; None after a slice of time, or a piece of work, without one."""
@@ -194,17 +204,18 @@ class Conversation:
                 return received
         return self.transport.receive(self.clocks.slice)
 
-    def _check_silence(self, waited: float, silent: float, limit: float | None) -> None:
-        """Raises PeerLost if the peer was not connected for too long, or if the wait is longer than `limit` [s]."""
-        if silent > self.clocks.give_up:
-            raise PeerLost(f"{self._name} was lost: not connected for {silent:.1f} s (give_up = {self.clocks.give_up:g} s)")
-        if limit is not None and waited > limit:
-            raise PeerLost(f"{self._name} was lost: no answer for {waited:.1f} s")
-
     def send_again(self) -> bool:
         """Sends the last message again, with the flag AGAIN; returns whether the peer is connected."""
         self._repeat(frames.AGAIN)
         return self.transport.connected(self.peer)
+
+    def lives(self) -> bool:
+        """Whether the peer is connected; asked by others as often as they like, it sends something once in PROBE seconds."""
+        now = time.monotonic()
+        if now < self._next_probe:
+            return self.transport.connected(self.peer)
+        self._next_probe = now + PROBE
+        return self.send_again()
 
     def _repeat(self, flags: int = 0) -> None:
         if self._last:
@@ -225,6 +236,9 @@ class Conversation:
         except frames.WireError as error:
             self._refuse(error)
             return None
+        if kind == messages.PROGRESS:
+            self._note_progress(frame)
+            return None
         if kind in messages.ONE_WAY and kind not in kinds:
             self.stop.check()  # both sides were requested to stop, and the other ended first
             raise PeerLost(f"{self._name} ended: {_reason(frame)}")
@@ -236,6 +250,15 @@ class Conversation:
         elif flags & frames.AGAIN and sequence == self.sequence - 1 and time.monotonic() > self._quiet_until:
             self._repeat()
         return None
+
+    def _note_progress(self, frame: Buffer) -> None:
+        try:
+            doing = frames.one_line(frames.content_of(frame)["doing"])
+        except frames.WireError as error:
+            self._refuse(error)
+            return
+        if self._wait is not None:
+            self._wait.note_word(doing)
 
     def _refuse(self, why: Any) -> None:
         self.refused += 1
@@ -251,18 +274,37 @@ class Conversation:
 
 def _reason(frame: Buffer) -> str:
     try:
-        return frames.content_of(frame)["reason"]
+        return frames.one_line(frames.content_of(frame)["reason"], REASON)
     except frames.WireError as error:
         return f"its reason cannot be read ({error})"
 
 
 class Hub:
-    """Conversations of the continuum: one for each rank over one transport."""
+    """Conversations of the continuum: one for each rank over one transport.
+
+    last_words: {rank: reason in FAILURE of a process that did not have the rank}.
+    """
 
     def __init__(self, transport: Transport, ranks: Iterable[int], clocks: Clocks, stop: Any) -> None:
         self.transport, self.clocks, self.stop = transport, clocks, stop
         self.conversations = {r: _HubConversation(self, r) for r in ranks}
-        self._strange = 0
+        self.last_words: dict[int, str] = {}
+        self._strangers = SparseLog(log)
+        self._next_report = 0.0
+
+    def report(self, doing: str, step: int | None = None, but: int = 0) -> None:
+        """Sends PROGRESS to every rank that waits for this side, now and then. step: of a stage; but: rank that gets none.
+
+        Raises PeerLost if one of them is not connected for too long.
+        """
+        if not self.conversations or (now := time.monotonic()) < self._next_report:
+            return
+        self._next_report = now + self.clocks.report
+        text = doing if step is None else f"{doing}: step {step}"
+        for rank, conversation in self.conversations.items():
+            if rank != but and conversation.session:
+                conversation.notify(messages.PROGRESS, {"doing": text})
+                conversation.note_connection(now, doing)
 
     def notify_all(self, kind: int, content: Mapping[str, Any]) -> None:
         """Sends a message without answer to every rank."""
@@ -286,32 +328,39 @@ class Hub:
         """Rank that an unknown sender claims with HELLO; None for all other frames, which are refused here."""
         try:
             if len(frame) > MAX_HELLO:
-                raise frames.WireError(f"{len(frame)} bytes are too many")
+                self._refuse_large(sender, frame)
             kind, _, rank, _, _ = frames.open_header(frame)
         except frames.VersionError as error:
             self.reject(sender, 0, str(error))
             return None
         except frames.WireError as error:
-            self._strange += 1
-            if self._strange <= STRANGERS:
-                log.warning("a message of a stranger was refused: %s", error)
+            self._strangers.warn("message", f"a message of a stranger was refused: {error}")
             return None
         if kind == messages.HELLO:
             return rank
-        if kind not in messages.ONE_WAY:
+        if kind == messages.FAILURE and rank in self.conversations:
+            self.last_words[rank] = frames.one_line(_reason(frame))
+        elif kind not in (*messages.ONE_WAY, messages.PROGRESS):
             self.reject(sender, rank, "this continuum does not know this process: it belongs to another run")
         return None
 
+    def _refuse_large(self, sender: Any, frame: Buffer) -> None:
+        """Answers a HELLO that is larger than any can be, unread but for its header; raises WireError."""
+        if frames.kind_of(frame) == messages.HELLO and bytes(frame[: len(frames.MAGIC)]) == frames.MAGIC:
+            self.reject(sender, frames.rank_of(frame), f"HELLO has {len(frame)} bytes, {MAX_HELLO} are allowed")
+        raise frames.WireError(f"{len(frame)} bytes are too many")
+
     def reject(self, sender: Any, rank: int, reason: str) -> None:
         """Sends REJECT to a sender that claims `rank`."""
-        log.warning("a process that claims rank %d was rejected: %s", rank, reason)
+        reason = frames.one_line(reason)
+        self._strangers.warn(f"rank {rank in self.conversations}", f"a process that claims rank {rank} was rejected: {reason}")
         self.transport.send(frames.control_frame(messages.REJECT, 0, rank, 0, {"reason": reason}), sender)
 
     def objection(self, rank: int, taken: Container[int]) -> str | None:
         """Reason why an unknown sender cannot have `rank`, or None. taken: ranks with a process."""
         if rank not in self.conversations:
             return f"the scene has ranks {sorted(self.conversations)}, not {rank}"
-        if rank in taken and self.conversations[rank].send_again():
+        if rank in taken and self.conversations[rank].lives():
             return f"rank {rank} is taken and its holder lives"
         return None
 
@@ -322,13 +371,29 @@ class _HubConversation(Conversation):
     def __init__(self, hub: Hub, rank: int) -> None:
         super().__init__(hub.transport, rank, rank, hub.clocks, hub.stop)
         self.hub = hub
+        self._gone_since: float | None = None
 
     def store(self, frame: Buffer) -> None:
-        """Stores a frame that was received during the wait for another rank; a failure is handled immediately."""
-        if frames.kind_of(frame) in messages.ONE_WAY:
+        """Stores a frame that was received during the wait for another rank; what has no turn is handled immediately."""
+        if frames.kind_of(frame) in (*messages.ONE_WAY, messages.PROGRESS):
             self._accepted_kind(frame, ())
         else:
             self._inbox.append((self.peer, bytes(frame)))
+
+    def note_connection(self, now: float, doing: str) -> None:
+        """Looks at the connection of a peer for which nobody waits now; raises PeerLost if it is gone for too long."""
+        if self.transport.connected(self.rank):
+            self._gone_since = None
+        elif self._gone_since is None:
+            self._gone_since = now
+        elif now - self._gone_since > self.clocks.give_up:
+            raise PeerLost(
+                f"{self._name} was lost: not connected for {now - self._gone_since:.1f} s (link.give_up = "
+                f"{self.clocks.give_up:g} s) during: {doing}; check that the process runs, its {self._log}, and the network"
+            )
+
+    def _look_after_others(self, wait: Wait) -> None:
+        self.hub.report(f"{wait.phase.name}: waits for rank {self.rank}", but=self.rank)
 
     def _other_sender(self, sender: Any, frame: Buffer) -> None:
         if sender in self.hub.conversations:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from coupler_protocol.wire import messages
-from coupler_protocol.wire.frames import StepFrame, pack_array, unpack_array
+from coupler_protocol.wire.frames import StepFrame, WireError, pack_array, unpack_array
 
 
 class ForceFrame(StepFrame):
@@ -72,8 +72,11 @@ def field_content(rows: np.ndarray, gravity: float, insitu: bool) -> dict[str, A
 
 
 def field_of(content: Mapping[str, Any]) -> np.ndarray:
-    """Rows (n,7) of a FIELD; raises WireError for another size or numbers that are not finite."""
-    return unpack_array(content["field"], len(FIELD))
+    """Rows (n,7) of a FIELD; raises WireError for another size, numbers that are not finite, and zones without area or mass."""
+    rows = unpack_array(content["field"], len(FIELD))
+    if not len(rows) or (rows[:, [FIELD.area, FIELD.density]] <= 0.0).any():
+        raise WireError("FIELD has no zones, or some without area or density")
+    return rows
 
 
 def ready_content(inner_mass: np.ndarray, report: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,6 +1,15 @@
 """Strain of a window in bins, which a FORCE contains after the forces if the continuum requests it."""
 
+import math
+
+import numpy as np
+
 from coupler_protocol.criteria import strain_bins
+
+
+def bins_over_box(nodes, length):
+    """Number of bins of `length` [m] that a peer asks for in the box around nodes (K, 2), as a float; 0 for no length."""
+    return math.prod(max(1.0, float(side) / length) for side in np.ptp(nodes, axis=0)) if length > 0.0 else 0.0
 
 
 class WindowStrain:

@@ -24,7 +24,7 @@ from dem_server import run
 from dem_server.coupling.grid_talk import GridTalk
 from dem_server.coupling.plain_steps import PlainSteps
 from dem_server.coupling.ring_guard import RingGuard
-from dem_server.coupling.window_strain import WindowStrain
+from dem_server.coupling.window_strain import WindowStrain, bins_over_box
 from dem_server.insitu.takeover import take_over
 from dem_server.observe import energy, record, stable_limit, unbalanced_ratio
 from dem_server.observe.energy_ledger import Ledger
@@ -37,6 +37,7 @@ from dem_server.step.motion import SPEED_CAP
 from dem_server.stones import bodies
 
 log = logging.getLogger(__name__)
+MOST_BINS = 1e6  # for strain: a FORCE with more of them would not fit into a frame
 TOO_FAST = (
     "move by more than a tenth of the smallest radius a step after step {}: give the stage a smaller step_factor, or less "
     "violent loads"
@@ -169,7 +170,7 @@ class DiscreteSide:
         return self._name_of(filled), plan(self.scene)[filled].end
 
     def _prepare_talk(self, bin_length):
-        if bin_length is not None and not bin_length > 0.0:
+        if bin_length is not None and not 0.0 < bins_over_box(self.rim.nodes, bin_length) < MOST_BINS:
             raise PeerLost(f"the continuum wants the strain in bins of {bin_length} m")
         self.strain = None if bin_length is None else WindowStrain(bin_length, self.state, self.model.ring)
         self.talk = GridTalk(self.conversation, len(self.rim.nodes), self.strain.bins if self.strain else 0)
@@ -199,9 +200,11 @@ class DiscreteSide:
         return self.scene.stage[index].name
 
     def _note(self, text, fraction=None):
-        """Progress of a long phase, and the place where it can be interrupted."""
+        """Progress of a long phase, also for the continuum, and the place where it can be interrupted."""
         self.conversation.stop.check()
-        self.progress(self._filling, text if fraction is None else f"{text} {100 * fraction:.0f} %")
+        said = text if fraction is None else f"{text} {100 * fraction:.0f} %"
+        self.progress(self._filling, said)
+        self.conversation.report(said)
 
     # -- called by the loop ------------------------------------------------------------------------------------------
 

@@ -33,9 +33,11 @@ def stones_too_small_for_discs(scene):
     if scene.stones is None or scene.stones.file is None:
         return
     smallest = np.pi * scene.discs.radius**2
-    small = [
-        outline.name for outline in outlines_of(scene.stones, "file", scene.origin) if polygon_area(outline.corners) < smallest
-    ]
+    try:
+        outlines = outlines_of(scene.stones, "file", scene.origin)
+    except OutlineError:  # the file is on another machine: outlines_can_be_read says what is wrong with it where it is needed
+        return
+    small = [outline.name for outline in outlines if polygon_area(outline.corners) < smallest]
     if small:
         names = ", ".join(small[:LISTED]) + (" .." if len(small) > LISTED else "")
         what = f"{len(small)} stones are smaller than a disc, so that they have one disc or none: {names}"

@@ -10,6 +10,7 @@ from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.differences import first_difference
 from coupler_protocol.scene.named_files import without_paths
 from coupler_protocol.scene.reader import build_scene, read_scene
+from coupler_protocol.scene.rules.between_tables import doubts
 from coupler_protocol.wire.handshake import _objection, resume_from
 from tests.coupler_protocol.wire.test_handshake import right_hello
 
@@ -107,3 +108,27 @@ def test_what_is_no_path_is_refused(folder):
         build_scene({"discs": {"file_hash": "0" * 64}})
     with pytest.raises(SceneError, match=r"discs\.file_hash"):
         read_scene(folder / "scene.toml", ["discs.file_hash=5", "discs.file=gone.csv"])
+
+
+@pytest.mark.parametrize("key", ["shapes", "file"])
+def test_the_machine_of_the_grid_does_not_need_files_of_the_discs(folder, configs, tmp_path, key):
+    """Its scene is the same: the hash of the discs' side counts. Where both have the file, the contents are compared."""
+    data = read_scene(configs / "quick_slope.toml").model_dump(mode="json", exclude_none=True)
+    data["discs"] |= {"stone": data["discs"]["soil"]}
+    size = {"mean": 0.25, "sigma": 0.35, "min": 0.15, "max": 0.6}
+    more = {"content": 0.3, "size": size} if key == "shapes" else {}
+    data |= {"stones": more | {key: "rocks.json"}}
+    (folder / "rocks.json").write_text(ROCKS, encoding="utf-8")
+    (tmp_path / "grid").mkdir()
+    discs = build_scene(data, folder=folder)
+    with pytest.raises(SceneError, match="there is no such file"):
+        build_scene(data, folder=tmp_path / "grid")
+    grid = build_scene(data, folder=tmp_path / "grid", needs_files=False)
+    assert _objection(right_hello(discs), grid, None) is None
+    assert [row for row in doubts(grid) if row[0][:2] == ("stones", key)] == []
+    (tmp_path / "grid" / "rocks.json").write_text(ROCKS.replace("0.6]", "0.7]"), encoding="utf-8")
+    other = build_scene(data, folder=tmp_path / "grid", needs_files=False)
+    assert f"the scenes differ: stones.{key}: 'contents with the hash" in _objection(right_hello(discs), other, None)
+    (tmp_path / "grid" / "rocks.json").write_text("nonsense", encoding="utf-8")
+    with pytest.raises(SceneError, match="not valid JSON"):
+        build_scene(data, folder=tmp_path / "grid", needs_files=False)

@@ -16,7 +16,7 @@ from coupler_protocol.wire import frames, link_inproc, link_tcp
 from coupler_protocol.wire.handshake import join, welcome_all
 from coupler_protocol.wire.lockstep import Conversation, Hub
 from coupler_protocol.wire.messages import FAILURE, FORCE, HELLO, PACKED, PROTOCOL_VERSION, REJECT, WELCOME
-from tests.peer import Beside, Peer, clocks
+from tests.scripted_peer import Beside, Peer, clocks
 
 RIM = np.array([[0.1, 0.2], [1 / 3, 0.2], [1 / 3, 0.9], [0.1, 0.9]])
 
@@ -235,9 +235,8 @@ def test_an_answer_that_cannot_be_used_ends_the_discrete_side_as_the_peers_fault
 
 def test_a_continuum_that_never_answers_is_given_up_although_connected(scene):
     _, (end,) = link_inproc.transports(1)
-    talk = Conversation(end, 1, 0, clocks(0.1, 0.2), StopRequest())
-    talk.clocks.arrival = 0.5
-    with pytest.raises(PeerLost, match="no answer"):
+    talk = Conversation(end, 1, 0, clocks(0.1, 0.2, arrival=0.5), StopRequest())
+    with pytest.raises(PeerLost, match=r"connected, but no WELCOME or REJECT for .* s \(link.arrival = 0.5 s\)"):
         join(talk, scene)
     assert talk.repeated >= 2
 
@@ -276,3 +275,55 @@ def test_what_the_wire_makes_of_a_scene_is_the_scene(scene):
     frame = frames.control_frame(HELLO, 0, 1, 0, right_hello(scene))
     assert first_difference(frames.content_of(frame)["scene"], scene.resolved()) is None
     assert frames.kind_of(frame) != FORCE
+
+
+# -- what strangers are told ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (lambda h: changed(h, ("grid", "height"), 13.0), "the scenes differ: grid.height: the values differ"),
+        (lambda h: changed(h, ("extra\n\x1b[31m",), 1), r"the scenes differ: extra\n\x1b[31m: only the discrete side has it"),
+        (lambda h: h | {"resume": {"after": "couple", "session": 7}}, "one of them continues a run, or another one"),
+    ],
+)
+def test_who_has_not_proved_himself_is_told_names_of_keys_and_no_values(scene, caplog, wrong, words):
+    transport, (end,) = link_inproc.transports(1)
+    transport.proves = False
+    peer = Peer(end, 0, session=0)
+    peer.send_control(HELLO, 0, wrong(right_hello(scene)))
+    peer.send_control(HELLO, 0, right_hello(scene))
+    welcome_all(a_hub(transport), scene, {1: RIM}, None)
+    reason = peer.receive().content["reason"]
+    assert words in reason
+    for value in ("12.0", "13.0", "couple", "\x1b", "\n"):
+        assert value not in reason
+    assert "\x1b" not in caplog.text
+    assert caplog.text.count("\n") == len(caplog.records)
+
+
+def test_thousands_of_rejections_write_a_few_lines_and_ask_the_holder_once(scene, caplog):
+    transport, ends = link_inproc.transports(2)
+    holder, stranger = (Peer(end, 0, session=0) for end in ends)
+    hub = a_hub(transport)
+    holder.send_control(HELLO, 0, right_hello(scene))
+    welcome_all(hub, scene, {1: RIM})
+    hub.conversations[1].begin(5)
+    assert holder.receive().kind == WELCOME
+    for _ in range(1000):
+        stranger.send_control(HELLO, 0, {})
+        stranger.send(b"nonsense")
+    holder.session = 5
+    holder.send_control(PACKED, 0)
+    hub.conversations[1].receive((PACKED,))
+    assert len(caplog.records) <= 3
+    assert hub.conversations[1].repeated <= 3
+    assert stranger.receive().content["reason"] == "rank 1 is taken and its holder lives"
+
+
+def test_a_reason_of_a_peer_is_shown_without_its_control_characters(scene):
+    hub, (end,) = link_inproc.transports(1)
+    Peer(hub, "thread 1", session=0).send_control(REJECT, 0, {"reason": "no\n\x1b[2Jentry"})
+    with pytest.raises(PeerLost, match=r"refused this process: no\\n\\x1b\[2Jentry"):
+        join(Conversation(end, 1, 0, clocks(), StopRequest()), scene)

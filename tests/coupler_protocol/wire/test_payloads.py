@@ -1,4 +1,4 @@
-"""Where the numbers of messages stand: views into one buffer, in the order of protocol version 3."""
+"""Where the numbers of messages stand: views into one buffer, in the order of protocol version 4."""
 
 from types import SimpleNamespace
 
@@ -46,6 +46,15 @@ def test_a_field_has_its_columns_by_name():
     assert (rows[:, payloads.STRESS] == stress).all()
     with pytest.raises(WireError, match="another size"):
         payloads.field_of({"field": b"\0" * 8})
+
+
+@pytest.mark.parametrize("change", ["no zones", "area", "density"])
+def test_a_field_of_zones_that_cannot_be_is_refused(change):
+    rows = RNG.random((0 if change == "no zones" else 3, 7))
+    if len(rows):
+        rows[1, getattr(payloads.FIELD, change)] = 0.0
+    with pytest.raises(WireError, match="FIELD has no zones, or some without area or density"):
+        payloads.field_of(payloads.field_content(rows, 9.81, True))
 
 
 def test_a_ready_holds_one_mass_a_node():
