@@ -186,15 +186,15 @@ def test_a_message_that_came_on_both_ways_costs_no_lane(pair, side):
         pair.discs.send_step(pair.force)
         pair.discs.send_again()
         time.sleep(0.1)
-        assert pair.grid.receive((messages.FORCE,), in_step=True)[0] == messages.FORCE
+        assert pair.grid.receive((messages.FORCE,))[0] == messages.FORCE
         pair.grid.send_step(pair.velocity)
-        pair.discs.receive((messages.VELOCITY,), in_step=True)
+        pair.discs.receive((messages.VELOCITY,))
     else:
         pair.grid.sequence = pair.discs.sequence = 8
         pair.grid.send_step(pair.velocity)
         pair.grid.send_again()
         time.sleep(0.1)
-        assert pair.discs.receive((messages.VELOCITY,), in_step=True)[0] == messages.VELOCITY
+        assert pair.discs.receive((messages.VELOCITY,))[0] == messages.VELOCITY
     assert pair.turns([11, 12]) == ([11, 12], [-11, -12])
     assert pair.hub_end.lanes.whole
     assert pair.end.lanes.whole
@@ -204,7 +204,7 @@ def test_a_lane_that_ends_after_the_last_step_is_not_told(pair, caplog):
     """The discrete side closes its end as soon as it has said farewell."""
     pair.grid.sequence = pair.discs.sequence = 8
     pair.grid.end_steps("done")
-    assert pair.discs.receive((messages.VELOCITY, messages.STOP), in_step=True)[0] == messages.STOP
+    assert pair.discs.receive((messages.VELOCITY, messages.STOP))[0] == messages.STOP
     pair.discs.send_control(messages.FAREWELL, END)
     pair.end.lanes.close_all()
     assert pair.grid.receive((messages.FAREWELL,))[0] == messages.FAREWELL
