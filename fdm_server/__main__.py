@@ -31,13 +31,13 @@ def serve(scene, options, stop):
             f"{options.bind} can be reached from other machines: anyone there could steer this run. "
             f"Use --insecure if the network is your own"
         )
-    context = server.begin(options, stop, 0, "fdm.rank0", (*server.OF_CONDUCTOR, ENDPOINT))
-    (context.out / ENDPOINT).unlink(missing_ok=True)
-    if not scene.window:
-        return compute(scene, None, context)
-    with closing(link_tcp.HubTransport(link_tcp.any_port(options.bind))) as transport, announced(transport, context.out):
-        context.progress("start", f"listening on {transport.endpoint} for {len(scene.window)} discrete process(es)", now=True)
-        compute(scene, transport, context)
+    with server.begun(options, scene, stop, 0, "fdm.rank0", (*server.OF_CONDUCTOR, ENDPOINT)) as context:
+        (context.out / ENDPOINT).unlink(missing_ok=True)
+        if not scene.window:
+            return compute(scene, None, context)
+        with closing(link_tcp.HubTransport(link_tcp.any_port(options.bind))) as transport, announced(transport, context.out):
+            context.progress("start", f"listening on {transport.endpoint} for {len(scene.window)} discrete process(es)", now=True)
+            compute(scene, transport, context)
 
 
 @contextmanager
@@ -63,7 +63,7 @@ def compute(scene, transport, context):
     hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), context.stop)
 
     def side():
-        return ContinuumSide(scene, hub, context.out, context.progress, context.origin, context.plugin)
+        return ContinuumSide(scene, hub, context.out, context.progress, context.origin, context.plugin, context.checkpoint)
 
     server.conduct_run(side, scene, context, hub.notify_all)
 

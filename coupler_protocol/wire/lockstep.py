@@ -20,6 +20,7 @@ from coupler_protocol.wire.frames import Buffer
 from coupler_protocol.wire.lanes import Lanes
 
 log = logging.getLogger(__name__)
+PATIENCE = 10.0  # seconds that a coupled step may take after a request to stop: both sides then save the same moment
 SLICE = 0.2  # seconds between checks of the clocks and of the stop request while waiting
 REFUSALS = 50  # messages of one turn that may be refused
 STRANGERS = 20  # refused messages of unknown senders that are logged
@@ -139,7 +140,8 @@ class Conversation:
         The time of a connected peer is unlimited, except with in_step (Clocks.owed) or `within` [s].
         Raises PeerLost after a time-out or a FAILURE of the peer, Interrupted if a stop was requested.
         """
-        self.stop.check()
+        patience = PATIENCE if in_step else 0.0
+        self.stop.check(patience)
         begin = looked = said = alive = time.monotonic()
         limit = self.clocks.owed if in_step else within
         self._quiet_until = begin + 0.5 * self.clocks.timeout
@@ -162,7 +164,7 @@ class Conversation:
                 if received is not None and now - looked < self.clocks.slice:
                     continue
                 looked = now
-                self.stop.check()
+                self.stop.check(patience)
                 if now - said > self.clocks.timeout:
                     said = now
                     self.send_again()

@@ -9,6 +9,7 @@ import numpy as np
 from coupler_protocol.compiled.cache_files import is_compiled
 from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.wire import lanes, messages
+from coupler_protocol.wire.lockstep import PATIENCE
 from dem_server.coupling.plain_loop import (
     CONTACTS,
     DONE,
@@ -55,7 +56,7 @@ class PlainSteps:
         self.side = side
         self.why_not = obstacle(side)
         self.taken = 0
-        self._begun = False
+        self._begun = self._asked = False
         if not self.why_not:
             self.lanes = side.conversation.transport.lanes
             self.order, self.answer = np.zeros(len(messages.Order._fields)), np.zeros(len(messages.Answer._fields))
@@ -71,7 +72,7 @@ class PlainSteps:
         if self.why_not or first or not self._begins():
             return MOVE, None
         while True:
-            side.conversation.stop.check()
+            side.conversation.stop.check(PATIENCE)
             steps, why, fast = self._loop(begun)
             self._count(steps)
             if why == DONE:
@@ -95,7 +96,8 @@ class PlainSteps:
         """Whether plain steps are taken: at once if the loop is compiled, else in a stage that proves to be long."""
         if not self._begun:
             done = self.side.watch.stages[-1].steps
-            known = done == 1 and is_compiled(plain_loop, self._arguments(True))
+            known = not self._asked and is_compiled(plain_loop, self._arguments(True))
+            self._asked = True
             self._begun = known or done >= lanes.EARLIEST
         return self._begun and self.lanes.whole
 
@@ -116,7 +118,7 @@ class PlainSteps:
         """Arguments of `plain_loop`."""
         side = self.side
         model, state, rim = side.model, side.state, side.rim
-        self.answer[:] = side.answer
+        self.answer[:] = side.answer_now
         ring = Ring(
             rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
         )

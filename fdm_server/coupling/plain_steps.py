@@ -9,6 +9,7 @@ import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
 from coupler_protocol.wire import lanes, messages
+from coupler_protocol.wire.lockstep import PATIENCE
 from fdm_server.coupling.common_step import check_common_step
 from fdm_server.coupling.plain_loop import (
     DONE,
@@ -56,7 +57,7 @@ class PlainSteps:
         self.side, self.stage = side, stage
         self.why_not = obstacle(side, stage)
         self.taken = 0
-        self._begun = False
+        self._begun = self._asked = False
         if not self.why_not:
             self.lanes = side.hub.transport.lanes
             self.rims = _side_by_side(stage, side.state.in_real_time)
@@ -69,7 +70,8 @@ class PlainSteps:
     def _begins(self):
         """Whether plain steps are taken: at once if the loop is compiled, else in a stage that proves to be long."""
         if not self._begun:
-            known = not self.stage.done and is_compiled(plain_loop, self._arguments(self._course(0), False, False))
+            known = not self._asked and is_compiled(plain_loop, self._arguments(self._course(0), False, False))
+            self._asked = True
             self._begun = known or self.stage.done >= lanes.EARLIEST
         return self._begun and self.lanes.whole
 
@@ -83,7 +85,10 @@ class PlainSteps:
         side, stage, record = self.side, self.stage, self.stage.record
         if stage.ended_by or any(rim.talk.strain_asked for rim in stage.rims) or not stage.step_is_known:
             return 0
+        if stage.checkpoint_due(side.steps + 1):
+            return 0
         count = min(MOST, record.history - side.steps % record.history, record.every - 1 - side.steps % record.every)
+        count = min(count, side.clock.steps_before(side.steps + 1))
         if side.state.mass is not None:
             count = min(count, shape.MASS_STEPS - side.state.mass_age)
         if stage.stage.until.steps is not None:
@@ -93,7 +98,7 @@ class PlainSteps:
     def _call(self, count):
         """Takes `count` plain steps; returns whether all of them were taken."""
         side, stage = self.side, self.stage
-        side.hub.stop.check()
+        side.hub.stop.check(PATIENCE)
         course = self._course(count)
         pauses, midway = side.steps % stage.record.history == 0, False
         while True:

@@ -21,6 +21,7 @@ from math import sqrt
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.files.kept import Kept, value_of
 from fdm_server.step.safety import Unstable
 
 REVERSED, LEAST, FAST = 0.9, 3, 1.3  # cosine; steps in a row if a step increases |v| by the factor FAST, else twice as many
@@ -62,8 +63,10 @@ def watch_growth(velocity, before, size, floor, dt):
     return found
 
 
-class GrowthWatch:
+class GrowthWatch(Kept):
     """Watch of Eq (1) for the rim `rim` (fdm_server.coupling.rim.Rim); calls warn(name, text)."""
+
+    KEPT = ("before", "size")
 
     def __init__(self, rim, warn):
         self.rim, self.warn = rim, warn
@@ -91,8 +94,10 @@ class GrowthWatch:
             raise Unstable(f"growth: {text}")
 
 
-class PowerWatch:
+class PowerWatch(Kept):
     """Watch of the power of both sides at the rim `rim`, in every step that is a multiple of `every`; calls warn(name, text)."""
+
+    KEPT = ("awaited", "wrong")
 
     def __init__(self, rim, every, warn):
         self.rim, self.every, self.warn = rim, every, warn
@@ -128,6 +133,16 @@ class RimWatch:
         self.rim = rim
         self.growth = GrowthWatch(rim, warn)
         self.power = PowerWatch(rim, every, warn) if kept else None
+
+    def saved(self):
+        """What changes, for a checkpoint inside of the stage."""
+        return {"growth": self.growth.saved(), "power": self.power and self.power.saved()}
+
+    def restore(self, saved):
+        """Sets what `saved` gave."""
+        self.growth.restore(value_of(saved, "growth"))
+        if self.power is not None:
+            self.power.restore(value_of(saved, "power"))
 
     def check(self, dt, step):
         """Checks the velocities of the `step`-th step, of dt [s], after they were sent. Raises Unstable."""

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from coupler_protocol.files.kept import Kept
 from coupler_protocol.geometry import spot
 from coupler_protocol.scene.local_origin import in_the_scene
 
@@ -34,14 +35,21 @@ class Stretched(NamedTuple):
         return f"zone {self.zone} at {self.where} is stretched to {self.stretch:.2g} times its size"
 
 
-class StretchWatch:
+class StretchWatch(Kept):
     """Watch of the zones with a corner among the gridpoints `nodes` (K,) of rims, during one stage."""
+
+    KEPT = ("worst", "warned")
 
     def __init__(self, model, nodes):
         beside = np.isin(model.zones, nodes).any(axis=1)
         self.zones, self.number = model.zones[beside], model.zone[beside]
         self.drawn, self.origin = model.grid.xy, model.grid.origin
         self.worst, self.warned = None, False
+
+    def restore(self, saved):
+        """Sets what `saved` gave."""
+        super().restore(saved)
+        self.worst = None if self.worst is None else Stretched(**self.worst)
 
     def check(self, displacement):
         """Measures stretches with displacements (N,2) [m] since the grid was drawn; returns a warning the first time, else ""."""

@@ -23,6 +23,7 @@ at the next check: the late forces are included.
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.files.kept import Kept
 from coupler_protocol.geometry import spot
 from fdm_server.observe.energy import strain_energy
 from fdm_server.step.gridpoint_pass import kinetic_energy
@@ -63,11 +64,13 @@ def work_kernel(force, applied, weight_mass, mass, added_mass, fixed, gravity, v
     return work, kinetic, fastest
 
 
-class EnergyWatch:
+class EnergyWatch(Kept):
     """The balance above since the beginning of a stage; rims: of the windows, if they are coupled.
 
     With rims, warn(name, text) is called for motion beyond the margin at more than one check: work and discs may be late.
     """
+
+    KEPT = ("heights", "last", "before", "given", "most", "onset", "kinetic", "looks")
 
     def __init__(self, model, state, gravity, rims=(), warn=None):
         self.rims, self.warn = rims, warn
