@@ -88,13 +88,17 @@ class Recorder:
 
     def history(self, step: int, **values: float) -> None:
         """Records values of histories at a step; the next frame, `sync` or `close` writes them to the file."""
-        for name, value in values.items():
+        self.histories([step], {name: [value] for name, value in values.items()})
+
+    def histories(self, steps: list[int], values: Mapping[str, list[float]]) -> None:
+        """Records values {name: list} of histories at several steps; see `history`."""
+        for name, column in values.items():
             if name not in self._histories:
                 quantity(HISTORIES, name)
                 self._histories[name] = ([], [])
-            steps, noted = self._histories[name]
-            steps.append(step)
-            noted.append(value)
+            noted = self._histories[name]
+            noted[0].extend(steps)
+            noted[1].extend(column)
 
     def sync(self) -> None:
         """Waits until everything recorded so far is in the file and on the disk."""

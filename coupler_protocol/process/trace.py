@@ -54,8 +54,11 @@ class Stopwatch:
         setattr(stage, column, getattr(stage, column) + now - self._last)
         self._last = now
 
-    def add_waiting(self, seconds: float) -> None:
-        """Books the time since the last booking: `seconds` of it under waiting, the rest under computing."""
+    def add_plain_steps(self, steps: int, seconds: float, marks: Any) -> None:
+        """Books the time since the last booking, of plain steps: `seconds` of it under waiting, the rest under computing.
+
+        steps: number of them that were completed; marks (n,2): times [ns] between which each step waited, for a trace.
+        """
         now = time.perf_counter()
         stage = self.stages[-1]
         stage.waiting += seconds
@@ -86,6 +89,19 @@ class Trace(Stopwatch):
             self.rows.append((stage.name, stage.steps, column, begin, self._last))
         if column == "recording":
             self._done = stage.steps
+
+    def add_plain_steps(self, steps: int, seconds: float, marks: Any) -> None:
+        """Books the time of plain steps, and stores the intervals of those that belong to the trace."""
+        stage, begin = self.stages[-1], self._last
+        super().add_plain_steps(steps, seconds, marks)
+        for step, (first, last) in enumerate(1e-9 * marks[: steps + 1]):
+            if stage.steps + step < self.steps and begin < first:  # else the step did not wait in this call
+                self.rows.append((stage.name, stage.steps + step, "computing", begin, first))
+                self.rows.append((stage.name, stage.steps + step, "waiting", first, last))
+                begin = last
+        if stage.steps + steps < self.steps:
+            self.rows.append((stage.name, stage.steps + steps, "computing", begin, self._last))
+        self._done = stage.steps + steps
 
     def write(self, path: str | Path) -> None:
         """Writes the file."""

@@ -2,6 +2,8 @@
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.boundary import Boundary
 
@@ -19,6 +21,13 @@ class Leg(NamedTuple):
         if step + 1 >= self.over:
             return self.end
         return self.start + (self.end - self.start) * ((step + 1) / self.over)
+
+    def factors(self, first: int, count: int) -> np.ndarray:
+        """Gravity factors (count,) of the steps from `first` on, with the bits of `factor`."""
+        steps = np.arange(first + 1, first + count + 1)
+        if first + 1 >= self.over:
+            return np.full(count, float(self.end))
+        return np.where(steps >= self.over, self.end, self.start + (self.end - self.start) * (steps / self.over))
 
     def at(self, step: int) -> float:
         """Gravity [m/s2] of that step."""

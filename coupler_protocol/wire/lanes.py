@@ -19,6 +19,7 @@ from coupler_protocol.wire.frames import HEADER, MAGIC, Buffer
 
 log = logging.getLogger(__name__)
 EARLIEST = 5000  # steps of a stage before which compiling a loop of plain steps, if no cache has it, costs more than it saves
+LONGEST = 200_000_000  # [ns] of a row of plain steps, after which stop requests are obeyed
 ROOM = 4  # frames that fit into the buffer of a socket: two can be under way
 
 

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
+from coupler_protocol.compiled.system_calls import nanoseconds
 from coupler_protocol.interface.mapping import forces_to_nodes
 from coupler_protocol.wire.messages import Answer, Order
-from dem_server.coupling.rim import move_ring
+from dem_server.coupling.look import look
+from dem_server.coupling.rim import move_ring, ring_power
 from dem_server.effects.histories import PairHistory
 from dem_server.effects.parameter_table import Parameters
 from dem_server.model import CAPS, FX, MOMENT, SPIN, VX, VY, Listed, X, Y
@@ -23,7 +25,8 @@ from dem_server.step.motion import move
 
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
 STEP, GRAVITY, DT, INTERVAL, FLAGS = (Order._fields.index(name) for name in ("step", "gravity", "dt", "interval", "flags"))
-DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM = range(8)  # why the loop ended
+DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM, UNSEEN, NOTICED = range(10)  # why the loop ended
+MOST = 2000  # steps of a call
 Numbers = NDArray[np.float64]
 
 
@@ -46,16 +49,16 @@ class Ring(NamedTuple):
 
 
 class Talk(NamedTuple):
-    """answer (8,): of every FORCE; order (7,): of the last VELOCITY.
+    """answer (8,): of the next FORCE; order (7,): of the last VELOCITY.
 
-    first: number of steps done in the run; history: steps between points of histories; leeway [m] until the next list.
+    first: number of steps done in the run; leeway [m] until the next list; until: monotonic time [ns] after which no step begins.
     """
 
     answer: Numbers
     order: Numbers
     first: int
-    history: int
     leeway: float
+    until: int
 
 
 class Motion(NamedTuple):
@@ -113,24 +116,40 @@ def too_fast(v, dt, longest):
     return fastest * dt > longest
 
 
-@jit
-def plain_loop(
-    wire, ring, talk, motion, begun, disc, load, weight, angle, listed_at, clumps, listed, history, parameters, counters, most
-):  # fmt: skip
-    """Takes up to `most` steps, each from FORCE to the contacts after VELOCITY; returns (steps done, why it ended, fast discs).
+@jit(borrows=True)
+def largest_square(v):
+    """Largest square of the velocities (R,2); NaN if one is NaN."""
+    largest = broken = 0.0
+    for p in range(v.shape[0]):
+        square = v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1]
+        largest = max(largest, square)
+        broken += 0.0 * square
+    return largest + broken
 
-    begun: FORCE of the first step is sent. The step that is not completed has: prepared FORCE (INFINITE: which is not finite;
-    UNSENT), or sent it and moved the free discs (UNHEARD; FAST: too fast without a cap), or also received VELOCITY, which is not
-    for one step (ODD), or also moved the ring (FAST_RIM: too fast; CONTACTS: a new list of pairs is due, or somebody has to see
-    the step). listed, history, parameters: plain tuples, as for `force_pass`.
+
+@jit
+def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history, parameters, counters, sight, marks):
+    """Takes steps, each from FORCE to the contacts after VELOCITY; returns (steps done, why it ended, fast discs).
+
+    begun: FORCE of the first step is sent, and what precedes it is seen. sight: a Sight, with room for what MOST steps show.
+    The step that is not completed has: prepared FORCE (INFINITE: which is not finite; UNSENT), or sent it (UNSEEN: a look is due;
+    NOTICED: it has to be judged), or also moved the free discs (UNHEARD; FAST: too fast without a cap), or also received
+    VELOCITY, which is not for one step (ODD), or also moved the ring (FAST_RIM: too fast; CONTACTS: a new list of pairs is due,
+    or somebody has to see the step). bodies, listed, history, parameters: plain tuples, as for `cycle` and `force_pass`.
+    marks (MOST,2): times [ns] between which each step waits for VELOCITY, None without a trace.
     """
+    disc, load, weight, angle, listed_at = bodies
     named, past, law = Listed(*listed), PairHistory(*history), Parameters(*parameters)
     scratch = np.empty(scratch_rows.SIZE)
     gravity, R, kick, dt, fastest, longest, cap = motion
     x, v, spin = disc[:R, X : Y + 1], disc[:R, VX : VY + 1], disc[:R, SPIN]
     count, alpha = disc.shape[0], law.alpha
     force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
-    for step in range(most):
+    moved = talk.leeway  # no disc has moved farther than the sum of the largest speeds (as in dem_server/step/cycle.py)
+    for step in range(MOST):
+        done = talk.first + step
+        if step > 0 and nanoseconds(wire.asked) > talk.until:
+            return step, DONE, 0
         if not begun:
             forces_to_nodes(ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, x, force, moment, ring.force, ring.paper)
             ring.carried[:] = load[:R, : MOMENT + 1]
@@ -138,27 +157,40 @@ def plain_loop(
                 return step, INFINITE, 0
             if not put(wire, 0):
                 return step, UNSENT, 0
-        begun, fast = False, 0
+            if done % sight.every == 0:
+                if sight.due:
+                    return step, UNSEEN, 0
+                if look(done, disc, load, weight, named, past, clumps, R, gravity, counters, talk.answer, sight):
+                    return step, NOTICED, 0
+        begun, fast, quickest = False, 0, 0.0
         if clumps is not None:
-            fast += move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)[0]
-        fast += move(R, count, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)[0]
-        kick = dt
+            fast, quickest = move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
+        more, other = move(R, count, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
+        fast, quickest, kick = fast + more, max(quickest, other), dt
         if cap:
             counters[CAPS] += fast
         elif fast > 0:
             return step, FAST, fast
+        if marks is not None:
+            marks[step, 0] = nanoseconds(wire.asked)
         if take(wire, 0) != HERE:
             return step, UNHEARD, 0
+        if marks is not None:
+            marks[step, 1] = nanoseconds(wire.asked)
         read_velocities(wire, ring, talk.order)
         wire.sequence[0] += 1
-        if talk.order[DT] != dt or talk.order[INTERVAL] != 1.0 or talk.order[STEP] != talk.first + step + 1:
+        if talk.order[DT] != dt or talk.order[INTERVAL] != 1.0 or talk.order[STEP] != done + 1:
             return step, ODD, 0
         gravity = talk.order[GRAVITY]
         move_ring(ring.nodes, ring.velocity, ring.seg0, ring.seg1, ring.w0, ring.node, x, v, spin, ring.paper, dt)
         if not cap and too_fast(v, dt, longest):
             return step, FAST_RIM, 0
-        seen = talk.order[FLAGS] != 0.0 or (talk.first + step + 1) % talk.history == 0
-        if seen or not farthest(disc, listed_at) <= talk.leeway:
+        moved += max(quickest, largest_square(v)) ** 0.5 * dt
+        if not moved < 0.999 * talk.leeway:
+            moved = farthest(disc, listed_at)
+        if talk.order[FLAGS] != 0.0 or not moved <= talk.leeway:
             return step, CONTACTS, 0
+        if (done + 1) % sight.every == 0:
+            sight.power[0] = ring_power(ring.carried, disc)
         add_list(disc, load, named, past, law, dt, counters, None, scratch)
-    return most, DONE, 0
+    return MOST, DONE, 0

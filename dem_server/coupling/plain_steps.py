@@ -1,8 +1,10 @@
 """Plain steps of the discs: as many as possible in one compiled call (plain_loop.py), beside the loop step by step.
 
-A step is plain if nothing outside the kernels has to see it: the continuum orders nothing after it, histories have no point
-there, and the list of pairs still holds.
+A step is plain if nothing outside the kernels has to see it: the continuum orders nothing after it, and the list of pairs still
+holds. Histories need no step of their own: compiled code computes their values (look.py).
 """
+
+import time
 
 import numpy as np
 
@@ -10,14 +12,18 @@ from coupler_protocol.compiled.cache_files import is_compiled
 from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.wire import lanes, messages
 from coupler_protocol.wire.lockstep import PATIENCE
+from dem_server.coupling import look
 from dem_server.coupling.plain_loop import (
     CONTACTS,
     DONE,
     FAST,
     FAST_RIM,
     INFINITE,
+    MOST,
+    NOTICED,
     ODD,
     UNHEARD,
+    UNSEEN,
     UNSENT,
     Motion,
     Ring,
@@ -29,7 +35,6 @@ from dem_server.step.motion import SPEED_CAP
 from dem_server.step.neighbours import skin
 from dem_server.step.thread_shares import shares
 
-MOST = 100  # steps of a call, after which stop requests are obeyed
 MOVE, RECEIVE, ACCEPT, COMPLETE = range(4)  # how a step goes on that is not completed; see `Rest`
 
 
@@ -44,7 +49,6 @@ def obstacle(side):
         "a plugin is called": side.plugin is not None,
         "the discs have several threads": len(shares(side.model)) > 1,
         "walls": side.state.walls is not None,
-        "a trace is recorded": side.scene.record.trace is not None,
     }
     return next((words for words, there in found.items() if there), "")
 
@@ -60,6 +64,8 @@ class PlainSteps:
         if not self.why_not:
             self.lanes = side.conversation.transport.lanes
             self.order, self.answer = np.zeros(len(messages.Order._fields)), np.zeros(len(messages.Answer._fields))
+            self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
+            self.sight = look.sight_of(side, MOST)
 
     def take(self):
         """Takes plain steps, from a sent FORCE on; returns (how the present step goes on, its Order or None).
@@ -75,22 +81,35 @@ class PlainSteps:
             side.conversation.stop.check(PATIENCE)
             steps, why, fast = self._loop(begun)
             self._count(steps)
-            if why == DONE:
-                begun = False
-            elif why == INFINITE:
+            begun = why != DONE
+            if why == INFINITE:
                 side.refuse_infinite(side.rim.force)
                 raise PhysicsFailed(f"the discs cannot take step {side.steps + 1}")  # no step is taken twice
-            elif why == UNSENT:
+            if why == UNSENT:
                 side.conversation.send_by_link()
+            if why in (UNSENT, UNSEEN):
+                self._see_completed()
+            if why == NOTICED:
+                side.judge_look(messages.Answer(*self.answer.tolist()))
+            if why == UNSENT:
                 return MOVE, None
-            elif why == FAST:
+            if why == FAST:
                 side.refuse_fast(fast)
-            elif why == UNHEARD:
+            if why == UNHEARD:
                 return RECEIVE, None
-            else:
+            if why in (ODD, FAST_RIM, CONTACTS):
                 if why == FAST_RIM:
                     side.refuse_fast_rim()
                 return (ACCEPT if why == ODD else COMPLETE), messages.Order(*self.order.tolist())
+
+    def _see_completed(self):
+        """Looks at the completed step if histories have a point there, as the loop step by step does."""
+        side = self.side
+        if side.steps % side.record_of_stage.history == 0:
+            order = messages.Order(*self.order.tolist())
+            side.look(order)
+            side.record_histories()
+            side.answer = side.looked
 
     def _begins(self):
         """Whether plain steps are taken: at once if the loop is compiled, else in a stage that proves to be long."""
@@ -106,12 +125,13 @@ class PlainSteps:
         side, wire, talk, state = self.side, self.lanes.wire, self.side.conversation, self.side.state
         wire.sequence[0], wire.waited[0] = talk.sequence, 0
         steps, why, fast = plain_loop(*self._arguments(begun))
-        if steps or why not in (INFINITE, UNSENT):
+        if steps or why not in (INFINITE, UNSENT, UNSEEN, NOTICED):
             state.dt = state.next_dt
         talk.continue_from(int(wire.sequence[0]), None if begun and not steps else self.lanes.said(0))
-        side.watch.add_waiting(1e-9 * float(wire.waited[0]))
+        side.watch.add_plain_steps(steps, 1e-9 * float(wire.waited[0]), self.marks)
         if steps or why == CONTACTS:
             side.gravity = float(self.order[messages.Order._fields.index("gravity")])
+        side.power = float(self.sight.power[0])
         return steps, why, fast
 
     def _arguments(self, begun):
@@ -122,20 +142,34 @@ class PlainSteps:
         ring = Ring(
             rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
         )
-        said = Talk(self.answer, self.order, side.steps, side.record_of_stage.history, 0.5 * skin(model))
+        said = Talk(self.answer, self.order, side.steps, 0.5 * skin(model), time.monotonic_ns() + lanes.LONGEST)
+        self.sight.rows[0], self.sight.power[0] = 0, side.power
+        self.sight = self.sight._replace(due=not side.guard.knows_list(state))
         longest = SPEED_CAP * model.smallest_radius
         kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
         motion = Motion(side.gravity, model.ring, kick, dt, longest / dt, longest, not model.in_real_time)
         return (
-            self.lanes.wire, ring, said, motion, begun, state.disc, state.load, state.weight, state.angle, state.listed_at,
-            state.clumps, tuple(state.listed), tuple(history_of(state)), tuple(model.parameters), state.counters, MOST,
+            self.lanes.wire, ring, said, motion, begun,
+            (state.disc, state.load, state.weight, state.angle, state.listed_at), state.clumps,
+            tuple(state.listed), tuple(history_of(state)), tuple(model.parameters), state.counters, self.sight, self.marks,
         )  # fmt: skip
 
     def _count(self, steps):
-        """Counts completed steps."""
-        side = self.side
+        """Counts completed steps, and reads what was seen after them."""
+        side, begun, time = self.side, self.side.steps, self.side.time
         self.taken += steps
         side.steps += steps
+        times = []
         for _ in range(steps):  # as in a sum step by step, bit for bit
             side.time += side.step
+            times.append(side.time)
         side.watch.stages[-1].steps += steps
+        rows = int(self.sight.rows[0])
+        if rows:
+            side.watch.add_to("computing")
+            numbers = self.sight.steps[:rows].tolist()
+            answers = [messages.Answer(*row)._replace(stop=0.0) for row in self.sight.answers[:rows].tolist()]
+            side.answer = side.looked = answers[-1]
+            at = [times[number - begun - 1] if number > begun else time for number in numbers]
+            side.note_looks(numbers, answers, at, float(self.order[messages.Order._fields.index("gravity_factor")]))
+            side.watch.add_to("recording")

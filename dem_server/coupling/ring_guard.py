@@ -19,6 +19,8 @@ from coupler_protocol.geometry import NOWHERE, spot
 from coupler_protocol.scene.local_origin import in_the_scene
 from dem_server.model import RADIUS, X, Y
 
+SMALLEST, WIDTH, PLACE_X, PLACE_Y, NOW = range(5)  # of the ring that `watch_ring` watches
+
 
 class Opening(NamedTuple):
     """A gap of a ring: width [m], `place` (2,) [m] between its two control discs, from the ring's origin."""
@@ -28,38 +30,55 @@ class Opening(NamedTuple):
 
 
 class RingGuard(Kept):
-    """Guard of one window. `widest`: widest opening since the last call of `begin`; `warned`: whether it caused a warning.
+    """Guard of one window. `warned`: whether an opening since the last call of `begin` has caused a warning.
 
     origin (2,) [m]: point of the scene from which positions count; texts and reports have the coordinates of the scene.
     """
 
-    KEPT = ("smallest", "widest", "warned", "_builds")
+    KEPT = ("ring", "warned", "_builds")
 
     def __init__(self, model, state, origin=NOWHERE):
         self.origin = origin
-        self.smallest = float(state.radius[model.ring :].min())
+        self.ring = np.zeros(5)
+        self.ring[SMALLEST] = state.radius[model.ring :].min()
         self._builds = -1
         self.begin()
 
     def begin(self):
         """Begins a stage."""
-        self.widest, self.warned = Opening(0.0, np.zeros(2)), False
+        self.ring[WIDTH:] = 0.0
+        self.warned = False
+
+    @property
+    def smallest(self):
+        """Smallest radius of a disc [m]."""
+        return float(self.ring[SMALLEST])
+
+    @property
+    def widest(self):
+        """The widest Opening since the last call of `begin`."""
+        return Opening(float(self.ring[WIDTH]), self.ring[PLACE_X : PLACE_Y + 1].copy())
+
+    def knows_list(self, state):
+        """Whether the present list of pairs has been checked for lost discs; they cannot leave the ring without a new one."""
+        return state.builds == self._builds
 
     def check(self, model, state):
         """Measures the ring, and looks for lost discs if the contact list is new; returns a warning the first time, else "".
 
-        A disc cannot leave the ring without a new list. Raises ArithmeticError if a disc is lost.
+        Raises ArithmeticError if a disc is lost.
         """
-        gaps = ring_gaps(model, state)
-        widest = int(gaps.argmax())
-        if gaps[widest] > self.widest.width:
-            self.widest = opening(model, state, gaps, widest)
-        if state.builds != self._builds:
+        watch_ring(state.disc, model.ring, self.ring)
+        if not self.knows_list(state):
             self._builds = state.builds
             lost = lost_discs(model, state)
             if len(lost):
-                raise ArithmeticError(self._loss_as_text(model, state, gaps, lost))
-        due = bool(gaps[widest] > self.smallest) and not self.warned
+                raise ArithmeticError(self._loss_as_text(model, state, ring_gaps(model, state), lost))
+        return self.judge()
+
+    def judge(self):
+        """Returns a warning of the last measurement the first time, else ""."""
+        due = bool(self.ring[NOW] > self.ring[SMALLEST]) and not self.warned
         self.warned |= due
         return (
             f"the ring has opened: a gap of {self.as_text(self.widest)} (r: smallest disc radius; 2 r lets a disc escape)"
@@ -107,6 +126,24 @@ def gaps_between(disc, ring):
         distance = np.sqrt((disc[q, X] - disc[p, X]) ** 2 + (disc[q, Y] - disc[p, Y]) ** 2)
         gaps[p] = distance - disc[p, RADIUS] - disc[q, RADIUS]
     return gaps
+
+
+@jit
+def watch_ring(disc, ring, found):
+    """Measures the widest of the gaps (1) of the first `ring` discs; returns whether it exceeds the smallest radius.
+
+    found (5,): smallest radius of a free disc, width and place of the widest gap so far, widest gap now [m].
+    """
+    found[NOW] = -np.inf
+    for p in range(ring):
+        q = p + 1 if p + 1 < ring else 0
+        distance = np.sqrt((disc[q, X] - disc[p, X]) ** 2 + (disc[q, Y] - disc[p, Y]) ** 2)
+        gap = distance - disc[p, RADIUS] - disc[q, RADIUS]
+        found[NOW] = max(found[NOW], gap)
+        if gap > found[WIDTH]:
+            found[WIDTH] = gap
+            found[PLACE_X], found[PLACE_Y] = 0.5 * (disc[p, X] + disc[q, X]), 0.5 * (disc[p, Y] + disc[q, Y])
+    return found[NOW] > found[SMALLEST]
 
 
 def opening(model, state, gaps, disc):

@@ -6,7 +6,7 @@ sum Fn^2 / 2 kn + Fs^2 / 2 ks, in rolling springs Mr^2 / 2 kr, in parallel bonds
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED
-from dem_server.model import INERTIA, MASS, RADIUS, SPIN, VX, VY
+from dem_server.model import INERTIA, MASS, RADIUS, SPIN, VX, VY, Y
 from dem_server.step import walls
 from dem_server.step.compiled_laws import bending_stiffness, bond_radius, effective_radius, rolling_stiffness
 
@@ -68,9 +68,18 @@ def stored(model, state):
     return total if state.walls is None else total + walls.stored(model, state)
 
 
+@jit
+def weight_height_kernel(disc, weight, first):
+    """Kernel of `weight_height`."""
+    total = 0.0
+    for i in range(first, disc.shape[0]):
+        total += weight[i] * disc[i, Y]
+    return total
+
+
 def weight_height(model, state):
     """Sum [kg m] over the free discs of the mass that gravity acts on times y."""
-    return float(state.weight[model.ring :] @ state.x[model.ring :, 1])
+    return weight_height_kernel(state.disc, state.weight, model.ring)
 
 
 def potential(state, gravity):

@@ -320,17 +320,35 @@ class DiscreteSide(Kept):
         self.time += order.dt
         self.watch.stages[-1].steps += 1
         if self.steps % self.record_of_stage.history == 0:
-            self.looked = self._new_answer(order.gravity)
-            name = self.scene.stage[self.stage].name
-            warning = self.guard.check(self.model, self.state)
-            if warning:
-                log.warning("step %d of stage %s: %s", self.steps, name, warning)
-            self.progress(name, "", self.steps, None, self.looked.ratio, order.gravity_factor)
+            self.look(order)
+
+    def look(self, order):
+        """Computes an Answer and checks the ring after a step with histories."""
+        self.looked = self._new_answer(order.gravity)
+        self._say(self.guard.check(self.model, self.state))
+        self.progress(self._name_of(self.stage), "", self.steps, None, self.looked.ratio, order.gravity_factor)
+
+    def judge_look(self, looked):
+        """Judges what compiled code has noticed in the last look, which found `looked`."""
+        self._refuse_ratio(looked.ratio)
+        self._say(self.guard.judge())
+
+    def note_looks(self, steps, looks, times, factor):
+        """Records histories of several looks of compiled code; times [s]; factor: of the gravity of the last step."""
+        self.recorder.histories(steps, self._histories(looks, times))
+        self.progress(self._name_of(self.stage), "", steps[-1], None, looks[-1].ratio, factor)
+
+    def _say(self, warning):
+        if warning:
+            log.warning("step %d of stage %s: %s", self.steps, self._name_of(self.stage), warning)
+
+    def _refuse_ratio(self, ratio):
+        if not np.isfinite(ratio):
+            raise PhysicsFailed(f"the discs' forces are NaN or infinite after step {self.steps}")
 
     def _new_answer(self, gravity):
         ratio = unbalanced_ratio.unbalanced_ratio(self.model, self.state, gravity)
-        if not np.isfinite(ratio):
-            raise PhysicsFailed(f"the discs' forces are NaN or infinite after step {self.steps}")
+        self._refuse_ratio(ratio)
         broken = self.state.broken_tension + self.state.broken_shear
         return messages.Answer(
             ratio=ratio,
@@ -345,15 +363,7 @@ class DiscreteSide(Kept):
 
     def record(self, order):
         """Writes histories, frames and checkpoints as the Order demands."""
-        if self.steps % self.record_of_stage.history == 0:
-            self.recorder.history(
-                self.steps,
-                unbalanced_ratio=self.looked.ratio,
-                bonds_broken=int(self.looked.broken),
-                kinetic_energy=self.looked.kinetic,
-                velocity_caps=int(self.looked.warnings),
-                **({"time": self.time} if self.model.in_real_time else {}),
-            )
+        self.record_histories()
         flags = int(order.flags)
         name = self._name_of(int(order.stage))
         if flags & messages.RECORD:
@@ -379,6 +389,20 @@ class DiscreteSide(Kept):
             self.written.append(path)
             prune(self.out, restart.name(self.rank), self.written)
             self.conversation.stop.check()
+
+    def record_histories(self):
+        """Records histories if they have a point after the present step."""
+        if self.steps % self.record_of_stage.history == 0:
+            self.recorder.histories([self.steps], self._histories([self.looked], [self.time]))
+
+    def _histories(self, looks, times):
+        return {
+            "unbalanced_ratio": [look.ratio for look in looks],
+            "bonds_broken": [int(look.broken) for look in looks],
+            "kinetic_energy": [look.kinetic for look in looks],
+            "velocity_caps": [int(look.warnings) for look in looks],
+            **({"time": times} if self.model.in_real_time else {}),
+        }
 
     def _note_limit(self, name):
         """Stores the safe limit of the step at the end of a stage; sub-steps do not change it (clock.py)."""

@@ -10,24 +10,28 @@ from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
+from coupler_protocol.compiled.system_calls import nanoseconds
 from coupler_protocol.wire.messages import Answer, Order
+from fdm_server.coupling.look import look, note
 from fdm_server.coupling.rim import apply_forces
-from fdm_server.coupling.rim_growth import NOTICED, watch_growth
+from fdm_server.coupling.rim_growth import NOTICED as GROWS
+from fdm_server.coupling.rim_growth import watch_growth, watch_power
 from fdm_server.step.gridpoint_pass import velocity_kernel
 from fdm_server.step.zone_pass import move_kernel, zones_kernel
 
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
 STAGE, STEP, GRAVITY, FACTOR, DT, INTERVAL, FLAGS = range(ORDER)
-DONE, MIDWAY, UNHEARD, INFINITE, UNSENT, GROWN, INVERTED, TOO_LONG = range(8)  # why the loop ended
+POWER = Answer._fields.index("power")
+DONE, UNHEARD, INFINITE, UNSENT, NOTICED, INVERTED, TOO_LONG = range(7)  # why the loop ended
 Numbers = NDArray[np.float64]
 
 
 class Rims(NamedTuple):
     """Rims of W windows, one after the other: K gridpoints in all; begin (W+1,): first one of a rim.
 
-    force (K,2), sums (K,), answer (W, 8): of the last FORCE; added (K,): mass of the gridpoints from it, `sums` or `inner_mass`;
-    inner_mass, reaction (K,2), reaction_mass: of the hand-over
-    (rim.py); velocity (K,2): of the last VELOCITY; before (K,2), size (W, 5), floor (W,): of the watch of growth.
+    force (K,2), sums (K,), answer (W,8): of the last FORCE; added (K,): mass of the gridpoints from it, `sums` or `inner_mass`.
+    inner_mass, reaction (K,2), reaction_mass: of the hand-over (rim.py). velocity (K,2): of the last VELOCITY. before (K,2),
+    size (W,7), floor (W,), every, awaited (W,3,3), verdict (W,5): of the watches of growth and power (rim_growth.py).
     """
 
     nodes: NDArray[np.int64]
@@ -43,17 +47,26 @@ class Rims(NamedTuple):
     before: Numbers
     size: Numbers
     floor: Numbers
+    every: int
+    awaited: Numbers
+    verdict: Numbers
 
 
 class Course(NamedTuple):
-    """n plain steps ahead: gravity (n+1,) [m/s2], its factor (n+1,), share (n,) of the discs in the rims' forces."""
+    """n plain steps ahead: gravity (n+1,) [m/s2], its factor (n+1,), share (n,) of the discs in the rims' forces.
+
+    stage: its number; first, noted: numbers of the first step, and of the last one after which histories are noted; seconds:
+    length of a step, 1 in static mode; until: monotonic time [ns] after which no step begins.
+    """
 
     gravity: Numbers
     factor: Numbers
     share: Numbers
     stage: float
-    first: int  # number of the first step in the run
-    seconds: float  # length of a step, 1 in static mode
+    first: int
+    noted: int
+    seconds: float
+    until: int
 
 
 @jit(borrows=True)
@@ -102,13 +115,28 @@ def too_long(rims, mass, added_mass, static_mass, dt):
     return False
 
 
+@jit(borrows=True)
+def watch_rims(rims, number, seconds):
+    """Watches growth and power of the rims in a step with this number, of some seconds; returns whether one has to be judged."""
+    noticed = False
+    for w in range(len(rims.floor)):
+        k0, k1 = rims.begin[w], rims.begin[w + 1]
+        velocity = rims.velocity[k0:k1]
+        noticed |= watch_growth(velocity, rims.before[k0:k1], rims.size[w], rims.floor[w], seconds) == GROWS
+        noticed |= watch_power(
+            rims.force[k0:k1], velocity, rims.answer[w, POWER], number, rims.every, rims.awaited[w], rims.verdict[w]
+        )
+    return noticed
+
+
 @jit
-def plain_loop(wire, rims, course, points, resistance, always, effects, midway, pauses):
+def plain_loop(wire, rims, course, points, resistance, always, effects, midway, sight, marks):
     """Takes the steps of `course`; returns (steps completed, rims heard in the step that is not, why it ended).
 
     points: applied, added_mass, mass, weight_mass, fixed, static_mass (None in static mode); resistance: damping, half_combined,
-    previous, half_drag of `velocity_kernel`; always, effects: of fdm_server.step.zone_pass.zone_arguments.
-    midway: the first step has sent its velocities already; pauses: the first step ends there (MIDWAY).
+    previous, half_drag of `velocity_kernel`; always, effects: of fdm_server.step.zone_pass.zone_arguments; sight: the Sight of
+    the stage. midway: the first step has sent its velocities and looked already. marks (n,2): times [ns] between which each step
+    waits for FORCE, None without a trace.
     """
     applied, added_mass, mass, weight_mass, fixed, static_mass = points
     damping, half_combined, previous, half_drag = resistance
@@ -117,17 +145,21 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, midway, 
     mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy = effects
     windows, count, strips = len(wire.fd), velocity.shape[0], len(gather[1]) - 2
     for step in range(len(course.share)):
-        unsent = False
-        grown = False
+        if step > 0 and nanoseconds(wire.asked) > course.until:
+            return step, 0, DONE
+        number, gravity = course.first + step, course.gravity[step]
         if not midway:
+            if marks is not None:
+                marks[step, 0] = nanoseconds(wire.asked)
             for w in range(windows):
                 if take(wire, w) != HERE:
                     return step, w, UNHEARD
                 read_forces(wire, w, rims)
-            share, gravity = course.share[step], course.gravity[step]
+            if marks is not None:
+                marks[step, 1] = nanoseconds(wire.asked)
             apply_forces(
-                rims.nodes, rims.force, rims.added, share, gravity, rims.inner_mass, rims.reaction, rims.reaction_mass,
-                applied, added_mass,
+                rims.nodes, rims.force, rims.added, course.share[step], gravity, rims.inner_mass, rims.reaction,
+                rims.reaction_mass, applied, added_mass,
             )  # fmt: skip
             if too_long(rims, mass, added_mass, static_mass, dt):
                 return step, windows, TOO_LONG
@@ -135,18 +167,17 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, midway, 
                 0, count, force, applied, mass, added_mass, weight_mass, fixed, gravity,
                 damping, half_combined, previous, half_drag, dt, velocity,
             )  # fmt: skip
+            unsent = False
             for w in range(windows):
                 if not write_velocities(wire, w, rims, velocity, course, step):
                     return step, w, INFINITE
                 unsent |= not put(wire, w)
                 wire.sequence[w] += 1
-            for w in range(windows):
-                k0, k1 = rims.begin[w], rims.begin[w + 1]
-                grown |= (
-                    watch_growth(rims.velocity[k0:k1], rims.before[k0:k1], rims.size[w], rims.floor[w], course.seconds) == NOTICED
-                )
-            if pauses or unsent or grown:
-                return step, windows, UNSENT if unsent else (GROWN if grown else MIDWAY)
+            noticed = watch_rims(rims, number, course.seconds)
+            if (number - 1) % sight.every == 0:
+                noticed |= look(number - 1, rims, points, gather, arrays, gravity, course.seconds, sight)
+            if unsent or noticed:
+                return step, windows, UNSENT if unsent else NOTICED
         midway = False
         move_kernel(0, count, velocity, dt, displacement)
         inverted = zones_kernel(
@@ -155,4 +186,6 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, midway, 
         )  # fmt: skip
         if inverted > 0:
             return step, windows, INVERTED
+        if number % sight.every == 0 and number <= course.noted:
+            note(number, course.factor[step], points, arrays, gravity, sight)
     return len(course.share), 0, DONE

@@ -1,22 +1,23 @@
 """Plain steps of a coupled stage: as many as possible in one compiled call (plain_loop.py), beside the loop step by step.
 
 A step is plain if nothing outside the kernels has to see it: it writes no frame, is not the last of the stage, and no effect of
-the stage acts between its kernels. Histories need no step of their own: what is seen in the middle of a step ends the call
-there, the next one goes on from there, and points of histories follow the last step of a call.
+the stage acts between its kernels. Histories need no step of their own: compiled code notes their values (look.py), and
+only what has to be judged at once ends a call, in the middle of a step, from where the next one goes on.
 """
+
+import time
 
 import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
 from coupler_protocol.wire import lanes, messages
 from coupler_protocol.wire.lockstep import PATIENCE
+from fdm_server.coupling import look
 from fdm_server.coupling.common_step import check_common_step
 from fdm_server.coupling.plain_loop import (
     DONE,
-    GROWN,
     INFINITE,
     INVERTED,
-    MIDWAY,
     TOO_LONG,
     UNHEARD,
     UNSENT,
@@ -30,7 +31,7 @@ from fdm_server.step.gridpoint_pass import resistance
 from fdm_server.step.safety import Unstable, check_zones
 from fdm_server.step.zone_pass import zone_arguments
 
-MOST = 100  # steps of a call, after which stop requests are obeyed
+MOST = 2000  # steps of a call
 
 
 def obstacle(side, stage):
@@ -45,7 +46,6 @@ def obstacle(side, stage):
         "volumetric strain is averaged at gridpoints": side.model.nodal is not None,
         "the grid has several threads": len(parts.points) > 1 or len(parts.strips) > 1,
         "loads or boundaries change": bool(stage.ramps) or stage.load is not None or stage.sides.act,
-        "a trace is recorded": side.scene.record.trace is not None,
     }
     return next((words for words, there in found.items() if there), "")
 
@@ -61,6 +61,8 @@ class PlainSteps:
         if not self.why_not:
             self.lanes = side.hub.transport.lanes
             self.rims = _side_by_side(stage, side.state.in_real_time)
+            self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
+            self.sight, self.names = look.sight_of(side, stage, MOST)
 
     def take(self):
         """Takes all plain steps from the present one on; returns before the first step that has to be taken by itself."""
@@ -70,7 +72,7 @@ class PlainSteps:
     def _begins(self):
         """Whether plain steps are taken: at once if the loop is compiled, else in a stage that proves to be long."""
         if not self._begun:
-            known = not self._asked and is_compiled(plain_loop, self._arguments(self._course(0), False, False))
+            known = not self._asked and is_compiled(plain_loop, self._arguments(self._course(0), False))
             self._asked = True
             self._begun = known or self.stage.done >= lanes.EARLIEST
         return self._begun and self.lanes.whole
@@ -81,14 +83,15 @@ class PlainSteps:
         return {"plain_steps": self.taken} | ({"one_by_one": why} if why else {})
 
     def _ahead(self):
-        """Number of plain steps up to the next point of histories, frame, change of masses, or end."""
+        """Number of plain steps up to the next frame, change of masses, or end."""
         side, stage, record = self.side, self.stage, self.stage.record
         if stage.ended_by or any(rim.talk.strain_asked for rim in stage.rims) or not stage.step_is_known:
             return 0
         if stage.checkpoint_due(side.steps + 1):
             return 0
-        count = min(MOST, record.history - side.steps % record.history, record.every - 1 - side.steps % record.every)
-        count = min(count, side.clock.steps_before(side.steps + 1))
+        count = min(MOST, record.every - 1 - side.steps % record.every, side.clock.steps_before(side.steps + 1))
+        if side.state.driven is not None:  # movements of boundaries are recorded in Python
+            count = min(count, record.history - side.steps % record.history)
         if side.state.mass is not None:
             count = min(count, shape.MASS_STEPS - side.state.mass_age)
         if stage.stage.until.steps is not None:
@@ -99,12 +102,10 @@ class PlainSteps:
         """Takes `count` plain steps; returns whether all of them were taken."""
         side, stage = self.side, self.stage
         side.hub.stop.check(PATIENCE)
-        course = self._course(count)
-        pauses, midway = side.steps % stage.record.history == 0, False
+        course, midway = self._course(count), False
         while True:
-            steps, heard, why = self._loop(course, midway, pauses)
-            self._count(steps)
-            course, midway, pauses = _after(course, steps), False, pauses and not steps
+            steps, heard, why = self._loop(course, midway)
+            self._count(steps, course.noted)
             if why == DONE:
                 return True
             if why == UNHEARD:
@@ -116,15 +117,10 @@ class PlainSteps:
             if why == UNSENT:
                 for rim in stage.rims:
                     rim.talk.conversation.send_by_link()
-            if why in (UNSENT, GROWN):
-                for watch in stage.interface:
-                    watch.growth.judge()
-            if pauses:
-                stage.observe(side.model, side.state)
-                pauses = False
-                if stage.ended_by:  # this step is completed, the next one is the last
-                    course = course._replace(gravity=course.gravity[:2], factor=course.factor[:2], share=course.share[:1])
-            midway = why in (MIDWAY, UNSENT, GROWN)
+            stage.judge_plain_step(looked=side.steps % stage.record.history == 0)
+            course, midway = _after(course, steps), True
+            if stage.ended_by:  # this step is completed, the next one is the last
+                course = course._replace(gravity=course.gravity[:2], factor=course.factor[:2], share=course.share[:1])
 
     def _refuse(self, why, row):
         """Raises what the loop step by step raises there; row: of the rim. Raises Unstable or PhysicsFailed."""
@@ -139,47 +135,74 @@ class PlainSteps:
     def _course(self, count):
         """The Course of the next `count` steps."""
         side, stage = self.side, self.stage
-        leg, done = stage.leg, stage.done
-        factor = np.array([leg.factor(step) for step in range(done, done + count + 1)])
-        share = np.array([stage.share_at(step) for step in range(done, done + count)], dtype=np.float64)
-        return Course(leg.gravity * factor, factor, share, float(stage.index), side.steps + 1, clock.seconds(side.state))
+        factor = stage.leg.factors(stage.done, count + 1)
+        gravity, share = stage.leg.gravity * factor, stage.shares(stage.done, count)
+        last = side.steps + count
+        if side.state.driven is not None:
+            noted = 0
+        elif side.state.mass is not None and side.state.mass_age + count == shape.MASS_STEPS:
+            noted = last - 1  # after the last step the masses change, then histories follow
+        else:
+            noted = last
+        until = time.monotonic_ns() + lanes.LONGEST
+        return Course(gravity, factor, share, float(stage.index), side.steps + 1, noted, clock.seconds(side.state), until)
 
-    def _loop(self, course, midway, pauses):
+    def _loop(self, course, midway):
         """One compiled call."""
         wire = self.lanes.wire
         conversations = [rim.talk.conversation for rim in self.stage.rims]
         wire.sequence[:] = [talk.sequence for talk in conversations]
         wire.waited[0] = 0
-        found = plain_loop(*self._arguments(course, midway, pauses))
+        self.sight.rows[:] = 0
+        self.sight.ratio[0] = self.stage.ratio
+        found = plain_loop(*self._arguments(course, midway))
         for row, talk in enumerate(conversations):
             sequence = int(wire.sequence[row])
             talk.continue_from(sequence, self.lanes.said(row) if sequence != talk.sequence else None)
         for row, rim in enumerate(self.stage.rims):
             rim.answer = messages.Answer(*self.rims.answer[row].tolist())
             rim.sums = self.rims.sums[slice(*self.rims.begin[row : row + 2])].copy()
-        self.side.watch.add_waiting(1e-9 * float(wire.waited[0]))
+        self.side.watch.add_plain_steps(found[0], 1e-9 * float(wire.waited[0]), self.marks)
         return found
 
-    def _arguments(self, course, midway, pauses):
+    def _arguments(self, course, midway):
         """Arguments of `plain_loop`."""
         model, state = self.side.model, self.side.state
         static_mass = shape.static_mass(model, state) if state.in_real_time else None
         points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
         always, effects = zone_arguments(model, state)
-        return self.lanes.wire, self.rims, course, points, resistance(model, state, state.dt), always, effects, midway, pauses
+        return (
+            self.lanes.wire,
+            self.rims,
+            course,
+            points,
+            resistance(model, state, state.dt),
+            always,
+            effects,
+            midway,
+            self.sight,
+            self.marks,
+        )
 
-    def _count(self, steps):
-        """Counts completed steps; records histories if they are due after the last one."""
-        side, stage = self.side, self.stage
-        if not steps:
-            return
+    def _count(self, steps, noted):
+        """Counts completed steps, and reads what was seen during and after them; noted: of the Course."""
+        side, stage, rows = self.side, self.stage, self.sight.looks[: self.sight.rows[0]]
+        begun, time = side.steps, side.time
         self.taken += steps
         stage.plain_steps_done(steps)
-        for watch in stage.interface:
-            watch.check_power(side.steps)
-        if side.state.mass is not None:
+        before = side.steps - stage.done
+        if len(rows):
+            stage.note_looks((int(done) - before, (ratio, largest), far) for done, ratio, largest, far in rows.tolist())
+        if side.state.mass is not None and steps:
             shape.count_steps(side.model, side.state, steps)
-        if side.steps % stage.record.history == 0:
+        if self.sight.rows[1]:
+            side.watch.add_to("computing")
+            numbers, values = look.values(self.sight, self.names)
+            if side.state.in_real_time:
+                values["time"] = stage.times(time, [number - begun for number in numbers])
+            side.recorder.histories(numbers, values)
+            side.watch.add_to("recording")
+        if steps and side.steps > noted and side.steps % stage.record.history == 0:
             side.watch.add_to("computing")
             side.record(stage, stage.plain_order())
             side.watch.add_to("recording")
@@ -204,11 +227,15 @@ def _side_by_side(stage, in_real_time):
         np.concatenate([watch.growth.before for watch in watches]),
         np.array([watch.growth.size for watch in watches]),
         np.array([watch.growth.floor for watch in watches]),
+        watches[0].power.every,
+        np.array([watch.power.awaited for watch in watches]),
+        np.array([watch.power.verdict for watch in watches]),
     )
     for row, (rim, watch) in enumerate(zip(rims, watches, strict=True)):
         own = slice(begin[row], begin[row + 1])
         rim.force, rim.before = of_all.force[own], of_all.velocity[own]
         watch.growth.before, watch.growth.size = of_all.before[own], of_all.size[row]
+        watch.power.awaited, watch.power.verdict = of_all.awaited[row], of_all.verdict[row]
     return of_all
 
 

@@ -31,6 +31,7 @@ LAST, PEAK, STEPS, BEGIN, WARNED, RATIO, FOUND = range(7)
 STILL = 1e-12  # path in a step, over the rim's size, below which motion is round-off
 MISMATCH, WRONG = 1e-9, 3  # of sum |P||v|; mismatches in a row that end the run
 DELAY = 2  # steps from a step to the FORCE with the discs' power in that step
+IN_A_ROW, NEW, THEN, OURS, THEIRS = range(5)  # of the verdict of `watch_power`
 
 
 @jit
@@ -94,35 +95,65 @@ class GrowthWatch(Kept):
             raise Unstable(f"growth: {text}")
 
 
+@jit
+def watch_power(force, velocity, theirs, step, every, awaited, verdict):
+    """Compares the power of a step with that of the discs; returns whether they differ.
+
+    force (K,2) [N], velocity (K,2) [m/s]: of the rim in the `step`-th step of the run, a multiple of `every` (0: no watch);
+    theirs [W]: of the last FORCE. awaited (3,3): steps (0: none), powers and scales for which the discs' power has not arrived.
+    verdict (5,): mismatches in a row, whether the last comparison was one, its step, and both powers.
+    """
+    if every == 0:
+        return False
+    verdict[NEW] = 0.0
+    for row in range(awaited.shape[0]):
+        then, power, scale = awaited[row, 0], awaited[row, 1], awaited[row, 2]
+        if then > 0.0 and then + DELAY <= step:
+            awaited[row, 0] = 0.0
+            if abs(power - theirs) <= MISMATCH * scale:
+                verdict[IN_A_ROW] = 0.0
+            else:
+                verdict[IN_A_ROW] += 1.0
+                verdict[NEW], verdict[THEN], verdict[OURS], verdict[THEIRS] = 1.0, then, power, theirs
+    if step % every == 0:
+        power = scale = 0.0
+        for i in range(velocity.shape[0]):
+            for axis in range(2):
+                part = force[i, axis] * velocity[i, axis]
+                power += part
+                scale += abs(part)
+        row = step // every % awaited.shape[0]
+        awaited[row, 0], awaited[row, 1], awaited[row, 2] = step, power, scale
+    return verdict[NEW] != 0.0
+
+
 class PowerWatch(Kept):
     """Watch of the power of both sides at the rim `rim`, in every step that is a multiple of `every`; calls warn(name, text)."""
 
-    KEPT = ("awaited", "wrong")
+    KEPT = ("awaited", "verdict")
 
     def __init__(self, rim, every, warn):
         self.rim, self.every, self.warn = rim, every, warn
-        self.awaited = []  # (step, power, scale) for which the discs' power has not arrived
-        self.wrong = 0  # mismatches in a row
+        self.awaited, self.verdict = np.zeros((DELAY + 1, 3)), np.zeros(5)
 
     def check(self, velocity, step):
         """Checks the power with the velocities (2K,) [m/s] of the `step`-th step of the run. Raises Unstable."""
-        if self.awaited and self.awaited[0][0] + DELAY <= step:  # later in a row of plain steps, under the same Answer
-            self._compare(*self.awaited.pop(0))
-        if step % self.every == 0:
-            force = self.rim.force.ravel()
-            self.awaited.append((step, float(force @ velocity), float(np.abs(force) @ np.abs(velocity))))
+        theirs = float(self.rim.answer.power)
+        watch_power(self.rim.force, velocity.reshape(-1, 2), theirs, step, self.every, self.awaited, self.verdict)
+        self.judge()
 
-    def _compare(self, step, power, scale):
-        theirs = self.rim.answer.power
-        self.wrong = 0 if abs(power - theirs) <= MISMATCH * scale else self.wrong + 1
-        if not self.wrong:
+    def judge(self):
+        """Warns of a mismatch that was just found, or ends the run. Raises Unstable."""
+        if not self.verdict[NEW]:
             return
+        in_a_row, _, step, power, theirs = self.verdict.tolist()
+        self.verdict[NEW] = 0.0
         text = (
-            f"the rim of window {self.rim.window.name!r} took {power:.6g} W in step {step}, its discs gave {theirs:.6g} W: "
+            f"the rim of window {self.rim.window.name!r} took {power:.6g} W in step {step:.0f}, its discs gave {theirs:.6g} W: "
             f"forces and velocities do not match"
         )
         self.warn("mismatch", text)
-        if self.wrong >= WRONG:
+        if in_a_row >= WRONG:
             raise Unstable(f"mismatch: {text}")
 
 
@@ -132,24 +163,23 @@ class RimWatch:
     def __init__(self, rim, every, kept, warn):
         self.rim = rim
         self.growth = GrowthWatch(rim, warn)
-        self.power = PowerWatch(rim, every, warn) if kept else None
+        self.power = PowerWatch(rim, every if kept else 0, warn)
 
     def saved(self):
         """What changes, for a checkpoint inside of the stage."""
-        return {"growth": self.growth.saved(), "power": self.power and self.power.saved()}
+        return {"growth": self.growth.saved(), "power": self.power.saved()}
 
     def restore(self, saved):
         """Sets what `saved` gave."""
         self.growth.restore(value_of(saved, "growth"))
-        if self.power is not None:
-            self.power.restore(value_of(saved, "power"))
+        self.power.restore(value_of(saved, "power"))
 
     def check(self, dt, step):
         """Checks the velocities of the `step`-th step, of dt [s], after they were sent. Raises Unstable."""
         self.growth.check(self.rim.before, dt)
-        self.check_power(step)
+        self.power.check(self.rim.before, step)
 
-    def check_power(self, step):
-        """Checks the power of the `step`-th step, with the velocities that were sent last. Raises Unstable."""
-        if self.power is not None:
-            self.power.check(self.rim.before.ravel(), step)
+    def judge(self):
+        """Judges what the kernels of both watches found in the last step. Raises Unstable."""
+        self.growth.judge()
+        self.power.judge()

@@ -11,15 +11,19 @@ deformation gradient and its stretch are
 (exact for uniform strain of the zone; for a triangle two sides replace the diagonals).
 """
 
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from coupler_protocol.files.kept import Kept
+from coupler_protocol.compiled.jit import jit
+from coupler_protocol.files.kept import Kept, like, value_of
 from coupler_protocol.geometry import spot
 from coupler_protocol.scene.local_origin import in_the_scene
 
 FAR = 3.0
+WORST, ROW, PLACE_X, PLACE_Y, NOW = range(5)  # of Stretch.found
 
 
 class Stretched(NamedTuple):
@@ -35,32 +39,82 @@ class Stretched(NamedTuple):
         return f"zone {self.zone} at {self.where} is stretched to {self.stretch:.2g} times its size"
 
 
+class Stretch(NamedTuple):
+    """Z zones on rims: drawn (N,2) [m] of all gridpoints, zones (Z,4), inverse (Z,2,2): X^-1 of Eq (1).
+
+    found (5,): largest stretch so far, row of its zone, centre of that zone then [m], and largest stretch now.
+    """
+
+    drawn: NDArray[np.float64]
+    zones: NDArray[np.int64]
+    inverse: NDArray[np.float64]
+    found: NDArray[np.float64]
+
+
+@jit
+def largest_stretch(a, b, c, d):
+    """The larger singular value of the matrix [[a, b], [c, d]]."""
+    return 0.5 * (hypot(a + d, c - b) + hypot(a - d, b + c))
+
+
+@jit
+def watch_stretch(displacement, stretch):
+    """Measures stretches with displacements (N,2) [m]; returns whether one is FAR or more."""
+    drawn, zones, inverse, found = stretch
+    found[NOW] = 0.0
+    for z in range(len(zones)):
+        i, j, k, m = zones[z, 0], zones[z, 1], zones[z, 2], zones[z, 3]
+        ix, iy = drawn[i, 0] + displacement[i, 0], drawn[i, 1] + displacement[i, 1]
+        jx, jy = drawn[j, 0] + displacement[j, 0], drawn[j, 1] + displacement[j, 1]
+        kx, ky = drawn[k, 0] + displacement[k, 0], drawn[k, 1] + displacement[k, 1]
+        mx, my = drawn[m, 0] + displacement[m, 0], drawn[m, 1] + displacement[m, 1]
+        ax, ay, bx, by = kx - ix, ky - iy, mx - jx, my - jy  # the diagonals
+        now = largest_stretch(
+            ax * inverse[z, 0, 0] + bx * inverse[z, 1, 0], ax * inverse[z, 0, 1] + bx * inverse[z, 1, 1],
+            ay * inverse[z, 0, 0] + by * inverse[z, 1, 0], ay * inverse[z, 0, 1] + by * inverse[z, 1, 1],
+        )  # fmt: skip
+        found[NOW] = max(found[NOW], now)
+        if now > found[WORST]:
+            found[WORST], found[ROW] = now, z
+            found[PLACE_X], found[PLACE_Y] = 0.25 * (ix + jx + kx + mx), 0.25 * (iy + jy + ky + my)
+    return found[NOW] >= FAR
+
+
 class StretchWatch(Kept):
     """Watch of the zones with a corner among the gridpoints `nodes` (K,) of rims, during one stage."""
 
-    KEPT = ("worst", "warned")
+    KEPT = ("warned",)
 
     def __init__(self, model, nodes):
         beside = np.isin(model.zones, nodes).any(axis=1)
-        self.zones, self.number = model.zones[beside], model.zone[beside]
-        self.drawn, self.origin = model.grid.xy, model.grid.origin
-        self.worst, self.warned = None, False
+        self.number, self.origin, self.warned = model.zone[beside], model.grid.origin, False
+        zones = model.zones[beside]
+        self.stretch = Stretch(model.grid.xy, zones, np.linalg.inv(diagonals(model.grid.xy, zones)), np.zeros(5))
+
+    @property
+    def worst(self):
+        """The Stretched zone with the largest stretch so far."""
+        stretch, row, x, y, _ = self.stretch.found.tolist()
+        centre = np.array([x, y])
+        return Stretched(stretch, int(self.number[int(row)]), in_the_scene(centre, self.origin), spot(centre, self.origin))
+
+    def saved(self):
+        """What changes, for a checkpoint inside of the stage."""
+        return super().saved() | {"found": self.stretch.found}
 
     def restore(self, saved):
         """Sets what `saved` gave."""
         super().restore(saved)
-        self.worst = None if self.worst is None else Stretched(**self.worst)
+        self.stretch.found[:] = like("StretchWatch.found", self.stretch.found, value_of(saved, "found"))
 
     def check(self, displacement):
         """Measures stretches with displacements (N,2) [m] since the grid was drawn; returns a warning the first time, else ""."""
-        now = self.drawn + displacement
-        stretch = stretches(self.drawn, now, self.zones)
-        i = int(stretch.argmax())
-        if self.worst is None or stretch[i] > self.worst.stretch:
-            centre = now[self.zones[i]].mean(axis=0)
-            place = in_the_scene(centre, self.origin)
-            self.worst = Stretched(float(stretch[i]), int(self.number[i]), place, spot(centre, self.origin))
-        due = stretch[i] >= FAR and not self.warned
+        watch_stretch(displacement, self.stretch)
+        return self.judge()
+
+    def judge(self):
+        """Returns a warning of the last measurement the first time, else ""."""
+        due = self.stretch.found[NOW] >= FAR and not self.warned
         self.warned |= bool(due)
         return f"on the rim of a window {self.worst.as_text()}: use finer zones there" if due else ""
 
@@ -68,14 +122,8 @@ class StretchWatch(Kept):
         """Content of a stage's row in run.json if there was a warning; else {}."""
         if not self.warned:
             return {}
-        found = {"zone": self.worst.zone, "stretch": self.worst.stretch, "place": self.worst.place.tolist()}
-        return {"rim_stretched": found}
-
-
-def stretches(drawn, now, zones):
-    """Largest stretch (Z,) of zones (Z,4) by Eq (1), from gridpoints (N,2) [m] as drawn and now."""
-    before, after = diagonals(drawn, zones), diagonals(now, zones)
-    return np.linalg.svd(after @ np.linalg.inv(before), compute_uv=False)[:, 0]
+        worst = self.worst
+        return {"rim_stretched": {"zone": worst.zone, "stretch": worst.stretch, "place": worst.place.tolist()}}
 
 
 def diagonals(xy, zones):

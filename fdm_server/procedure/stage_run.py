@@ -4,6 +4,8 @@ import copy
 import json
 import logging
 
+import numpy as np
+
 from coupler_protocol.files import checkpoint
 from coupler_protocol.files.kept import Kept, value_of
 from coupler_protocol.scene import rest
@@ -136,6 +138,12 @@ class StageRun(Kept):
         """The share in the step with this number (from 0) of the stage."""
         return min(1.0, step / self._handover) if self._handover else 1.0
 
+    def shares(self, first, count):
+        """The shares (count,) in the steps from `first` on, with the bits of `share_at`."""
+        if first >= self._handover:
+            return np.ones(count)
+        return np.minimum(1.0, np.arange(first, first + count) / self._handover)
+
     @property
     def ramps(self):
         """The Ramps of loads that change in this stage."""
@@ -203,9 +211,7 @@ class StageRun(Kept):
         self._unjudged = True
         check_motion(model, state)
         self.energy.check(model, state, self.gravity)
-        warning = self.stretch.check(state.displacement) if self.stretch else ""
-        if warning:
-            log.warning("step %d of stage %s: %s", self.side.steps, self.stage.name, warning)
+        self._say(self.stretch.check(state.displacement) if self.stretch else "")
         if self.ledger:
             values = {f"energy_{name}": value for name, value in self.ledger.values(model, state).items()}
             if self.rims:
@@ -214,11 +220,33 @@ class StageRun(Kept):
 
     def _judge(self, model, state):
         self._unjudged = False
-        ratios = self._ratios(model, state)
+        self.note_look(self.done, self._ratios(model, state), farthest(state.displacement))
+
+    def note_look(self, done, ratios, displacement):
+        """Takes note of the ratios of both codes, that of the grid first, and the largest displacement after `done` steps."""
+        self.note_looks([(done, ratios, displacement)])
+
+    def note_looks(self, looks):
+        """Takes note of what looks have found, as `note_look`: rows (done, ratios, displacement)."""
+        waiting = bool(self.held)
+        for done, ratios, displacement in looks:
+            self.ended_by = self.ended_by or self._ending.reached(done + 1, ratios, displacement, waiting)
         self.ratio = ratios[0]
-        displacement = farthest(state.displacement)
-        self.ended_by = self.ended_by or self._ending.reached(self.done + 1, ratios, displacement, bool(self.held))
-        self.side.progress(self.stage.name, "", self.done, self.stage.until.steps, max(ratios), self.factor)
+        self.side.progress(self.stage.name, "", done, self.stage.until.steps, max(ratios), self.factor)
+
+    def judge_plain_step(self, looked):
+        """Judges what compiled code has noticed in the middle of a plain step; looked: whether histories have a point there."""
+        side = self.side
+        for watch in self.interface:
+            watch.judge()
+        if looked:
+            check_motion(side.model, side.state)
+            self.energy.judge(side.model, side.state)
+            self._say(self.stretch.judge())
+
+    def _say(self, warning):
+        if warning:
+            log.warning("step %d of stage %s: %s", self.side.steps, self.stage.name, warning)
 
     def check_rest(self):
         """Warns if the stage should have come to rest and its steps or time were used up before."""
@@ -300,6 +328,16 @@ class StageRun(Kept):
         """Counts plain steps (fdm_server/coupling/plain_steps.py)."""
         self.pace.exchanges += steps
         self._count(steps, clock.seconds(self.side.state))
+
+    def times(self, begin, steps):
+        """Times [s] after numbers of steps in rising order, summed step by step from `begin`."""
+        dt, found, done = clock.seconds(self.side.state), [], 0
+        for count in steps:
+            for _ in range(count - done):
+                begin += dt
+            found.append(begin)
+            done = count
+        return found
 
     def plain_order(self):
         """Order for the last of the plain steps that are done."""

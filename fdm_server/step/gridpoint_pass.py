@@ -10,8 +10,6 @@ In static mode dt = 1, and there is no multiplication by dt. Velocities are at h
 
 from math import sqrt
 
-import numpy as np
-
 from coupler_protocol.compiled import threads
 from coupler_protocol.compiled.jit import jit
 from fdm_server.effects import combined_damping as combined_law
@@ -99,23 +97,50 @@ def imbalance_kernel(start, place, corner_force, force, applied, weight_mass, fi
     return largest, total, free
 
 
+@jit
+def ratio_of(largest, total, free):
+    """Ratio of what `imbalance_kernel` found: largest unbalanced force over the mean of all forces at a gridpoint [-]."""
+    return 0.0 if total == 0.0 else largest * free / total  # NaN stays NaN
+
+
 def unbalanced_ratio(model, state, gravity):
     """Largest unbalanced force over the mean, per gridpoint, of the magnitudes of all forces that act on it [-].
 
     Taken over gridpoints that can move, in the components in which they can; forces are those of zones on
     their corners, weights and applied forces.
     """
-    largest, total, free = imbalance_kernel(
+    return ratio_of(*imbalance_kernel(
         model.start, model.place, state.corner_force, state.force, state.applied, model.weight_mass,
         model.fixed, float(gravity),
-    )  # fmt: skip
-    return 0.0 if total == 0.0 else largest * free / total  # NaN stays NaN
+    ))  # fmt: skip
+
+
+@jit
+def kinetic_kernel(mass, added_mass, velocity):
+    """Kinetic energy [J] of gridpoints (N,)."""
+    in_x = in_y = 0.0
+    for n in range(velocity.shape[0]):
+        m = mass[n] + added_mass[n]
+        in_x += m * velocity[n, 0] ** 2
+        in_y += m * velocity[n, 1] ** 2
+    return 0.5 * (in_x + in_y)
 
 
 def kinetic_energy(model, state):
     """Kinetic energy [J]; in static mode with masses scaled for a step of 1, which is not a physical energy."""
-    mass = masses(model, state) + state.added_mass
-    return 0.5 * float(np.sum(mass[:, None] * state.velocity**2))
+    return kinetic_kernel(masses(model, state), state.added_mass, state.velocity)
+
+
+@jit
+def fastest_component(velocity):
+    """Largest absolute component [m/s] of the velocities (N,2); NaN if one is NaN or infinite."""
+    largest = finite = 0.0
+    for n in range(velocity.shape[0]):
+        for axis in range(2):
+            v = velocity[n, axis]
+            largest = max(largest, abs(v))
+            finite += 0.0 * v
+    return largest + finite
 
 
 @jit

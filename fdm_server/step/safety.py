@@ -4,6 +4,7 @@ import numpy as np
 
 from coupler_protocol.geometry import NOWHERE, spot
 from fdm_server.step.blocks import triangle_double_areas
+from fdm_server.step.gridpoint_pass import fastest_component
 
 
 class Unstable(ArithmeticError):  # noqa: N818
@@ -26,7 +27,7 @@ def check_zones(xy, zones, number, origin=NOWHERE):
 
 def check_motion(model, state):
     """Raises Unstable if a velocity is not finite or moves a gridpoint across the grid in one step; takes a few microseconds."""
-    speed = np.abs(state.velocity).max() * (state.dt if state.in_real_time else 1.0)
+    speed = fastest_component(state.velocity) * (state.dt if state.in_real_time else 1.0)
     if not np.isfinite(speed):
         bad = np.flatnonzero(~np.isfinite(state.velocity).all(axis=1))
         raise Unstable(

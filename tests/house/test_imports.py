@@ -17,7 +17,7 @@ ROOMS = {
     "coupler_protocol": "process > files, wire > scene, interface > exits > compiled, criteria, geometry, problems",
     "fdm_server": "__main__ > procedure > run > fos, coupling > checks, observe > ground, (structures) > model > mesh > step"
     " > effects",
-    "dem_server": "__main__ > procedure > run, packing, insitu > stones, observe, coupling > step > model, pairs > effects",
+    "dem_server": "__main__ > procedure > run, packing, insitu > coupling > stones, observe > step > model, pairs > effects",
     "colluvium": "stones, timeline, window_fields > cli > report > html > closing, (lab) > forecast, (ensemble) > figures, api"
     " > results, running, examples",
 }

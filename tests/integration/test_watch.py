@@ -169,7 +169,7 @@ def test_the_watch_begins_after_a_restart_as_in_the_straight_run(tables, tmp_pat
     class Seen(EnergyWatch):
         def __init__(self, model, state, gravity, rims=(), warn=None):
             super().__init__(model, state, gravity, rims, warn)
-            begun.append((self.given, self.before.copy()))
+            begun.append((self.given, self.balance.before.copy()))
 
     monkeypatch.setattr(grid_side, "EnergyWatch", Seen)
     scene, again = colluvium.Scene(**tables), tmp_path / "again"

@@ -8,6 +8,7 @@ from verification.coupling.block import R, block
 from verification.coupling.energy import AMPLITUDE
 from verification.hard.coupled_system import at_share, excite, system
 
+from coupler_protocol.wire.messages import Answer
 from dem_server.observe import energy
 from fdm_server.coupling.rim_growth import GrowthWatch, PowerWatch
 from fdm_server.observe.energy_growth import EnergyWatch
@@ -140,10 +141,8 @@ def kept(mapping, steps):
         speeds.append(np.abs(joined.motion()).max())
         if n % 10:
             continue
-        rim.answer = SimpleNamespace(
-            kinetic=energy.kinetic(joined.disc_model, joined.discs), stored=energy.stored(joined.disc_model, joined.discs),
-            height=0.0,
-        )  # fmt: skip
+        kinetic, stored = energy.kinetic(joined.disc_model, joined.discs), energy.stored(joined.disc_model, joined.discs)
+        rim.answer = Answer(1.0, 1.0, kinetic, stored, *[0.0] * 4)
         before = len(heard)
         try:
             watch.check(joined.grid_model, joined.grid, 0.0)

@@ -1,0 +1,74 @@
+"""What is seen of the discs at points of histories between plain steps, in compiled code (plain_loop.py).
+
+After the FORCE of such a step is sent, its Answer is computed, which the next FORCE takes along. Rows of numbers are left to
+Python, which reads them after the call; only what has to be judged at once ends it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupler_protocol.compiled.jit import jit
+from coupler_protocol.wire.messages import Answer
+from dem_server.coupling.ring_guard import watch_ring
+from dem_server.model import CAPS, SHEAR_BREAKS, TENSION_BREAKS
+from dem_server.observe.energy import kinetic_kernel, stored_kernel, weight_height_kernel
+from dem_server.observe.unbalanced_ratio import ratio
+
+RATIO, DT_LIMIT, KINETIC, STORED, POWER, BROKEN, WARNINGS, HEIGHT = (
+    Answer._fields.index(name) for name in ("ratio", "dt_limit", "kinetic", "stored", "power", "broken", "warnings", "height")
+)
+
+
+class Sight(NamedTuple):
+    """The guard of the ring, and what histories have seen.
+
+    every: steps between points of histories; due: whether Python looks at the next one, because the list of pairs is new.
+    spring, parallel_bond: of the law. ring (5,): see `watch_ring`; power (1,): of the ring in the last step with histories [W];
+    steps (n,), answers (n,8): steps of the run at which was looked, and what was seen; rows (1,): how many.
+    """
+
+    every: int
+    due: bool
+    spring: tuple
+    parallel_bond: tuple | None
+    ring: NDArray[np.float64]
+    power: NDArray[np.float64]
+    steps: NDArray[np.int64]
+    answers: NDArray[np.float64]
+    rows: NDArray[np.int64]
+
+
+def sight_of(side, most):
+    """The Sight of a stage; `most`: steps of a call."""
+    law, every = side.model.law, side.record_of_stage.history
+    rows = most // every + 2
+    return Sight(
+        every, True, law.spring, law.parallel_bond, side.guard.ring, np.array([side.power]),
+        np.zeros(rows, dtype=np.int64), np.zeros((rows, len(Answer._fields))), np.zeros(1, dtype=np.int64),
+    )  # fmt: skip
+
+
+@jit
+def look(done, disc, load, weight, listed, past, clumps, ring, gravity, counters, answer, sight):
+    """Looks after `done` steps of the run, with `ring` control discs, under `gravity` [m/s2]; sets `answer` (8,).
+
+    Returns whether something has to be judged at once. listed, past: a Listed and a PairHistory.
+    """
+    answer[RATIO] = ratio(
+        disc, load, weight, listed.first, listed.second, past.normal, past.shear, past.parallel, None, clumps, ring, gravity
+    )
+    answer[KINETIC] = kinetic_kernel(disc, clumps, ring)
+    answer[STORED] = stored_kernel(
+        disc, listed.first, listed.second, listed.kind, past.normal, past.shear, past.rolled, past.parallel,
+        sight.spring, sight.parallel_bond,
+    )  # fmt: skip
+    answer[POWER], answer[HEIGHT] = sight.power[0], weight_height_kernel(disc, weight, ring)
+    answer[BROKEN], answer[WARNINGS] = counters[TENSION_BREAKS] + counters[SHEAR_BREAKS], counters[CAPS]
+    row = sight.rows[0]
+    sight.steps[row] = done
+    sight.answers[row] = answer
+    sight.rows[0] = row + 1
+    opened = watch_ring(disc, ring, sight.ring)
+    return opened or not np.isfinite(answer[RATIO])

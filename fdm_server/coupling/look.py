@@ -1,0 +1,101 @@
+"""What is seen of the grid at points of histories between plain steps, in compiled code (fdm_server/coupling/plain_loop.py).
+
+In the middle of the step after such a point the watches of the stage measure, and the ratios of both codes are compared with the
+limits of the stage; after the step before, histories get their values. Rows of numbers are left to Python, which reads them
+after the call; only what has to be judged at once ends it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupler_protocol.compiled.jit import jit
+from coupler_protocol.wire.messages import Answer
+from fdm_server.coupling.rim_stretch import Stretch, watch_stretch
+from fdm_server.ground.reactions import Held, add_up, held_components
+from fdm_server.observe.energy_growth import Balance, watch_energy
+from fdm_server.step.gridpoint_pass import farthest, fastest_component, imbalance_kernel, kinetic_kernel, ratio_of
+
+RATIO_OF_DISCS = Answer._fields.index("ratio")
+DONE, RATIO, LARGEST, FARTHEST, LOOKED = range(5)  # columns of Sight.looks, and their number
+STEP, LAST_RATIO, FACTOR, KINETIC, FAR, REACTIONS = range(6)  # columns of Sight.points; one for every held boundary from the last
+NAMES = {"unbalanced_ratio": LAST_RATIO, "gravity_factor": FACTOR, "kinetic_energy": KINETIC, "max_displacement": FAR}
+
+
+class Sight(NamedTuple):
+    """The watches of a stage, and what they and the histories have seen.
+
+    every: steps between points of histories; extent [m] of the grid; limits (2,): ratio and displacement that end the stage, NaN
+    without one. looks (n,4): number of steps done, ratio of the grid, largest ratio of both codes, largest displacement [m];
+    points (n,5+H): see `values`; rows (2,): how many of both; ratio (1,): of the last look.
+    """
+
+    every: int
+    extent: float
+    limits: NDArray[np.float64]
+    balance: Balance
+    stretch: Stretch
+    held: Held
+    looks: NDArray[np.float64]
+    points: NDArray[np.float64]
+    rows: NDArray[np.int64]
+    ratio: NDArray[np.float64]
+
+
+def sight_of(side, stage, most):
+    """The Sight of a coupled stage and the names of its boundaries' histories; `most`: steps of a call."""
+    names, held = held_components(side.model.fixed, stage.sides.holders)
+    every, until = stage.record.history, stage.stage.until
+    count = most // every + 2
+    limits = [np.nan if limit is None else limit for limit in (until.ratio, until.displacement)]
+    sight = Sight(
+        every, float(side.model.extent), np.array(limits), stage.energy.balance, stage.stretch.stretch, held,
+        np.zeros((count, LOOKED)), np.zeros((count, REACTIONS + len(names))), np.zeros(2, dtype=np.int64), np.zeros(1),
+    )  # fmt: skip
+    return sight, [f"reaction_{'xy'[axis]}:{label}" for label, axis in names]
+
+
+@jit
+def look(done, rims, points, gather, arrays, gravity, seconds, sight):
+    """Looks in the middle of a step, after `done` steps of the run; returns whether something has to be judged at once.
+
+    points, gather, arrays: of `plain_loop`; seconds [s]: length of the step.
+    """
+    applied, added_mass, mass, weight_mass, fixed, _ = points
+    _, _, start, place = gather
+    velocity, displacement, _, corner_force, force = arrays
+    noticed = not fastest_component(velocity) * seconds <= sight.extent
+    noticed |= watch_energy(
+        force, applied, weight_mass, mass, added_mass, fixed, gravity, velocity, displacement,
+        rims.nodes, rims.force, rims.answer, sight.balance,
+    )  # fmt: skip
+    noticed |= watch_stretch(displacement, sight.stretch)
+    ratio = ratio_of(*imbalance_kernel(start, place, corner_force, force, applied, weight_mass, fixed, gravity))
+    largest, far = ratio, farthest(displacement)
+    for w in range(len(rims.answer)):
+        largest = max(largest, rims.answer[w, RATIO_OF_DISCS])
+    row = sight.looks[sight.rows[0]]
+    row[DONE], row[RATIO], row[LARGEST], row[FARTHEST] = done, ratio, largest, far
+    sight.rows[0] += 1
+    sight.ratio[0] = ratio
+    return noticed or largest <= sight.limits[0] or far >= sight.limits[1]
+
+
+@jit
+def note(done, factor, points, arrays, gravity, sight):
+    """Notes the values of histories after `done` steps of the run; factor: of the gravity [m/s2] of the last one."""
+    applied, added_mass, mass, weight_mass, _, _ = points
+    velocity, displacement, _, _, force = arrays
+    row = sight.points[sight.rows[1]]
+    row[STEP], row[LAST_RATIO], row[FACTOR] = done, sight.ratio[0], factor
+    row[KINETIC], row[FAR] = kinetic_kernel(mass, added_mass, velocity), farthest(displacement)
+    add_up(sight.held, force, applied, weight_mass, gravity, row[REACTIONS:])
+    sight.rows[1] += 1
+
+
+def values(sight, names):
+    """Steps, and values {name: list} of the histories noted at them; names: of the boundaries' histories."""
+    found = sight.points[: sight.rows[1]]
+    columns = NAMES | {name: REACTIONS + row for row, name in enumerate(names)}
+    return found[:, STEP].astype(int).tolist(), {name: found[:, column].tolist() for name, column in columns.items()}
