@@ -34,7 +34,8 @@ def serve(scene, options, stop):
             from dem_server.procedure import discs_alone
 
             return discs_alone.compute(scene, context)
-        with closing(link_tcp.RankTransport(link_tcp.endpoint_from(options.connect, scene.link.give_up))) as transport:
+        endpoint = link_tcp.endpoint_from(options.connect, scene.link.arrival, stop.check)
+        with closing(link_tcp.RankTransport(endpoint)) as transport:
             compute(scene, options.rank, transport, context)
 
 
@@ -44,7 +45,8 @@ def compute(scene, rank, transport, context):
     context: a coupler_protocol.process.server.RunContext. On failure the peer receives FAILURE, State is saved if there is one,
     and the exception is raised again.
     """
-    from coupler_protocol.wire.lockstep import Clocks, Conversation
+    from coupler_protocol.wire.clocks import Clocks
+    from coupler_protocol.wire.lockstep import Conversation
     from dem_server.procedure.window_side import DiscreteSide
 
     conversation = Conversation(transport, rank, 0, Clocks(scene.link), context.stop)

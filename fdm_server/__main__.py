@@ -57,7 +57,8 @@ def compute(scene, transport, context):
     context: a coupler_protocol.process.server.RunContext. Writes run.json in any case. On failure the peers receive FAILURE,
     State is saved, and the exception is raised again.
     """
-    from coupler_protocol.wire.lockstep import Clocks, Hub
+    from coupler_protocol.wire.clocks import Clocks
+    from coupler_protocol.wire.lockstep import Hub
     from fdm_server.procedure.grid_side import ContinuumSide
 
     hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), context.stop)

@@ -40,11 +40,13 @@ from coupler_protocol.files import checkpoint
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.scene.reader import build_scene, read_scene
+from coupler_protocol.scene.scene import Link
 from coupler_protocol.scene.stage_kinds import number_of
 from coupler_protocol.wire import link_tcp, messages
+from coupler_protocol.wire.clocks import Clocks
 from coupler_protocol.wire.frames import StepFrame
 from coupler_protocol.wire.lanes import EARLIEST, Lanes, Peer
-from coupler_protocol.wire.lockstep import Clocks, Conversation
+from coupler_protocol.wire.lockstep import Conversation
 from dem_server.coupling.rim import Rim
 from dem_server.procedure.restart import WindowState
 from dem_server.step import contact_pass as dem_contacts
@@ -243,7 +245,7 @@ def exchange(nodes, steps, repeats):
         def trip():
             velocity.scalars[:] = 0.0
             talk.send_step(velocity)
-            force.accept(talk.receive((messages.FORCE,), in_step=True)[1])
+            force.accept(talk.receive((messages.FORCE,))[1])
 
         trip()
         return repeated(trip, steps, repeats)
@@ -254,10 +256,7 @@ def exchange(nodes, steps, repeats):
 
 
 def _ends(transport, peer, nodes):
-    class Clock:
-        timeout, give_up = 5.0, 60.0
-
-    talk = Conversation(transport, 1, peer, Clocks(Clock), StopRequest())
+    talk = Conversation(transport, 1, peer, Clocks(Link()), StopRequest())
     force = StepFrame(messages.FORCE, 0, 1, len(messages.Answer._fields), 3 * nodes)
     return talk, force, StepFrame(messages.VELOCITY, 0, 1, len(messages.Order._fields), 2 * nodes)
 
@@ -268,7 +267,7 @@ def echo(endpoint, nodes, turns):
     talk, force, velocity = _ends(transport, 0, nodes)
     for _ in range(turns + 1):
         talk.send_step(force)
-        velocity.accept(talk.receive((messages.VELOCITY,), in_step=True)[1])
+        velocity.accept(talk.receive((messages.VELOCITY,))[1])
     talk.send_step(force)
     time.sleep(5.0)
 

@@ -111,7 +111,7 @@ class Coupling(Table):
 
 
 class Link(Table):
-    """Time-outs of the connection, and the way of its step messages."""
+    """Clocks of the connection (docs/protocol.md lists all waits), and the way of its step messages."""
 
     lane: bool | None = quantity(
         None,
@@ -120,7 +120,17 @@ class Link(Table):
     )
 
     timeout: float = quantity(5.0, unit="s", meaning="silence after which the last message is sent again", gt=0)
-    give_up: float = quantity(120.0, unit="s", meaning="silence after which the peer is considered lost", gt=0)
+    give_up: float = quantity(120.0, unit="s", meaning="time without a connection after which the peer is considered lost", gt=0)
+    arrival: float = quantity(1200.0, unit="s", meaning="for the other side to start and to join the run", gt=0)
+    progress: float = quantity(
+        600.0,
+        unit="s",
+        meaning="without PROGRESS of a connected peer that computes between the handshake and the first step",
+        gt=0,
+    )
+    step: float = quantity(1200.0, unit="s", meaning="for a connected peer to answer a step, also the last of a stage", gt=0)
+    phase: float = quantity(86400.0, unit="s", meaning="for any of these phases, in spite of PROGRESS", gt=0)
+    farewell: float = quantity(60.0, unit="s", meaning="for the discs to close their files and to say FAREWELL", gt=0)
 
 
 class Record(Table):
@@ -236,7 +246,7 @@ class SceneBase(Table):
     window: list[Window] = Field(default_factory=list, description="windows of discs, rank 1 onwards")
     stones: Stones | None = Field(default=None, description="stones in the windows; no table: none")
     coupling: Coupling = Field(default=Coupling(), description="transfer of motion and force across the interface")
-    link: Link = Field(default=Link(), description="time-outs of the connection")
+    link: Link = Field(default=Link(), description="clocks of the connection")
     record: Record = Field(default=Record(), description="recorded data and their intervals")
     fos: FactorOfSafety = Field(default=FactorOfSafety(), description="search for a factor of safety")
     stage: list[Stage] = Field(description="the procedure, in order", min_length=1)

@@ -105,6 +105,11 @@ def kind_of(frame: Buffer) -> int:
     return HEADER.unpack_from(frame)[2] if len(frame) >= HEADER.size else 0
 
 
+def rank_of(frame: Buffer) -> int:
+    """Rank in the header of a frame, unchecked."""
+    return HEADER.unpack_from(frame)[4]
+
+
 def content_of(frame: Buffer) -> dict[str, Any]:
     """Content of a control frame, with the keys and types of messages.CONTENT; raises WireError otherwise."""
     kind = kind_of(frame)
@@ -127,6 +132,12 @@ def content_of(frame: Buffer) -> dict[str, Any]:
     if wrong:
         raise WireError(f"{name}: {wrong}")
     return content
+
+
+def one_line(text: str, most: int = 200) -> str:
+    """A text of a peer for logs and messages: without line ends and control characters, of `most` characters at most."""
+    plain = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text[: most + 1])
+    return plain if len(plain) <= most else plain[: most - 3] + "..."
 
 
 def _plain_only(content: Any, name: str) -> None:

@@ -5,19 +5,21 @@ import secrets
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from coupler_protocol.exits import PeerLost
+from coupler_protocol.problems import unfit
 from coupler_protocol.scene.differences import both_values, first_difference
 from coupler_protocol.scene.moments import Moment, as_texts, newest_common
 from coupler_protocol.scene.named_files import without_paths
 from coupler_protocol.wire import frames, messages
 from coupler_protocol.wire.frames import Buffer
 from coupler_protocol.wire.lanes import Lanes, Peer
-from coupler_protocol.wire.lockstep import Conversation, Hub
+from coupler_protocol.wire.lockstep import MAX_HELLO, Conversation, Hub
 
 
 def takes_lanes(scene: Any, transport: Any) -> bool:
@@ -76,50 +78,79 @@ def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], choice: Ch
     """
     choice = choice or Choice()
     session = secrets.randbits(63) | 1
-    heard = _hear_all(hub, scene, choice)
+    heard: dict[int, dict[str, Any]] = {}
+    lanes = Lanes(session, [Peer(rank, rank, len(xy)) for rank, xy in rims.items()], messages.FORCE, messages.VELOCITY)
+    arrivals = Arrivals(hub)
+    while missing := hub.conversations.keys() - heard.keys():
+        departed = [rank for rank in missing if hub.transport.departed(rank)]
+        received = hub.receive_hello()
+        arrivals.check(missing, departed if received is None else ())
+        if received is None:
+            continue
+        sender, rank, frame = received
+        objection = hub.objection(rank, heard.keys()) or _heard_objection(frame, scene, choice)
+        if objection:
+            hub.reject(sender, rank, objection)
+            continue
+        hub.transport.admit(sender, rank)
+        arrivals.note(rank)
+        heard[rank] = frames.content_of(frame)
+        if not choice.own:  # else the moment depends on all ranks
+            _welcome(hub, scene, rank, heard[rank], session, rims[rank], None, lanes)
     begin = newest_common(choice.own, [moments_of(hello) for hello in heard.values()], choice.needs)
     if begin is None and choice.own:
         raise PeerLost("the discrete processes have no common checkpoint: use --force on all sides")
-    lanes = Lanes(session, [Peer(rank, rank, len(xy)) for rank, xy in rims.items()], messages.FORCE, messages.VELOCITY)
-    for rank, hello in heard.items():
-        conversation = hub.conversations[rank]
-        conversation.begin(session)
-        content = {
-            "session": session,
-            "rim": frames.pack_array(rims[rank]),
-            "dt": 1.0,
-            "exchange_every": scene.coupling.exchange_every,
-        }
-        content |= {"resume": begin._asdict()} if begin is not None else {}
-        door = hub.transport.door() if _wants_lane(hello, scene, hub.transport) else None
-        conversation.send_control(messages.WELCOME, content | ({"lane": door.offer} if door else {}))
-        if door and (connection := door.admit(hub.stop.check)):
-            lanes.open(rank, connection)
+    for rank, hello in heard.items() if choice.own else ():
+        _welcome(hub, scene, rank, hello, session, rims[rank], begin, lanes)
     if lanes.any:
         hub.transport.lanes = lanes
     return begin
 
 
-def _hear_all(hub: Hub, scene: Any, choice: Choice) -> dict[int, dict[str, Any]]:
-    """Waits for HELLO of every rank; returns their contents {rank: content}."""
-    found: dict[int, dict[str, Any]] = {}
-    deadline = time.monotonic() + hub.clocks.arrival
-    while missing := hub.conversations.keys() - found.keys():
-        heard = hub.receive_hello()
-        if heard is None:
-            if time.monotonic() > deadline:
-                ranks = " and ".join(map(str, sorted(missing)))
-                raise PeerLost(f"no discrete process of rank {ranks} came within {hub.clocks.arrival:g} s")
-            continue
-        sender, rank, frame = heard
-        objection = hub.objection(rank, found.keys()) or _heard_objection(frame, scene, choice)
-        if objection:
-            hub.reject(sender, rank, objection)
-            continue
-        hub.transport.admit(sender, rank)
-        found[rank] = frames.content_of(frame)
-        deadline = time.monotonic() + hub.clocks.arrival
-    return found
+def _welcome(
+    hub: Hub, scene: Any, rank: int, hello: Mapping[str, Any], session: int, rim: np.ndarray, begin: Moment | None, lanes: Lanes
+) -> None:
+    """Answers the HELLO of a rank with WELCOME, and opens its lane."""
+    conversation = hub.conversations[rank]
+    conversation.begin(session)
+    content = {
+        "session": session,
+        "rim": frames.pack_array(rim),
+        "dt": 1.0,
+        "exchange_every": scene.coupling.exchange_every,
+    }
+    content |= {"resume": begin._asdict()} if begin is not None else {}
+    door = hub.transport.door() if _wants_lane(hello, scene, hub.transport) else None
+    conversation.send_control(messages.WELCOME, content | ({"lane": door.offer} if door else {}))
+    if door and (connection := door.admit(hub.stop.check)):
+        lanes.open(rank, connection)
+
+
+class Arrivals:
+    """Clock of the arrivals of all ranks, started again when one comes for the first time."""
+
+    def __init__(self, hub: Hub) -> None:
+        self.hub, self._come = hub, set[int]()
+        self._begin, self._since = time.monotonic(), time.strftime("%H:%M:%S")
+
+    def note(self, rank: int) -> None:
+        """Starts the clock again; not for a process that takes the place of another one."""
+        if rank not in self._come:
+            self._come.add(rank)
+            self._begin = time.monotonic()
+
+    def check(self, missing: AbstractSet[int], departed: Sequence[int]) -> None:
+        """Raises PeerLost if the clock has run out, or if a rank can no longer come. Tells those who came about the wait."""
+        ranks, limit = " and ".join(map(str, sorted(missing))), self.hub.clocks.arrival
+        words = "".join(f"; one of rank {r} ended: {said}" for r, said in self.hub.last_words.items() if r in missing)
+        if departed:
+            raise PeerLost(f"the discrete process of rank {departed[0]} ended before it joined the run{words}")
+        if time.monotonic() - self._begin > limit:
+            raise PeerLost(
+                f"no discrete process of rank {ranks} came within {limit:g} s (link.arrival), since {self._since}{words}; check "
+                f"that it was started with the address {self.hub.transport.endpoint}, its log, and the network"
+            )
+        self.hub.report(f"arrival: waits for rank {ranks}")
 
 
 def _heard_objection(frame: Buffer, scene: Any, choice: Choice) -> str | None:
@@ -127,6 +158,13 @@ def _heard_objection(frame: Buffer, scene: Any, choice: Choice) -> str | None:
         return _objection(frames.content_of(frame), scene, choice)
     except frames.WireError as error:
         return str(error)
+
+
+def refuse_large(hello: Mapping[str, Any]) -> None:
+    """Raises SceneError for a HELLO that the continuum would not read."""
+    size = len(frames.control_frame(messages.HELLO, 0, 0, 0, hello))
+    if size > MAX_HELLO:
+        raise unfit("", f"it needs {size} bytes in HELLO, {MAX_HELLO} are allowed", "use files for long lists")
 
 
 def join(conversation: Conversation, scene: Any, own: Iterable[Moment] = ()) -> tuple[np.ndarray, Moment | None]:
@@ -138,8 +176,10 @@ def join(conversation: Conversation, scene: Any, own: Iterable[Moment] = ()) -> 
     if takes_lanes(scene, conversation.transport):
         hello["lane"] = conversation.transport.port
     saved = [moment._asdict() for moment in own]
-    conversation.send_control(messages.HELLO, hello | ({"checkpoints": saved} if saved else {}))
-    kind, frame = conversation.receive((messages.WELCOME, messages.REJECT), within=conversation.clocks.arrival)
+    hello |= {"checkpoints": saved} if saved else {}
+    refuse_large(hello)
+    conversation.send_control(messages.HELLO, hello)
+    kind, frame = conversation.receive((messages.WELCOME, messages.REJECT))
     content = frames.content_of(frame)
     if kind == messages.REJECT:
         raise PeerLost(f"the continuum refused this process: {content['reason']}")

@@ -89,6 +89,14 @@ class InprocTransport:
         user: Any = self.users.get(self._name.get(rank, rank), self)
         return user is self or (user is not None and user.is_alive())
 
+    def departed(self, rank: int = 0) -> bool:
+        """Whether the other end is closed or its thread has ended."""
+        name = self._name.get(rank, thread_name(rank))
+        if name not in self.users:  # not begun
+            return False
+        user = self.users[name]
+        return user is None or not user.is_alive()
+
     def close(self) -> None:
         """Closes this end and its lanes."""
         self.users[self.me] = None
@@ -113,9 +121,14 @@ class Hatch:
         return self._own
 
 
+def thread_name(rank: int) -> str:
+    """Name of the end of a discrete thread."""
+    return f"thread {rank}"
+
+
 def transports(n_ranks: int) -> tuple[InprocTransport, list[InprocTransport]]:
     """The continuum's end and a list of the discrete ends, rank 1 first."""
-    names = [f"thread {rank}" for rank in range(1, n_ranks + 1)]
+    names = [thread_name(rank) for rank in range(1, n_ranks + 1)]
     inbox: queue.Queue = queue.Queue()
     inboxes: dict[str, queue.Queue] = {name: queue.Queue() for name in names}
     users: dict[Any, threading.Thread | None] = {}

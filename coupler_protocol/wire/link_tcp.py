@@ -7,6 +7,7 @@ A transport transmits frames between ranks, whatever their content:
     lanes                         Lanes of step messages (lanes.py), whose frames `receive` also finds, or None
     admit(sender, rank)           assigns later frames of this sender to `rank`
     connected(rank)               whether a peer is connected, according to the last frames
+    departed(rank)                whether a peer can never come back (threads only)
     close()
 
 `link_inproc` has the same for two threads of one process.
@@ -112,6 +113,10 @@ class _Socket:
     def local(self) -> bool:
         """Whether both ends are on one machine."""
         return is_loopback(self.endpoint)
+
+    def departed(self, rank: int) -> bool:
+        """Never: a process can come back, and others can follow it."""
+        return False
 
     def close(self) -> None:
         """Closes the socket and all lanes; waiting frames have one second to be sent."""
@@ -250,10 +255,10 @@ def is_loopback(endpoint: str) -> bool:
         return False
 
 
-def endpoint_from(text: str, seconds: float) -> str:
+def endpoint_from(text: str, seconds: float, check: Callable[[], object] = lambda: None) -> str:
     """Endpoint as given, or from the file of that name as soon as it exists (a server writes its endpoint to OUT/endpoint).
 
-    Raises EnvironmentFailed if there is no endpoint after `seconds`.
+    check(): of the stop request. Raises EnvironmentFailed if there is no endpoint after `seconds` (link.arrival).
     """
     if text.startswith("tcp://"):
         return text
@@ -268,5 +273,8 @@ def endpoint_from(text: str, seconds: float) -> str:
                 return found
         except FileNotFoundError:
             pass
+        check()
         time.sleep(0.05)
-    raise EnvironmentFailed(f"no endpoint in {text} after {seconds:g} s: is the continuum running?")
+    raise EnvironmentFailed(
+        f"no endpoint in {text} after {seconds:g} s (link.arrival): start fdm-server with this --out, or give its address"
+    )

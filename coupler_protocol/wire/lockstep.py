@@ -5,8 +5,8 @@ After a time without a message a side sends its last message again with the flag
 message sends the same bytes again. So a lost or doubled message changes nothing, and during a long phase of one side the other
 only waits.
 
-A peer is lost if it was not connected for `give_up` seconds, or if it is connected and owes a step for ten times as long. A peer
-with many invalid messages in a row is also given up.
+Every wait is bounded (clocks.py). A side that computes for long between two messages, or waits for another peer, sends PROGRESS,
+which has no turn. A peer with many invalid messages in a row is also given up.
 """
 
 import logging
@@ -16,21 +16,22 @@ from typing import Any, Protocol
 
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.wire import frames, messages
+from coupler_protocol.wire.clocks import STEPS, Clocks, Wait
 from coupler_protocol.wire.frames import Buffer
 from coupler_protocol.wire.lanes import Lanes
 
 log = logging.getLogger(__name__)
 PATIENCE = 10.0  # seconds that a coupled step may take after a request to stop: both sides then save the same moment
-SLICE = 0.2  # seconds between checks of the clocks and of the stop request while waiting
 REFUSALS = 50  # messages of one turn that may be refused
 STRANGERS = 20  # refused messages of unknown senders that are logged
 MAX_HELLO = 4 << 20  # largest message of an unknown sender in bytes
 
 
 class Transport(Protocol):
-    """One end of a link, as in link_tcp.py and link_inproc.py. lanes: of its step messages; None without any."""
+    """One end of a link, as in link_tcp.py and link_inproc.py. lanes: of its step messages, or None; endpoint: its address."""
 
     lanes: Lanes | None
+    endpoint: str
 
     @property
     def port(self) -> int:
@@ -61,20 +62,9 @@ class Transport(Protocol):
         """Whether a peer is connected."""
         ...
 
-
-class Clocks:
-    """Time-outs [s].
-
-    timeout: until a message is sent again; give_up: until a peer that is not connected is lost; owed: for a step of a connected
-    peer; arrival: for the other side to start.
-    """
-
-    def __init__(self, link: Any) -> None:
-        self.give_up = link.give_up
-        self.timeout = min(link.timeout, link.give_up)
-        self.slice = min(SLICE, self.timeout)
-        self.owed = 10.0 * link.give_up
-        self.arrival = max(60.0, self.owed)
+    def departed(self, rank: int) -> bool:
+        """Whether nothing can arrive from the peer any more, apart from what has arrived: its end was in this process."""
+        ...
 
 
 class Conversation:
@@ -93,7 +83,11 @@ class Conversation:
         self._inbox: list[tuple[Any, Buffer]] = []
         self._quiet_until = 0.0  # time before which no message is sent again
         self._refused_now = 0
-        self._name = "the continuum" if peer == 0 else f"the discrete process of rank {rank}"
+        self._next_report = 0.0  # time before which no PROGRESS is sent
+        self._wait: Wait | None = None
+        self._name, self._log = ("the continuum", "fdm.rank0.log") if peer == 0 else (
+            f"the discrete process of rank {rank}", f"dem.rank{rank}.log"
+        )  # fmt: skip
 
     def begin(self, session: int) -> None:
         """Starts with the first turn, and with the session of all later frames."""
@@ -129,25 +123,34 @@ class Conversation:
         self.send(frames.control_frame(kind, self.session, self.rank, self.sequence, content))
 
     def notify(self, kind: int, content: Mapping[str, Any]) -> None:
-        """Sends a message without answer and turn (a failure)."""
+        """Sends a message without answer and turn."""
         self.transport.send(frames.control_frame(kind, self.session, self.rank, self.sequence, content), self.peer)
+
+    def report(self, doing: str) -> None:
+        """Sends PROGRESS to a peer that waits for this side, if the last one was not sent just now."""
+        now = time.monotonic()
+        if self.session and now >= self._next_report:
+            self._next_report = now + self.clocks.report
+            self.notify(messages.PROGRESS, {"doing": doing})
 
     # -- receiving ---------------------------------------------------------------------------------------------------
 
-    def receive(self, kinds: Sequence[int], in_step: bool = False, within: float | None = None) -> tuple[int, Buffer]:
+    def receive(self, kinds: tuple[int, ...]) -> tuple[int, Buffer]:
         """Waits for one of `kinds` with the number of the current turn; returns (kind, frame).
 
-        The time of a connected peer is unlimited, except with in_step (Clocks.owed) or `within` [s].
-        Raises PeerLost after a time-out or a FAILURE of the peer, Interrupted if a stop was requested.
+        Raises PeerLost if the clock of its phase runs out, if the peer was not connected for too long, or after a FAILURE of the
+        peer; Interrupted if a stop was requested.
         """
-        patience = PATIENCE if in_step else 0.0
+        wait = Wait(self.clocks, kinds, self._name, self._log)
+        patience = PATIENCE if wait.phase is STEPS else 0.0
         self.stop.check(patience)
-        begin = looked = said = alive = time.monotonic()
-        limit = self.clocks.owed if in_step else within
-        self._quiet_until = begin + 0.5 * self.clocks.timeout
+        self._wait = wait
+        looked = said = wait.begin
+        self._quiet_until = wait.begin + 0.5 * self.clocks.timeout
         self._refused_now = 0
         try:
             while True:
+                departed = self.transport.departed(self.peer)
                 received = self._inbox.pop(0) if self._inbox else self.transport.receive(self.clocks.slice)
                 if received is not None:
                     sender, frame = received
@@ -155,11 +158,14 @@ class Conversation:
                         kind = self._accepted_kind(frame, kinds)
                         if kind is not None:
                             self.sequence += not self.answers
-                            if in_step and self.transport.lanes is not None:
+                            if wait.phase is STEPS and self.transport.lanes is not None:
                                 self.transport.lanes.note_way(frame, self.peer)
                             return kind, frame
                     else:
                         self._other_sender(sender, frame)
+                elif departed:
+                    self.stop.check()
+                    raise PeerLost(f"{self._name} ended without a word; read its {self._log}")
                 now = time.monotonic()
                 if received is not None and now - looked < self.clocks.slice:
                     continue
@@ -168,18 +174,17 @@ class Conversation:
                 if now - said > self.clocks.timeout:
                     said = now
                     self.send_again()
+                self._look_after_others(wait)
                 if self.transport.connected(self.peer):
-                    alive = now
-                self._check_silence(now - begin, now - alive, limit)
+                    wait.connected = now
+                if why := wait.over(now):
+                    raise PeerLost(why)
         finally:
-            self.waited += time.monotonic() - begin
+            self._wait = None
+            self.waited += time.monotonic() - wait.begin
 
-    def _check_silence(self, waited: float, silent: float, limit: float | None) -> None:
-        """Raises PeerLost if the peer was not connected for too long, or if the wait is longer than `limit` [s]."""
-        if silent > self.clocks.give_up:
-            raise PeerLost(f"{self._name} was lost: not connected for {silent:.1f} s (give_up = {self.clocks.give_up:g} s)")
-        if limit is not None and waited > limit:
-            raise PeerLost(f"{self._name} was lost: no answer for {waited:.1f} s")
+    def _look_after_others(self, wait: Wait) -> None:
+        """Called now and then during a wait: tells other peers of a shared transport, which wait for this side, about it."""
 
     def send_again(self) -> bool:
         """Sends the last message again, with the flag AGAIN; returns whether the peer is connected."""
@@ -205,6 +210,9 @@ class Conversation:
         except frames.WireError as error:
             self._refuse(error)
             return None
+        if kind == messages.PROGRESS:
+            self._note_progress(frame)
+            return None
         if kind in messages.ONE_WAY and kind not in kinds:
             self.stop.check()  # both sides were requested to stop, and the other ended first
             raise PeerLost(f"{self._name} ended: {_reason(frame)}")
@@ -216,6 +224,15 @@ class Conversation:
         elif flags & frames.AGAIN and sequence == self.sequence - 1 and time.monotonic() > self._quiet_until:
             self._repeat()
         return None
+
+    def _note_progress(self, frame: Buffer) -> None:
+        try:
+            doing = frames.one_line(frames.content_of(frame)["doing"])
+        except frames.WireError as error:
+            self._refuse(error)
+            return
+        if self._wait is not None:
+            self._wait.note_word(doing)
 
     def _refuse(self, why: Any) -> None:
         self.refused += 1
@@ -237,12 +254,31 @@ def _reason(frame: Buffer) -> str:
 
 
 class Hub:
-    """Conversations of the continuum: one for each rank over one transport."""
+    """Conversations of the continuum: one for each rank over one transport.
+
+    last_words: {rank: reason in FAILURE of a process that did not have the rank}.
+    """
 
     def __init__(self, transport: Transport, ranks: Iterable[int], clocks: Clocks, stop: Any) -> None:
         self.transport, self.clocks, self.stop = transport, clocks, stop
         self.conversations = {r: _HubConversation(self, r) for r in ranks}
+        self.last_words: dict[int, str] = {}
         self._strange = 0
+        self._next_report = 0.0
+
+    def report(self, doing: str, step: int | None = None, but: int = 0) -> None:
+        """Sends PROGRESS to every rank that waits for this side, now and then. step: of a stage; but: rank that gets none.
+
+        Raises PeerLost if one of them is not connected for too long.
+        """
+        if not self.conversations or (now := time.monotonic()) < self._next_report:
+            return
+        self._next_report = now + self.clocks.report
+        text = doing if step is None else f"{doing}: step {step}"
+        for rank, conversation in self.conversations.items():
+            if rank != but and conversation.session:
+                conversation.notify(messages.PROGRESS, {"doing": text})
+                conversation.note_connection(now, doing)
 
     def notify_all(self, kind: int, content: Mapping[str, Any]) -> None:
         """Sends a message without answer to every rank."""
@@ -266,7 +302,7 @@ class Hub:
         """Rank that an unknown sender claims with HELLO; None for all other frames, which are refused here."""
         try:
             if len(frame) > MAX_HELLO:
-                raise frames.WireError(f"{len(frame)} bytes are too many")
+                self._refuse_large(sender, frame)
             kind, _, rank, _, _ = frames.open_header(frame)
         except frames.VersionError as error:
             self.reject(sender, 0, str(error))
@@ -278,9 +314,17 @@ class Hub:
             return None
         if kind == messages.HELLO:
             return rank
-        if kind not in messages.ONE_WAY:
+        if kind == messages.FAILURE and rank in self.conversations:
+            self.last_words[rank] = frames.one_line(_reason(frame))
+        elif kind not in (*messages.ONE_WAY, messages.PROGRESS):
             self.reject(sender, rank, "this continuum does not know this process: it belongs to another run")
         return None
+
+    def _refuse_large(self, sender: Any, frame: Buffer) -> None:
+        """Answers a HELLO that is larger than any can be, unread but for its header; raises WireError."""
+        if frames.kind_of(frame) == messages.HELLO and bytes(frame[: len(frames.MAGIC)]) == frames.MAGIC:
+            self.reject(sender, frames.rank_of(frame), f"HELLO has {len(frame)} bytes, {MAX_HELLO} are allowed")
+        raise frames.WireError(f"{len(frame)} bytes are too many")
 
     def reject(self, sender: Any, rank: int, reason: str) -> None:
         """Sends REJECT to a sender that claims `rank`."""
@@ -302,13 +346,29 @@ class _HubConversation(Conversation):
     def __init__(self, hub: Hub, rank: int) -> None:
         super().__init__(hub.transport, rank, rank, hub.clocks, hub.stop)
         self.hub = hub
+        self._gone_since: float | None = None
 
     def store(self, frame: Buffer) -> None:
-        """Stores a frame that was received during the wait for another rank; a failure is handled immediately."""
-        if frames.kind_of(frame) in messages.ONE_WAY:
+        """Stores a frame that was received during the wait for another rank; what has no turn is handled immediately."""
+        if frames.kind_of(frame) in (*messages.ONE_WAY, messages.PROGRESS):
             self._accepted_kind(frame, ())
         else:
             self._inbox.append((self.peer, bytes(frame)))
+
+    def note_connection(self, now: float, doing: str) -> None:
+        """Looks at the connection of a peer for which nobody waits now; raises PeerLost if it is gone for too long."""
+        if self.transport.connected(self.rank):
+            self._gone_since = None
+        elif self._gone_since is None:
+            self._gone_since = now
+        elif now - self._gone_since > self.clocks.give_up:
+            raise PeerLost(
+                f"{self._name} was lost: not connected for {now - self._gone_since:.1f} s (link.give_up = "
+                f"{self.clocks.give_up:g} s) during: {doing}; check that the process runs, its {self._log}, and the network"
+            )
+
+    def _look_after_others(self, wait: Wait) -> None:
+        self.hub.report(f"{wait.phase.name}: waits for rank {self.rank}", but=self.rank)
 
     def _other_sender(self, sender: Any, frame: Buffer) -> None:
         if sender in self.hub.conversations:

@@ -18,6 +18,8 @@ stage.
 If the discrete side can use a lane (lanes.py), HELLO has the key `lane`, the port to which it is connected; if the continuum can,
 too, and that is its own port, WELCOME has the port and the token by which the lane is opened.
 
+A side that computes for long outside of steps says PROGRESS now and then, without turn and answer: it lives.
+
 If a stage may end by the state of the band, GO contains the length of bins (key `bin`), and the FORCE after a VELOCITY with the
 flag STRAIN also contains the window's strain in such bins (coupler_protocol.criteria.strain_bins.as_rows).
 """
@@ -26,13 +28,13 @@ from typing import Any, NamedTuple
 
 PROTOCOL_VERSION = 4
 
-HELLO, WELCOME, REJECT, PACKED, FIELD, READY, GO, FORCE, VELOCITY, STOP, FAREWELL, FAILURE = range(1, 13)
+HELLO, WELCOME, REJECT, PACKED, FIELD, READY, GO, FORCE, VELOCITY, STOP, FAREWELL, FAILURE, PROGRESS = range(1, 14)
 
 NAMES = (
     "?", "HELLO", "WELCOME", "REJECT", "PACKED", "FIELD", "READY", "GO", "FORCE", "VELOCITY", "STOP", "FAREWELL",
-    "FAILURE",
+    "FAILURE", "PROGRESS",
 )  # fmt: skip
-ONE_WAY = (FAILURE, REJECT)  # without an answer
+ONE_WAY = (FAILURE, REJECT)  # without an answer; they end the run
 SESSIONLESS = (HELLO, REJECT, FAILURE)  # possible before a session is agreed
 
 # Required content of control messages: key -> type, [rows of a list]. A float may be written as an integer.
@@ -47,6 +49,7 @@ CONTENT = {
     STOP: {"reason": str},
     FAREWELL: {"report": dict, "stages": [{"name": str, "computing": float, "waiting": float, "recording": float}]},
     FAILURE: {"reason": str},
+    PROGRESS: {"doing": str},
 }
 
 MOMENT = {"session": int, "stage": int, "step": int}  # of coupler_protocol.scene.moments

@@ -27,7 +27,7 @@ class GridTalk:
 
     def receive_order(self):
         """Waits for VELOCITY and copies it to `velocity`, or for STOP; returns (Order or None, reason to stop or "")."""
-        kind, frame = self.conversation.receive((messages.VELOCITY, messages.STOP), in_step=True)
+        kind, frame = self.conversation.receive((messages.VELOCITY, messages.STOP))
         if kind == messages.STOP:
             return None, content_of(frame)["reason"]
         try:

@@ -240,9 +240,11 @@ class DiscreteSide(Kept):
         return self.scene.stage[index].name
 
     def _note(self, text, fraction=None):
-        """Progress of a long phase, and the place where it can be interrupted."""
+        """Progress of a long phase, also for the continuum, and the place where it can be interrupted."""
         self.conversation.stop.check()
-        self.progress(self._filling, text if fraction is None else f"{text} {100 * fraction:.0f} %")
+        said = text if fraction is None else f"{text} {100 * fraction:.0f} %"
+        self.progress(self._filling, said)
+        self.conversation.report(said)
 
     @property
     def answer_now(self):

@@ -58,7 +58,7 @@ class WindowTalk:
 
     def receive_forces(self):
         """Waits for FORCE; returns its ForceFrame, which is valid until the next one. Raises PeerLost."""
-        _, frame = self.conversation.receive((messages.FORCE,), in_step=True)
+        _, frame = self.conversation.receive((messages.FORCE,))
         expected = self.strain_frame if self.strain_asked else self.force_frame
         try:
             expected.accept(frame)
@@ -91,7 +91,7 @@ class WindowTalk:
 
     def send_stop(self, reason):
         """Waits for the forces that are under way and sends STOP; returns the discs' FAREWELL, {} if none arrives."""
-        self.conversation.receive((messages.FORCE,), in_step=True)
+        self.conversation.receive((messages.FORCE,))
         self.conversation.send_control(messages.STOP, {"reason": reason})
         try:
             return self._receive_control(messages.FAREWELL)

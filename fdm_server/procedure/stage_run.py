@@ -194,7 +194,12 @@ class StageRun(Kept):
         return self.side.clock.due(number, stop)
 
     def observe(self, model, state):
-        """Checks, every few steps, the motion, the ratios of both codes, and whether the next step is the last of the stage."""
+        """Checks, every few steps, the motion, the ratios of both codes, and whether the next step is the last of the stage.
+
+        In a stage of the grid alone, discs that wait for its end receive PROGRESS.
+        """
+        if not self.rims:
+            self.side.hub.report(self.stage.name, self.done)
         if self._band and self.done and self.side.steps % self.record.every == 0:  # the last step made a frame
             self.ended_by = self.ended_by or self._band.reached(model, state, self.rims)
         if self.side.steps % self._every == 0:

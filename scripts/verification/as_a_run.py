@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from colluvium import Scene, open_run
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.process.progress import Progress
-from coupler_protocol.wire.lockstep import Clocks, Hub
+from coupler_protocol.wire.clocks import Clocks
+from coupler_protocol.wire.lockstep import Hub
 from fdm_server.model import Model, State
 from fdm_server.procedure.grid_side import ContinuumSide
 

@@ -21,7 +21,8 @@ from coupler_protocol.files import checkpoint
 from coupler_protocol.files.restart import Origin, load
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.process.progress import Progress
-from coupler_protocol.wire.lockstep import Clocks, Hub
+from coupler_protocol.wire.clocks import Clocks
+from coupler_protocol.wire.lockstep import Hub
 from dem_server.procedure import restart as disc_restart
 from dem_server.step import clock as disc_clock
 from dem_server.step.contact_pass import contact_forces

@@ -1,4 +1,4 @@
-"""One message of every kind with fixed content, as version 3 of the protocol writes them."""
+"""One message of every kind with fixed content, as version 4 of the protocol writes them."""
 
 import numpy as np
 
@@ -30,6 +30,7 @@ CONTROL = (
     (messages.STOP, SESSION, 2**40, {"reason": "all stages done"}),
     (messages.FAREWELL, SESSION, 2**40 + 1, {"report": {}, "stages": [TIMES], "velocities_capped": 0}),
     (messages.FAILURE, SESSION, 7, {"reason": "a zone turned inside out — µ"}),
+    (messages.PROGRESS, SESSION, 1, {"doing": "discs come to rest 35 %"}),
 )  # fmt: skip
 STEPS = ((messages.FORCE, ANSWER, FORCES), (messages.VELOCITY, ORDER, VELOCITIES))
 

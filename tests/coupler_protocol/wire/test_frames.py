@@ -21,7 +21,7 @@ BITS = st.integers(0, 2**64 - 1).map(lambda i: struct.unpack("<d", struct.pack("
 AWKWARD = st.sampled_from([0.0, -0.0, 5e-324, -5e-324, 2.2e-308, 1.7976931348623157e308, 0.1])
 
 
-def recorded(version=3):
+def recorded(version=4):
     """{name: bytes} of a stored exchange."""
     text = (RECORDED / f"version{version}.txt").read_text(encoding="ascii")
     rows = (line.rpartition(": ") for line in text.splitlines() if line[0] != "#")
@@ -47,16 +47,16 @@ def control(kind, content):
 
 
 def test_the_record_is_of_the_version_spoken_and_complete():
-    assert messages.PROTOCOL_VERSION == 3
+    assert messages.PROTOCOL_VERSION == 4
     assert set(recorded()) == {*messages.NAMES[1:], "FORCE again", "FORCE with strain", "GO with bin"}
 
 
 def test_version_1_is_refused_by_its_number_and_differs_in_nothing_else():
     """What is new in version 2, strain with FORCE and bins with GO, came beside what version 1 said."""
     earlier = recorded(1)
-    assert set(earlier) == {*messages.NAMES[1:], "FORCE again"}
+    assert set(earlier) == set(recorded(2)) - {"FORCE with strain", "GO with bin"}
     for name, frame in earlier.items():
-        with pytest.raises(wire.VersionError, match="protocol version 1, not 3"):
+        with pytest.raises(wire.VersionError, match="protocol version 1, not 4"):
             wire.open_header(frame)
         assert resealed(frame, 4, "<H", 2) == recorded(2)[name]
 
@@ -65,19 +65,28 @@ def test_version_2_is_refused_by_its_number_and_differs_in_the_time_of_go_and_a_
     """New in bytes in version 3: the time in GO, the weight's height in FORCE; what else is new is what lengths of steps mean."""
     head, scalars = wire.HEADER.size, 7 * 8
     earlier = recorded(2)
-    assert set(earlier) == set(recorded())
+    assert set(earlier) == set(recorded(3))
     for name, frame in earlier.items():
-        with pytest.raises(wire.VersionError, match="protocol version 2, not 3"):
+        with pytest.raises(wire.VersionError, match="protocol version 2, not 4"):
             wire.open_header(frame)
         if name in ("GO", "GO with bin"):
-            now = wire.content_of(recorded()[name])
+            now = wire.content_of(recorded(3)[name])
             assert msgpack.unpackb(frame[wire.HEADER.size :]) == {key: value for key, value in now.items() if key != "time"}
         elif name.startswith("FORCE"):
-            now = recorded()[name]
+            now = recorded(3)[name]
             assert frame[head : head + scalars] == now[head : head + scalars]
             assert frame[head + scalars :] == now[head + scalars + 8 :]
         else:
-            assert resealed(frame, 4, "<H", 3) == recorded()[name]
+            assert resealed(frame, 4, "<H", 3) == recorded(3)[name]
+
+
+def test_version_3_is_refused_by_its_number_and_has_no_progress():
+    earlier = recorded(3)
+    assert set(earlier) == set(recorded()) - {"PROGRESS"}
+    for name, frame in earlier.items():
+        with pytest.raises(wire.VersionError, match="protocol version 3, not 4"):
+            wire.open_header(frame)
+        assert resealed(frame, 4, "<H", 4) == recorded()[name]
 
 
 @pytest.mark.parametrize("name", sorted(recorded()))
@@ -111,7 +120,7 @@ def test_what_a_message_may_hold_besides_has_its_type():
 def test_header_stands_where_the_document_says():
     frame = recorded()["VELOCITY"]
     assert frame[:4] == b"CLVM"
-    assert struct.unpack_from("<HH", frame, 4) == (3, messages.VELOCITY)
+    assert struct.unpack_from("<HH", frame, 4) == (4, messages.VELOCITY)
     assert struct.unpack_from("<Q", frame, 8) == (exchange.SESSION,)
     assert struct.unpack_from("<II", frame, 16) == (exchange.RANK, 0)
     assert struct.unpack_from("<Q", frame, 24) == (4711,)
@@ -152,9 +161,9 @@ def test_an_array_in_a_control_message_keeps_every_bit(values):
         (lambda f: f[:-8], "announces 120 bytes and carries 112"),
         (lambda f: f + b"\0", "announces 120 bytes and carries 121"),
         (lambda f: f[:50] + bytes([f[50] ^ 1]) + f[51:], "checksum"),
-        (lambda f: resealed(f, 4, "<H", 9), "protocol version 9, not 3"),
+        (lambda f: resealed(f, 4, "<H", 9), "protocol version 9, not 4"),
         (lambda f: resealed(f, 6, "<H", 0), "unknown kind of message 0"),
-        (lambda f: resealed(f, 6, "<H", 13), "unknown kind of message 13"),
+        (lambda f: resealed(f, 6, "<H", 14), "unknown kind of message 14"),
     ],
 )
 def test_a_header_that_does_not_fit_is_refused_in_words(change, words):

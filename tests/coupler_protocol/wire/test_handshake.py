@@ -18,7 +18,7 @@ from coupler_protocol.wire import frames, link_inproc, link_tcp
 from coupler_protocol.wire.handshake import Choice, join, welcome_all
 from coupler_protocol.wire.lockstep import Conversation, Hub
 from coupler_protocol.wire.messages import FAILURE, FORCE, HELLO, PACKED, PROTOCOL_VERSION, REJECT, WELCOME
-from tests.peer import Beside, Peer, clocks
+from tests.scripted_peer import Beside, Peer, clocks
 
 RIM = np.array([[0.1, 0.2], [1 / 3, 0.2], [1 / 3, 0.9], [0.1, 0.9]])
 
@@ -242,9 +242,8 @@ def test_an_answer_that_cannot_be_used_ends_the_discrete_side_as_the_peers_fault
 
 def test_a_continuum_that_never_answers_is_given_up_although_connected(scene):
     _, (end,) = link_inproc.transports(1)
-    talk = Conversation(end, 1, 0, clocks(0.1, 0.2), StopRequest())
-    talk.clocks.arrival = 0.5
-    with pytest.raises(PeerLost, match="no answer"):
+    talk = Conversation(end, 1, 0, clocks(0.1, 0.2, arrival=0.5), StopRequest())
+    with pytest.raises(PeerLost, match=r"connected, but no WELCOME or REJECT for .* s \(link.arrival = 0.5 s\)"):
         join(talk, scene)
     assert talk.repeated >= 2
 

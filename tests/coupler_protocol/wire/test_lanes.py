@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.scene.scene import Link
 from coupler_protocol.wire import link_inproc, link_tcp, messages
+from coupler_protocol.wire.clocks import Clocks
 from coupler_protocol.wire.frames import HEADER
 from coupler_protocol.wire.handshake import _wants_lane, join, takes_lanes, welcome_all
 from coupler_protocol.wire.lane_door import Door, enter
-from coupler_protocol.wire.lockstep import Clocks, Conversation, Hub
+from coupler_protocol.wire.lockstep import Conversation, Hub
 from coupler_protocol.wire.payloads import ForceFrame, VelocityFrame
 
 END = {"report": {}, "stages": []}
@@ -22,7 +24,7 @@ RIM = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 def scene(lane=None):
     return SimpleNamespace(
-        link=SimpleNamespace(lane=lane, timeout=0.3, give_up=5.0), coupling=SimpleNamespace(exchange_every=1), resolved=dict
+        link=Link(lane=lane, timeout=0.3, give_up=5.0), coupling=SimpleNamespace(exchange_every=1), resolved=dict
     )
 
 
@@ -55,7 +57,7 @@ class Pair:
             for number in numbers:
                 self.force.values[:], self.force.scalars[:] = number, 0.5
                 self.discs.send_step(self.force)
-                self.velocity.accept(self.discs.receive((messages.VELOCITY,), in_step=True)[1])
+                self.velocity.accept(self.discs.receive((messages.VELOCITY,))[1])
                 velocities.append(self.velocity.values[-1])
             self.discs.send_control(messages.FAREWELL, END)
 
@@ -64,7 +66,7 @@ class Pair:
         answer = VelocityFrame(self.grid, len(RIM))
         heard = ForceFrame(self.grid, len(RIM))
         for number in numbers:
-            heard.accept(self.grid.receive((messages.FORCE,), in_step=True)[1])
+            heard.accept(self.grid.receive((messages.FORCE,))[1])
             forces.append(heard.values[-1])
             answer.values[:], answer.scalars[:] = -number, 0.25
             self.grid.send_step(answer)
@@ -144,7 +146,7 @@ def test_a_frame_damaged_on_the_lane_is_sent_again(pair):
     pair.end.lanes.send(damaged, 0)
     beside = threading.Thread(target=lambda: (time.sleep(0.5), pair.discs.send_again()))
     beside.start()
-    _, frame = pair.grid.receive((messages.FORCE,), in_step=True)
+    _, frame = pair.grid.receive((messages.FORCE,))
     beside.join()
     assert np.frombuffer(frame[HEADER.size :])[-1] == 5.0
     assert pair.grid.refused == 1

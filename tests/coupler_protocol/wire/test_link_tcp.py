@@ -15,7 +15,7 @@ from coupler_protocol.wire import frames, link_tcp
 from coupler_protocol.wire.lockstep import Conversation, Hub
 from coupler_protocol.wire.messages import FORCE, GO, HELLO, PACKED, REJECT, VELOCITY
 from tests.commands import command, finished
-from tests.peer import SESSION, Beside, Peer, clocks
+from tests.scripted_peer import SESSION, Beside, Peer, clocks
 
 ANY = "tcp://127.0.0.1:*"
 
@@ -92,7 +92,7 @@ def test_a_thousand_steps_keep_every_bit_and_say_nothing_twice(lines):
 
     def answer():
         for _ in numbers:
-            here.accept(grid.receive((FORCE,), in_step=True)[1])
+            here.accept(grid.receive((FORCE,))[1])
             back.values[:] = here.values
             grid.send_step(back)
 
@@ -101,7 +101,7 @@ def test_a_thousand_steps_keep_every_bit_and_say_nothing_twice(lines):
         for row in numbers:
             there.values[:] = row
             discs.send_step(there)
-            got.accept(discs.receive((VELOCITY,), in_step=True)[1])
+            got.accept(discs.receive((VELOCITY,))[1])
             assert got.values.tobytes() == row.tobytes()
     assert grid.repeated == discs.repeated == grid.refused == discs.refused == 0
 
@@ -118,7 +118,7 @@ def test_a_discrete_process_that_closes_is_given_up(lines):
     end.close()
     begin = time.monotonic()
     with pytest.raises(PeerLost, match="rank 1 was lost: not connected"):
-        grid.receive((FORCE,), in_step=True)
+        grid.receive((FORCE,))
     assert 0.5 < time.monotonic() - begin < 10.0
     assert not hub_end.connected(1)
 
@@ -132,7 +132,7 @@ def test_a_continuum_that_closes_is_given_up(lines):
     hub_end.close()
     begin = time.monotonic()
     with pytest.raises(PeerLost, match="the continuum was lost: not connected"):
-        discs.receive((VELOCITY,), in_step=True)
+        discs.receive((VELOCITY,))
     assert 0.5 < time.monotonic() - begin < 10.0
     assert not end.connected()
 
@@ -146,7 +146,7 @@ def test_one_lost_process_of_two_is_the_one_that_is_named(lines):
         hub.conversations[rank].send_control(GO, {})
     ends[1].close()
     with pytest.raises(PeerLost, match="rank 2 was lost"):
-        hub.conversations[2].receive((FORCE,), in_step=True)
+        hub.conversations[2].receive((FORCE,))
     assert hub.conversations[1].send_again()
 
 
@@ -169,7 +169,7 @@ def test_a_line_that_breaks_and_comes_back_costs_nothing_but_time(lines):
 
 def test_a_second_claim_of_a_rank_is_turned_away_while_its_holder_lives(lines):
     hub_end, (holder, thief) = lines(2)
-    grid, discs = conversations(hub_end, holder)
+    grid, discs = conversations(hub_end, holder, step=0.3)
     grid.send_control(GO, {})
     discs.receive((GO,))
     claim = Peer(thief, 0, session=0)
@@ -178,7 +178,7 @@ def test_a_second_claim_of_a_rank_is_turned_away_while_its_holder_lives(lines):
     time.sleep(0.2)
     assert grid.receive((PACKED,))[0] == PACKED
     with pytest.raises(PeerLost):
-        grid.receive((FORCE,), within=0.3)
+        grid.receive((FORCE,))
     answer = claim.receive()
     assert answer.kind == REJECT
     assert "rank 1 is taken and its holder lives" in answer.content["reason"]
@@ -257,7 +257,7 @@ def test_port_zero_is_any_port():
 
 def test_an_endpoint_is_read_from_its_file_once_it_is_there(tmp_path):
     assert link_tcp.endpoint_from("tcp://host:1", 0.0) == "tcp://host:1"
-    with pytest.raises(EnvironmentFailed, match=r"no endpoint in .*: is the continuum running"):
+    with pytest.raises(EnvironmentFailed, match=r"no endpoint in .* \(link.arrival\): start fdm-server"):
         link_tcp.endpoint_from(str(tmp_path / "endpoint"), 0.1)
     with Beside(lambda: link_tcp.endpoint_from(str(tmp_path / "endpoint"), 5.0)) as beside:
         (tmp_path / "endpoint").write_text("")

@@ -2,21 +2,20 @@
 
 import random
 import threading
-from types import SimpleNamespace
 from typing import NamedTuple
 
 from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.scene.scene import Link
 from coupler_protocol.wire import frames, link_inproc
-from coupler_protocol.wire.lockstep import Clocks, Conversation, Hub
+from coupler_protocol.wire.clocks import Clocks
+from coupler_protocol.wire.lockstep import Conversation, Hub
 
 SESSION = 7
 
 
-def clocks(timeout=0.1, give_up=0.4):
-    """Short clocks; `arrival` as short as the rest."""
-    short = Clocks(SimpleNamespace(timeout=timeout, give_up=give_up))
-    short.arrival = short.owed
-    return short
+def clocks(timeout=0.1, give_up=0.4, **more):
+    """Short clocks; more: other keys of [link]."""
+    return Clocks(Link(**{"timeout": timeout, "give_up": give_up, "arrival": 4.0, "step": 4.0, "farewell": 4.0} | more))
 
 
 class Heard(NamedTuple):
