@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from coupler_protocol import exits
-from coupler_protocol.files import checkpoint, locks, restart, saved_moments
+from coupler_protocol.files import checkpoint, locks, restart, run_json, saved_moments
 from coupler_protocol.process import command_line
 from coupler_protocol.process.plugin import from_functions
 from coupler_protocol.scene.reader import build_scene, read_scene
@@ -108,10 +108,13 @@ def to_go_on(out: Path, plugin: Any = None, scene: Any = None) -> tuple[Any, str
         if not (out / "scene.json").exists():
             raise exits.EnvironmentFailed(f"{out} has no scene.json: it is not the folder of a run, or the run never began")
         scene = read_scene(out / "scene.json")
+    if (out / run_json.NAME).exists():
+        run_json.read(out / run_json.NAME)  # a damaged one is refused before anything is written
     conductor = "fdm.rank0" if scene.grid else "dem.rank1"
     if sentence := saved_moments.finished(scene, out, conductor, True):
         raise exits.FinishedBefore(sentence)
     saved_moments.refuse_other_scene(scene, out, conductor)
+    (out / "endpoint").unlink(missing_ok=True)  # of a process that was killed
     path, where = saved_moments.common_in_folder(scene, out)
     if path is not None:
         restart.check_plugin(checkpoint.attributes(path), path, plugin)

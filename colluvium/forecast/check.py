@@ -217,9 +217,7 @@ def print_description(found: dict[str, Any], console: Any) -> None:
         )
     if found["checkpoint_MB"]:
         size = megabytes(int(1e6 * found["checkpoint_MB"]))
-        console.print(
-            f"checkpoints inside of stages: about {size} each, as much memory while one is written; two stay on the disk"
-        )
+        console.print(f"checkpoints inside of stages: about {size} each, as much memory while one is written; two stay")
     if found["stones"]:
         console.print(_stones_as_text(found["stones"]), markup=False)
     console.print("effects that act:")

@@ -3,7 +3,11 @@
 import pytest
 
 from colluvium import Scene
-from tests.integration.kills import ContinuumSide, DiscreteSide, DiscsAlone, goes_on, kill_at, kill_where, killed_run
+from colluvium.running import threads
+from coupler_protocol.exits import Interrupted, PeerLost
+from coupler_protocol.files import checkpoint
+from coupler_protocol.process.interrupt import StopRequest
+from tests.integration.kills import ContinuumSide, DiscreteSide, DiscsAlone, Killed, goes_on, kill_at, kill_where, killed_run
 from tests.integration.same_runs import assert_same_runs
 from tests.integration.test_plain_steps import OTHER, SMALL, STONE, STONES
 from tests.integration.test_plain_steps import scene as coupled_scene
@@ -158,6 +162,80 @@ def test_the_newest_common_moment_counts_where_one_side_was_killed_before_its_wr
     behind, ahead = sorted(steps.values(), key=max)
     assert max(behind) < max(ahead)
     assert max(behind) in ahead
+    goes_on(scene, tmp_path / "run")
+    assert_same_runs(straight, tmp_path / "run")
+
+
+@pytest.mark.parametrize("name", ["fdm.rank0", "dem.rank1"])
+def test_a_kill_in_the_middle_of_a_write_leaves_the_checkpoint_before_it(tmp_path, undisturbed, monkeypatch, name):
+    scene, straight = undisturbed("static", coupled("static"))
+    replace = checkpoint.os.replace
+
+    def killing(partial, path):
+        if path.name == f"{name}.more@200.h5":
+            raise Killed
+        replace(partial, path)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(checkpoint.os, "replace", killing)
+        killed_run(scene, tmp_path / "run", kill_at(100_000))
+    assert (tmp_path / "run" / f"{name}.more@200.h5.partial").exists()
+    assert max(steps_of(tmp_path / "run", name)) == 175
+    goes_on(scene, tmp_path / "run")
+    assert_same_runs(straight, tmp_path / "run")
+
+
+@pytest.mark.parametrize("asked", [0, 1])
+def test_a_request_to_stop_on_either_side_saves_both_and_loses_nothing(tmp_path, undisturbed, asked):
+    """Each side has a request of its own, as on two machines."""
+    scene, straight = undisturbed("static", coupled("static"))
+    stops = {rank: StopRequest() for rank in (0, 1)}
+    cls, seen = (ContinuumSide, DiscreteSide)[asked], []
+
+    def stop_now(side, *words):
+        if side.steps >= 207 and not seen:
+            seen.append(side.steps)
+            stops[asked].ask("enough")
+        return False
+
+    out = tmp_path / "run"
+    out.mkdir()
+    with kill_where(cls, "record", stop_now), pytest.raises((Interrupted, PeerLost), match="enough"):
+        run_sides(scene, out, stops)
+    steps = {name: max(steps_of(out, name)) for name in ("fdm.rank0", "dem.rank1")}
+    assert len(set(steps.values())) == 1
+    assert seen[0] <= steps["fdm.rank0"] <= seen[0] + 3
+    assert not list(out.glob("*.stopped.h5")) or asked == 1
+    goes_on(scene, out)
+    assert_same_runs(straight, out)
+
+
+def run_sides(scene, out, stops):
+    """Computes a scene as colluvium.running.threads does, with a StopRequest for each rank."""
+    real = threads.RunContext
+
+    def context(folder, progress, stop, *more):
+        return real(folder, progress, stops[progress.rank], *more)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(threads, "RunContext", context)
+        threads.run(scene, out)
+
+
+def test_a_run_that_was_killed_before_its_first_checkpoint_begins_again_and_keeps_its_files(tmp_path, undisturbed):
+    scene, straight = undisturbed("static", coupled("static"))
+    killed_run(scene, tmp_path / "run", kill_at(5))
+    before = {path.name for path in (tmp_path / "run").iterdir()}
+    goes_on(scene, tmp_path / "run")
+    assert before <= {path.name for path in (tmp_path / "run").iterdir()}
+    assert (tmp_path / "run" / "fdm.rank0.part1.vtkhdf").exists()
+    assert_same_runs(straight, tmp_path / "run")
+
+
+def test_a_run_that_was_killed_at_its_end_writes_its_account(tmp_path, undisturbed):
+    scene, straight = undisturbed("static", coupled("static"))
+    killed_run(scene, tmp_path / "run", kill_where(ContinuumSide, "summary", lambda side: True))
+    assert not (tmp_path / "run" / "run.json").exists()
     goes_on(scene, tmp_path / "run")
     assert_same_runs(straight, tmp_path / "run")
 

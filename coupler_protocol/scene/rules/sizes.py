@@ -122,7 +122,7 @@ def files_of(scene: Any) -> float:
 
 
 def checkpoint_of(scene: Any) -> float:
-    """Size [MB] of the checkpoints of all sides inside of a stage; 0 if there are none. Each side needs its part as memory, too."""
+    """Size [MB] of the checkpoints of all sides inside of a stage, on the disk and in memory; 0 if there are none."""
     if not scene.record.checkpoint and scene.record.checkpoint_steps is None:
         return 0.0
     discs = sum(discs_of(scene, window) for window in scene.window)
