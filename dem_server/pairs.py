@@ -58,12 +58,13 @@ def exist(state, pairs):
     return there
 
 
-def listed_pairs(state):
-    """All listed pairs, also those that do not touch."""
-    a, b = state.first.astype(np.int64), state.second.astype(np.int64)
+def listed_pairs(state, slots=None):
+    """Listed pairs, also those that do not touch: all, or those at the positions `slots` (m,) of the list."""
+    slots = np.arange(len(state.first)) if slots is None else slots
+    a, b = state.first[slots].astype(np.int64), state.second[slots].astype(np.int64)
 
     def taken(array, dtype=float):
-        return np.zeros(len(a), dtype) if array is None else array.copy()
+        return np.zeros(len(a), dtype) if array is None else array[slots]
 
     branch = state.x[b] - state.x[a]
     gap = np.hypot(*branch.T) - state.radius[a] - state.radius[b] - taken(state.reference_gap)
@@ -75,7 +76,7 @@ def listed_pairs(state):
     normal, shear = taken(state.normal), taken(state.shear)
     if state.parallel is not None:
         normal, shear = normal + taken(state.parallel.normal), shear + taken(state.parallel.shear)
-    return Contacts(a, b, normal, shear, bond, gap, branch, span, taken(state.kind), np.arange(len(a)))
+    return Contacts(a, b, normal, shear, bond, gap, branch, span, taken(state.kind), slots)
 
 
 def levers(state, pairs):

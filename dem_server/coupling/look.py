@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.wire.messages import Answer
-from dem_server.coupling.ring_guard import watch_ring
+from dem_server.coupling.ring_guard import some_outside, watch_ring
 from dem_server.model import CAPS, SHEAR_BREAKS, TENSION_BREAKS
 from dem_server.observe.energy import kinetic_kernel, stored_kernel, weight_height_kernel
 from dem_server.observe.unbalanced_ratio import ratio
@@ -24,13 +24,13 @@ RATIO, DT_LIMIT, KINETIC, STORED, POWER, BROKEN, WARNINGS, HEIGHT = (
 class Sight(NamedTuple):
     """The guard of the ring, and what histories have seen.
 
-    every: steps between points of histories; due: whether Python looks at the next one, because the list of pairs is new.
-    spring, parallel_bond: of the law. ring (5,): see `watch_ring`; power (1,): of the ring in the last step with histories [W];
+    every: steps between points of histories; fresh (1,): whether the list of pairs is new, so that discs may have left the ring.
+    spring, parallel_bond: of the law. ring (6,): see `watch_ring`; power (1,): of the ring in the last step with histories [W];
     steps (n,), answers (n,8): steps of the run at which was looked, and what was seen; rows (1,): how many.
     """
 
     every: int
-    due: bool
+    fresh: NDArray[np.bool_]
     spring: tuple
     parallel_bond: tuple | None
     ring: NDArray[np.float64]
@@ -45,7 +45,7 @@ def sight_of(side, most):
     law, every = side.model.law, side.record_of_stage.history
     rows = most // every + 2
     return Sight(
-        every, True, law.spring, law.parallel_bond, side.guard.ring, np.array([side.power]),
+        every, np.zeros(1, dtype=np.bool_), law.spring, law.parallel_bond, side.guard.ring, np.array([side.power]),
         np.zeros(rows, dtype=np.int64), np.zeros((rows, len(Answer._fields))), np.zeros(1, dtype=np.int64),
     )  # fmt: skip
 
@@ -70,5 +70,8 @@ def look(done, disc, load, weight, listed, past, clumps, ring, gravity, counters
     sight.steps[row] = done
     sight.answers[row] = answer
     sight.rows[0] = row + 1
-    opened = watch_ring(disc, ring, sight.ring)
-    return opened or not np.isfinite(answer[RATIO])
+    noticed = watch_ring(disc, ring, sight.ring)
+    if sight.fresh[0]:
+        sight.fresh[0] = False
+        noticed |= some_outside(disc, ring)
+    return noticed or not np.isfinite(answer[RATIO])

@@ -25,7 +25,7 @@ from dem_server.step.motion import move
 
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
 STEP, GRAVITY, DT, INTERVAL, FLAGS = (Order._fields.index(name) for name in ("step", "gravity", "dt", "interval", "flags"))
-DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM, UNSEEN, NOTICED = range(10)  # why the loop ended
+DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM, NOTICED = range(9)  # why the loop ended
 MOST = 2000  # steps of a call
 Numbers = NDArray[np.float64]
 
@@ -132,8 +132,8 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
     """Takes steps, each from FORCE to the contacts after VELOCITY; returns (steps done, why it ended, fast discs).
 
     begun: FORCE of the first step is sent, and what precedes it is seen. sight: a Sight, with room for what MOST steps show.
-    The step that is not completed has: prepared FORCE (INFINITE: which is not finite; UNSENT), or sent it (UNSEEN: a look is due;
-    NOTICED: it has to be judged), or also moved the free discs (UNHEARD; FAST: too fast without a cap), or also received
+    The step that is not completed has: prepared FORCE (INFINITE: which is not finite; UNSENT), or sent it (NOTICED: what
+    was seen then has to be judged), or also moved the free discs (UNHEARD; FAST: too fast without a cap), or also received
     VELOCITY, which is not for one step (ODD), or also moved the ring (FAST_RIM: too fast; CONTACTS: a new list of pairs is due,
     or somebody has to see the step). bodies, listed, history, parameters: plain tuples, as for `cycle` and `force_pass`.
     marks (MOST,2): times [ns] between which each step waits for VELOCITY, None without a trace.
@@ -157,11 +157,9 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
                 return step, INFINITE, 0
             if not put(wire, 0):
                 return step, UNSENT, 0
-            if done % sight.every == 0:
-                if sight.due:
-                    return step, UNSEEN, 0
-                if look(done, disc, load, weight, named, past, clumps, R, gravity, counters, talk.answer, sight):
-                    return step, NOTICED, 0
+            due = done % sight.every == 0
+            if due and look(done, disc, load, weight, named, past, clumps, R, gravity, counters, talk.answer, sight):
+                return step, NOTICED, 0
         begun, fast, quickest = False, 0, 0.0
         if clumps is not None:
             fast, quickest = move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)

@@ -23,7 +23,6 @@ from dem_server.coupling.plain_loop import (
     NOTICED,
     ODD,
     UNHEARD,
-    UNSEEN,
     UNSENT,
     Motion,
     Ring,
@@ -31,6 +30,7 @@ from dem_server.coupling.plain_loop import (
     plain_loop,
 )
 from dem_server.effects.histories import history_of
+from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import SPEED_CAP
 from dem_server.step.neighbours import skin
 from dem_server.step.thread_shares import shares
@@ -87,20 +87,31 @@ class PlainSteps:
                 raise PhysicsFailed(f"the discs cannot take step {side.steps + 1}")  # no step is taken twice
             if why == UNSENT:
                 side.conversation.send_by_link()
-            if why in (UNSENT, UNSEEN):
                 self._see_completed()
-            if why == NOTICED:
-                side.judge_look(messages.Answer(*self.answer.tolist()))
-            if why == UNSENT:
                 return MOVE, None
+            if why == NOTICED:
+                side.judge_look(side.looked, self.checked)
             if why == FAST:
                 side.refuse_fast(fast)
             if why == UNHEARD:
                 return RECEIVE, None
             if why in (ODD, FAST_RIM, CONTACTS):
+                order = messages.Order(*self.order.tolist())
                 if why == FAST_RIM:
                     side.refuse_fast_rim()
-                return (ACCEPT if why == ODD else COMPLETE), messages.Order(*self.order.tolist())
+                if why == ODD or order.flags:
+                    return (ACCEPT if why == ODD else COMPLETE), order
+                self._complete(order)
+                begun = False
+
+    def _complete(self, order):
+        """Completes a step whose contacts need a new list of pairs."""
+        side = self.side
+        side.measure_power(order)
+        contact_forces(side.model, side.state)
+        side.check_step()
+        side.count_step(order)
+        self.taken += 1
 
     def _see_completed(self):
         """Looks at the completed step if histories have a point there, as the loop step by step does."""
@@ -124,8 +135,11 @@ class PlainSteps:
         """One compiled call."""
         side, wire, talk, state = self.side, self.lanes.wire, self.side.conversation, self.side.state
         wire.sequence[0], wire.waited[0] = talk.sequence, 0
-        steps, why, fast = plain_loop(*self._arguments(begun))
-        if steps or why not in (INFINITE, UNSENT, UNSEEN, NOTICED):
+        arguments = self._arguments(begun)
+        fresh = self.sight.fresh[0]
+        steps, why, fast = plain_loop(*arguments)
+        self.checked = fresh and not self.sight.fresh[0]  # whether discs outside the ring were looked for
+        if steps or why not in (INFINITE, UNSENT, NOTICED):
             state.dt = state.next_dt
         talk.continue_from(int(wire.sequence[0]), None if begun and not steps else self.lanes.said(0))
         side.watch.add_plain_steps(steps, 1e-9 * float(wire.waited[0]), self.marks)
@@ -144,7 +158,7 @@ class PlainSteps:
         )
         said = Talk(self.answer, self.order, side.steps, 0.5 * skin(model), time.monotonic_ns() + lanes.LONGEST)
         self.sight.rows[0], self.sight.power[0] = 0, side.power
-        self.sight = self.sight._replace(due=not side.guard.knows_list(state))
+        self.sight.fresh[0] = not side.guard.knows_list(state)
         longest = SPEED_CAP * model.smallest_radius
         kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
         motion = Motion(side.gravity, model.ring, kick, dt, longest / dt, longest, not model.in_real_time)

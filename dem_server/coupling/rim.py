@@ -18,6 +18,7 @@ same sums times dt^2 limit the step (fdm_server/coupling/common_step.py), and th
 shares.
 """
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -114,9 +115,8 @@ class Rim:
 
     def _mass_rule(self, state, contacts):
         """Sums (K,) of Eq (1); a disc depends on three nodes: the ends of its segment and, if it is on a node, of the next."""
-        ring, K, c = self.ring, len(self.nodes), contacts.disc
-        node = np.stack([ring.seg0, (ring.seg0 + 1) % K, (ring.seg1 + 1) % K], axis=1)
-        N, L = self._translation(node), self._spin()
+        K, c = len(self.nodes), contacts.disc
+        node, N, L = self._three, self._translation, self._spin()
         offset = state.x[: self.discs] - np.einsum("pj,pjx->px", N, self.nodes[node])
         n = contacts.normal
         t = np.column_stack([-n[:, 1], n[:, 0]])
@@ -136,8 +136,15 @@ class Rim:
         xx, yy, xy = A.T
         return 0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy)
 
-    def _translation(self, node):
-        """Shares N (R, 3) of the nodes `node` (R, 3) in the translation of the discs."""
+    @cached_property
+    def _three(self):
+        """The three nodes (R, 3) on which each disc depends."""
+        ring, K = self.ring, len(self.nodes)
+        return np.stack([ring.seg0, (ring.seg0 + 1) % K, (ring.seg1 + 1) % K], axis=1)
+
+    @cached_property
+    def _translation(self):
+        """Shares N (R, 3) of these nodes in the translation of the discs."""
         share, _ = node_shares(self.ring)
         between = np.column_stack([share, np.zeros(self.discs)])
         return np.where(self.ring.node[:, None] >= 0, [0.0, 1.0, 0.0], between)

@@ -19,7 +19,7 @@ from coupler_protocol.geometry import NOWHERE, spot
 from coupler_protocol.scene.local_origin import in_the_scene
 from dem_server.model import RADIUS, X, Y
 
-SMALLEST, WIDTH, PLACE_X, PLACE_Y, NOW = range(5)  # of the ring that `watch_ring` watches
+SMALLEST, WIDTH, PLACE_X, PLACE_Y, NOW, WARNED = range(6)  # of the ring that `watch_ring` watches
 
 
 class Opening(NamedTuple):
@@ -30,16 +30,16 @@ class Opening(NamedTuple):
 
 
 class RingGuard(Kept):
-    """Guard of one window. `warned`: whether an opening since the last call of `begin` has caused a warning.
+    """Guard of one window.
 
     origin (2,) [m]: point of the scene from which positions count; texts and reports have the coordinates of the scene.
     """
 
-    KEPT = ("ring", "warned", "_builds")
+    KEPT = ("ring", "_builds")
 
     def __init__(self, model, state, origin=NOWHERE):
         self.origin = origin
-        self.ring = np.zeros(5)
+        self.ring = np.zeros(6)
         self.ring[SMALLEST] = state.radius[model.ring :].min()
         self._builds = -1
         self.begin()
@@ -47,7 +47,11 @@ class RingGuard(Kept):
     def begin(self):
         """Begins a stage."""
         self.ring[WIDTH:] = 0.0
-        self.warned = False
+
+    @property
+    def warned(self):
+        """Whether an opening since the last call of `begin` has caused a warning."""
+        return bool(self.ring[WARNED])
 
     @property
     def smallest(self):
@@ -70,16 +74,24 @@ class RingGuard(Kept):
         """
         watch_ring(state.disc, model.ring, self.ring)
         if not self.knows_list(state):
-            self._builds = state.builds
-            lost = lost_discs(model, state)
-            if len(lost):
-                raise ArithmeticError(self._loss_as_text(model, state, ring_gaps(model, state), lost))
+            self.refuse_lost(model, state)
         return self.judge()
+
+    def refuse_lost(self, model, state):
+        """Raises ArithmeticError if a disc is lost."""
+        self.note_list(state)
+        lost = lost_discs(model, state)
+        if len(lost):
+            raise ArithmeticError(self._loss_as_text(model, state, ring_gaps(model, state), lost))
+
+    def note_list(self, state):
+        """Notes that the present list of pairs has been checked for lost discs."""
+        self._builds = state.builds
 
     def judge(self):
         """Returns a warning of the last measurement the first time, else ""."""
         due = bool(self.ring[NOW] > self.ring[SMALLEST]) and not self.warned
-        self.warned |= due
+        self.ring[WARNED] = self.warned or due
         return (
             f"the ring has opened: a gap of {self.as_text(self.widest)} (r: smallest disc radius; 2 r lets a disc escape)"
             if due
@@ -129,10 +141,16 @@ def gaps_between(disc, ring):
 
 
 @jit
-def watch_ring(disc, ring, found):
-    """Measures the widest of the gaps (1) of the first `ring` discs; returns whether it exceeds the smallest radius.
+def some_outside(disc, ring):
+    """Whether the centre of a free disc is outside the polygon of the first `ring` discs."""
+    return outside(disc[:ring, X : Y + 1].copy(), disc, ring).any()
 
-    found (5,): smallest radius of a free disc, width and place of the widest gap so far, widest gap now [m].
+
+@jit
+def watch_ring(disc, ring, found):
+    """Measures the widest of the gaps (1) of the first `ring` discs; returns whether a warning is due.
+
+    found (6,): smallest radius of a free disc, width and place of the widest gap so far, widest gap now [m], whether was warned.
     """
     found[NOW] = -np.inf
     for p in range(ring):
@@ -143,7 +161,7 @@ def watch_ring(disc, ring, found):
         if gap > found[WIDTH]:
             found[WIDTH] = gap
             found[PLACE_X], found[PLACE_Y] = 0.5 * (disc[p, X] + disc[q, X]), 0.5 * (disc[p, Y] + disc[q, Y])
-    return found[NOW] > found[SMALLEST]
+    return found[NOW] > found[SMALLEST] and found[WARNED] == 0.0
 
 
 def opening(model, state, gaps, disc):

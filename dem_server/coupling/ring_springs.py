@@ -29,7 +29,6 @@ def ring_contacts(model, state):
     the masses of discs, all listed pairs count, so that no contact can close unnoticed. The pairs change when the list is built
     (`state.builds`) or bonds are made. Bonds that break only remove springs.
     """
-    pairs = listed_pairs(state)
-    which = pairs.disc_a < model.ring  # the first disc of a pair has the lower number, and no pair has both discs on the ring
-    pairs = type(pairs)(*(column[which] for column in pairs))
+    # the first disc of a pair has the lower number, and no pair has both discs on the ring
+    pairs = listed_pairs(state, np.flatnonzero(state.first < model.ring))
     return RingContacts(pairs.disc_a, pairs.normal, levers(state, pairs)[0], *pair_stiffnesses(model, state, pairs))

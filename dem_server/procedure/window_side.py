@@ -318,11 +318,15 @@ class DiscreteSide(Kept):
 
     def observe(self, order):
         """Counts the step; at steps with histories computes an Answer and checks the ring."""
+        self.count_step(order)
+        if self.steps % self.record_of_stage.history == 0:
+            self.look(order)
+
+    def count_step(self, order):
+        """Counts a step."""
         self.steps = int(order.step)
         self.time += order.dt
         self.watch.stages[-1].steps += 1
-        if self.steps % self.record_of_stage.history == 0:
-            self.look(order)
 
     def look(self, order):
         """Computes an Answer and checks the ring after a step with histories."""
@@ -330,13 +334,16 @@ class DiscreteSide(Kept):
         self._say(self.guard.check(self.model, self.state))
         self.progress(self._name_of(self.stage), "", self.steps, None, self.looked.ratio, order.gravity_factor)
 
-    def judge_look(self, looked):
-        """Judges what compiled code has noticed in the last look, which found `looked`."""
+    def judge_look(self, looked, fresh):
+        """Judges what compiled code has noticed in the last look, which found `looked`; fresh: by a new list of pairs."""
         self._refuse_ratio(looked.ratio)
+        if fresh:
+            self.guard.refuse_lost(self.model, self.state)
         self._say(self.guard.judge())
 
     def note_looks(self, steps, looks, times, factor):
         """Records histories of several looks of compiled code; times [s]; factor: of the gravity of the last step."""
+        self.guard.note_list(self.state)
         self.recorder.histories(steps, self._histories(looks, times))
         self.progress(self._name_of(self.stage), "", steps[-1], None, looks[-1].ratio, factor)
 

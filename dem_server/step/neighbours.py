@@ -99,26 +99,45 @@ def places(old, new):
 
 def still_bonded(model, state, origin):
     """Positions in the old list of bonded pairs that are not near; bonds within a clump are dropped."""
-    bonded = np.zeros(len(state.first), dtype=bool)
-    for bonds in (state.bond_state, None if state.parallel is None else state.parallel.state):
-        if bonds is not None:
-            bonded |= bonds == BONDED
-    bonded[origin[origin >= 0]] = False
-    if state.clumps is not None:
-        body = state.clumps.body
-        a, b = body[state.first], body[state.second]
-        bonded &= (a < 0) | (a != b)
+    parallel = None if state.parallel is None else state.parallel.state
+    body = None if state.clumps is None else state.clumps.body
+    return _still_bonded(origin, state.bond_state, parallel, body, state.first, state.second)
+
+
+@jit
+def _still_bonded(origin, bond, parallel, body, first, second):
+    bonded = np.zeros(len(first), dtype=np.bool_)
+    for p in range(len(first)):
+        if bond is not None:
+            bonded[p] |= bond[p] == BONDED
+        if parallel is not None:
+            bonded[p] |= parallel[p] == BONDED
+        if body is not None:
+            bonded[p] &= body[first[p]] < 0 or body[first[p]] != body[second[p]]
+    for o in origin:
+        if o >= 0:
+            bonded[o] = False
     return np.flatnonzero(bonded)
 
 
 def parts_of(model, first, key):
     """Runs of the list (P, 2), first and last pair + 1, in the order in which they are summed; see above."""
-    near = int(np.searchsorted(key, FAR))
-    runs = max(1, -(-(model.count - model.ring) // RUN))
-    cuts = np.searchsorted(first[:near], model.ring + RUN * np.arange(runs))
-    begin, end = np.concatenate([[0], cuts]), np.concatenate([cuts, [near]])
-    order = [0, *range(1, runs + 1, 2), *range(2, runs + 1, 2)]
-    return np.vstack([np.column_stack([begin, end])[order], [near, len(key)]]).astype(np.uint64)
+    return _parts(first, key, model.ring, model.count - model.ring)
+
+
+@jit
+def _parts(first, key, ring, free):
+    near = np.searchsorted(key, FAR)
+    runs = max(1, -(-free // RUN))
+    parts = np.empty((runs + 2, 2), dtype=np.uint64)
+    row = 0
+    for begin in (0, 1, 2):  # pairs of the ring, runs 0, 2, 4, .. (numbers 1, 3, 5, ..), runs 1, 3, 5, ..
+        for number in range(begin, 1 if begin == 0 else runs + 1, 2):
+            parts[row, 0] = 0 if number == 0 else np.searchsorted(first[:near], ring + RUN * (number - 1))
+            parts[row, 1] = near if number == runs else np.searchsorted(first[:near], ring + RUN * number)
+            row += 1
+    parts[row, 0], parts[row, 1] = near, len(key)
+    return parts
 
 
 def kinds(material, materials, first, second):

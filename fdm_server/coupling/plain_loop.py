@@ -17,6 +17,7 @@ from fdm_server.coupling.rim import apply_forces
 from fdm_server.coupling.rim_growth import NOTICED as GROWS
 from fdm_server.coupling.rim_growth import watch_growth, watch_power
 from fdm_server.step.gridpoint_pass import velocity_kernel
+from fdm_server.step.masses import add_static_masses
 from fdm_server.step.zone_pass import move_kernel, zones_kernel
 
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
@@ -50,6 +51,20 @@ class Rims(NamedTuple):
     every: int
     awaited: Numbers
     verdict: Numbers
+
+
+class Renewal(NamedTuple):
+    """Static masses in large strain (step/present_shape.py): drawn, present (N,2) [m]: gridpoints as drawn, and scratch memory.
+
+    zones (A,4), modulus (A,) [Pa]; age (1,): steps since the masses were computed; every: after how many they are again.
+    """
+
+    drawn: Numbers
+    present: Numbers
+    zones: NDArray[np.int64]
+    modulus: Numbers
+    age: NDArray[np.int64]
+    every: int
 
 
 class Course(NamedTuple):
@@ -130,13 +145,26 @@ def watch_rims(rims, number, seconds):
 
 
 @jit
-def plain_loop(wire, rims, course, points, resistance, always, effects, midway, sight, marks):
+def count_step(renewal, displacement, mass):
+    """Counts a step; computes `mass` (N,) [kg] for the present shape if it is due, as fdm_server.step.present_shape.renew."""
+    drawn, present, zones, modulus, age, every = renewal
+    age[0] += 1
+    if age[0] >= every:
+        age[0] = 0
+        for n in range(len(mass)):
+            mass[n] = 0.0
+            present[n, 0], present[n, 1] = drawn[n, 0] + displacement[n, 0], drawn[n, 1] + displacement[n, 1]
+        add_static_masses(present, zones, modulus, mass)
+
+
+@jit
+def plain_loop(wire, rims, course, points, resistance, always, effects, renewal, midway, sight, marks):
     """Takes the steps of `course`; returns (steps completed, rims heard in the step that is not, why it ended).
 
     points: applied, added_mass, mass, weight_mass, fixed, static_mass (None in static mode); resistance: damping, half_combined,
-    previous, half_drag of `velocity_kernel`; always, effects: of fdm_server.step.zone_pass.zone_arguments; sight: the Sight of
-    the stage. midway: the first step has sent its velocities and looked already. marks (n,2): times [ns] between which each step
-    waits for FORCE, None without a trace.
+    previous, half_drag of `velocity_kernel`; always, effects: of fdm_server.step.zone_pass.zone_arguments; renewal: a Renewal in
+    static large strain, else None; sight: the Sight of the stage. midway: the first step has sent its velocities and looked
+    already. marks (n,2): times [ns] between which each step waits for FORCE, None without a trace.
     """
     applied, added_mass, mass, weight_mass, fixed, static_mass = points
     damping, half_combined, previous, half_drag = resistance
@@ -186,6 +214,8 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, midway, 
         )  # fmt: skip
         if inverted > 0:
             return step, windows, INVERTED
+        if renewal is not None:
+            count_step(renewal, displacement, mass)
         if number % sight.every == 0 and number <= course.noted:
             note(number, course.factor[step], points, arrays, gravity, sight)
     return len(course.share), 0, DONE

@@ -22,6 +22,7 @@ from fdm_server.coupling.plain_loop import (
     UNHEARD,
     UNSENT,
     Course,
+    Renewal,
     Rims,
     plain_loop,
 )
@@ -61,6 +62,7 @@ class PlainSteps:
         if not self.why_not:
             self.lanes = side.hub.transport.lanes
             self.rims = _side_by_side(stage, side.state.in_real_time)
+            self.renewal = _renewal(side.model, side.state)
             self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
             self.sight, self.names = look.sight_of(side, stage, MOST)
 
@@ -92,7 +94,7 @@ class PlainSteps:
         count = min(MOST, record.every - 1 - side.steps % record.every, side.clock.steps_before(side.steps + 1))
         if side.state.driven is not None:  # movements of boundaries are recorded in Python
             count = min(count, record.history - side.steps % record.history)
-        if side.state.mass is not None:
+        if side.state.mass is not None and side.state.in_real_time:  # the step may change with the masses
             count = min(count, shape.MASS_STEPS - side.state.mass_age)
         if stage.stage.until.steps is not None:
             count = min(count, stage.stage.until.steps - 1 - stage.done)
@@ -140,8 +142,8 @@ class PlainSteps:
         last = side.steps + count
         if side.state.driven is not None:
             noted = 0
-        elif side.state.mass is not None and side.state.mass_age + count == shape.MASS_STEPS:
-            noted = last - 1  # after the last step the masses change, then histories follow
+        elif side.state.mass is not None and side.state.in_real_time:
+            noted = last - 1  # after the last step the masses may change, then histories follow
         else:
             noted = last
         until = time.monotonic_ns() + lanes.LONGEST
@@ -169,20 +171,13 @@ class PlainSteps:
         """Arguments of `plain_loop`."""
         model, state = self.side.model, self.side.state
         static_mass = shape.static_mass(model, state) if state.in_real_time else None
+        if self.renewal is not None:
+            self.renewal.age[0] = state.mass_age
         points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
-        always, effects = zone_arguments(model, state)
+        drag, (always, effects) = resistance(model, state, state.dt), zone_arguments(model, state)
         return (
-            self.lanes.wire,
-            self.rims,
-            course,
-            points,
-            resistance(model, state, state.dt),
-            always,
-            effects,
-            midway,
-            self.sight,
-            self.marks,
-        )
+            self.lanes.wire, self.rims, course, points, drag, always, effects, self.renewal, midway, self.sight, self.marks
+        )  # fmt: skip
 
     def _count(self, steps, noted):
         """Counts completed steps, and reads what was seen during and after them; noted: of the Course."""
@@ -193,7 +188,9 @@ class PlainSteps:
         before = side.steps - stage.done
         if len(rows):
             stage.note_looks((int(done) - before, (ratio, largest), far) for done, ratio, largest, far in rows.tolist())
-        if side.state.mass is not None and steps:
+        if self.renewal is not None:
+            side.state.mass_age = int(self.renewal.age[0])
+        elif side.state.mass is not None and steps:
             shape.count_steps(side.model, side.state, steps)
         if self.sight.rows[1]:
             side.watch.add_to("computing")
@@ -206,6 +203,14 @@ class PlainSteps:
             side.watch.add_to("computing")
             side.record(stage, stage.plain_order())
             side.watch.add_to("recording")
+
+
+def _renewal(model, state):
+    """The Renewal of static masses in large strain, or None."""
+    if state.mass is None or state.in_real_time:
+        return None
+    age = np.array([state.mass_age])
+    return Renewal(model.grid.xy, np.zeros_like(model.grid.xy), model.zones, model.modulus, age, shape.MASS_STEPS)
 
 
 def _side_by_side(stage, in_real_time):

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
-from coupler_protocol.files.kept import Kept, like, value_of
+from coupler_protocol.files.kept import like, value_of
 from coupler_protocol.geometry import spot
 from coupler_protocol.scene.local_origin import in_the_scene
 
 FAR = 3.0
-WORST, ROW, PLACE_X, PLACE_Y, NOW = range(5)  # of Stretch.found
+WORST, ROW, PLACE_X, PLACE_Y, NOW, WARNED = range(6)  # of Stretch.found
 
 
 class Stretched(NamedTuple):
@@ -42,7 +42,7 @@ class Stretched(NamedTuple):
 class Stretch(NamedTuple):
     """Z zones on rims: drawn (N,2) [m] of all gridpoints, zones (Z,4), inverse (Z,2,2): X^-1 of Eq (1).
 
-    found (5,): largest stretch so far, row of its zone, centre of that zone then [m], and largest stretch now.
+    found (6,): largest stretch so far, row of its zone, centre of that zone then [m], largest stretch now, whether was warned.
     """
 
     drawn: NDArray[np.float64]
@@ -59,7 +59,7 @@ def largest_stretch(a, b, c, d):
 
 @jit
 def watch_stretch(displacement, stretch):
-    """Measures stretches with displacements (N,2) [m]; returns whether one is FAR or more."""
+    """Measures stretches with displacements (N,2) [m]; returns whether a warning is due."""
     drawn, zones, inverse, found = stretch
     found[NOW] = 0.0
     for z in range(len(zones)):
@@ -77,34 +77,36 @@ def watch_stretch(displacement, stretch):
         if now > found[WORST]:
             found[WORST], found[ROW] = now, z
             found[PLACE_X], found[PLACE_Y] = 0.25 * (ix + jx + kx + mx), 0.25 * (iy + jy + ky + my)
-    return found[NOW] >= FAR
+    return found[NOW] >= FAR and found[WARNED] == 0.0
 
 
-class StretchWatch(Kept):
+class StretchWatch:
     """Watch of the zones with a corner among the gridpoints `nodes` (K,) of rims, during one stage."""
-
-    KEPT = ("warned",)
 
     def __init__(self, model, nodes):
         beside = np.isin(model.zones, nodes).any(axis=1)
-        self.number, self.origin, self.warned = model.zone[beside], model.grid.origin, False
+        self.number, self.origin = model.zone[beside], model.grid.origin
         zones = model.zones[beside]
-        self.stretch = Stretch(model.grid.xy, zones, np.linalg.inv(diagonals(model.grid.xy, zones)), np.zeros(5))
+        self.stretch = Stretch(model.grid.xy, zones, np.linalg.inv(diagonals(model.grid.xy, zones)), np.zeros(6))
+
+    @property
+    def warned(self):
+        """Whether a stretch has caused a warning."""
+        return bool(self.stretch.found[WARNED])
 
     @property
     def worst(self):
         """The Stretched zone with the largest stretch so far."""
-        stretch, row, x, y, _ = self.stretch.found.tolist()
+        stretch, row, x, y = self.stretch.found[: PLACE_Y + 1].tolist()
         centre = np.array([x, y])
         return Stretched(stretch, int(self.number[int(row)]), in_the_scene(centre, self.origin), spot(centre, self.origin))
 
     def saved(self):
         """What changes, for a checkpoint inside of the stage."""
-        return super().saved() | {"found": self.stretch.found}
+        return {"found": self.stretch.found}
 
     def restore(self, saved):
         """Sets what `saved` gave."""
-        super().restore(saved)
         self.stretch.found[:] = like("StretchWatch.found", self.stretch.found, value_of(saved, "found"))
 
     def check(self, displacement):
@@ -115,7 +117,7 @@ class StretchWatch(Kept):
     def judge(self):
         """Returns a warning of the last measurement the first time, else ""."""
         due = self.stretch.found[NOW] >= FAR and not self.warned
-        self.warned |= bool(due)
+        self.stretch.found[WARNED] = self.warned or due
         return f"on the rim of a window {self.worst.as_text()}: use finer zones there" if due else ""
 
     def report(self):
