@@ -93,7 +93,7 @@ def _holder(path: Path) -> dict[str, Any] | None:
         pid = int(found["pid"])
     except (ValueError, KeyError, TypeError):
         return {"silent": silent} if silent < BEAT else None  # it is being written, or was never completed
-    if found.get("host") == platform.node():
+    if found.get("host") == platform.node() and os.name == "posix":  # elsewhere os.kill(pid, 0) ends processes
         alive = found.get("boot") == _boot() and is_alive(pid, found.get("began"))
     else:
         alive = silent < SILENT
