@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from coupler_protocol.exits import OURSELVES, PeerLost, RunEnded
-from coupler_protocol.files import locks
+from coupler_protocol.files import locks, saved_moments
 from coupler_protocol.files.restart import Origin, processes
 from coupler_protocol.files.run_json import name_the_cause
 from coupler_protocol.process.interrupt import StopRequest
@@ -62,7 +62,11 @@ def _run(scene: Any, out: str | Path, context: Callable[[int], RunContext]) -> N
         finally:
             transport.close()
 
-    threads = [threading.Thread(target=discs, args=(rank, end), name=f"rank {rank}") for rank, end in enumerate(ends, start=1)]
+    threads = [
+        threading.Thread(target=discs, args=(rank, end), name=f"rank {rank}")
+        for rank, end in enumerate(ends, start=1)
+        if not saved_moments.finished(scene, out, f"dem.rank{rank}", False)  # of a run that was killed just before its end
+    ]
     for thread in threads:
         thread.start()
     try:

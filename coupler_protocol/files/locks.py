@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from coupler_protocol.exits import EnvironmentFailed
+from coupler_protocol.files.room import not_written
 
 BEAT, SILENT = 10.0, 120.0  # seconds between heartbeats, and until a process of another machine is taken for dead
 ENDING = "lock"
@@ -150,8 +151,12 @@ def _create(path: Path, content: bytes) -> bool:
         return False
     except OSError as error:
         raise EnvironmentFailed(f"cannot write to {path.parent}: {error}") from None
-    with os.fdopen(descriptor, "wb") as file:
-        file.write(content)
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(content)
+    except OSError as error:
+        path.unlink(missing_ok=True)
+        raise not_written(path, "the lock", len(content), error) from error
     return True
 
 
