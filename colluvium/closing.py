@@ -9,6 +9,7 @@ OUTCOME = ("stage", "steps", "ended by", "gravity", "ratio\ngrid", "ratio\ndiscs
 SECONDS = ("stage", "grid\ncomputes", "grid\nwaits", "discs\ncompute", "discs\nwait", "both\nrecord")
 NOTICED = 0.05  # share of the zones' stress, or of the weight it should carry, above which a sentence is printed
 LOST_SHEAR = 0.1  # share of the mobilised sine of the zones from which a loss is a warning
+LONG_COMPILATION = 1.0  # [s] from which compilation is mentioned
 TEXT_COLUMNS = ("stage", "ended by")
 
 
@@ -103,6 +104,9 @@ def sentences(info: Info) -> Iterator[str]:
         from colluvium.results.failure import as_text
 
         yield as_text(info["band"])
+    compiled = [part["compiled"]["seconds"] for part in (info, *info.get("windows", [])) if part.get("compiled")]
+    if sum(compiled) >= LONG_COMPILATION:
+        yield f"kernels were compiled for {sum(compiled):.0f} s, on both sides together; later runs find them in the cache"
     memory = [info.get("peak_memory_MB"), *(window.get("peak_memory_MB") for window in info.get("windows", []))]
     if all(memory):
         yield "peak memory: grid " + ", discs ".join(f"{value:.0f} MB" for value in memory)

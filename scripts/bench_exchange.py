@@ -1,19 +1,19 @@
 """What a coupled step costs beside its parts: kernels alone, the wire alone, and all of it coupled.
 
-    python scripts/bench_exchange.py [SCENE] [--steps N] [--repeats R] [--beside B] [--json FILE]
+    python scripts/bench_exchange.py [SCENE] [--set KEY=VALUE] [--steps N] [--repeats R] [--beside B] [--json FILE]
 
-Runs SCENE (default configs/paper_slope.toml) to the end of its couple stage in two processes, goes on for R x N coupled steps
-without recording, then loads both checkpoints and times on the same states
+Runs SCENE (default configs/paper_slope.toml) to the end of its couple stage in two processes, and goes on for R pairs of stages
+of N and 5 N coupled steps at rest without frames: a coupled step is the difference of a pair over 4 N, without what a stage costs
+once (its last frame and checkpoint, the start of a process). It then loads both checkpoints and times on the same states
 
     kernels of a side    its steps in one compiled call, nothing exchanged
     a side alone         its steps one by one, with the Python between its kernels
     wire                 the same bytes there and back between two compiled loops, nothing computed
     link                 the same messages over ZeroMQ
 
-The bound of a coupled step is the kernels of the slower side and the wire. `--beside B`: with B busy processes. Then R x N
-coupled steps with the scene's frames and histories and as many without, in turns of N steps, all from the end of the couple
-stage: by what share recording stalls the loop. A triad in the same run says what the memory of this machine gave. Medians;
-seconds of wall time.
+The bound of a coupled step is the kernels of the slower side and the wire. `--beside B`: with B busy processes. Then such pairs
+with the scene's frames and without, in turns, all from the end of the couple stage: by what share recording stalls the loop. A
+triad in the same run says what the memory of this machine gave. Medians; seconds of wall time.
 """
 
 import argparse
@@ -60,36 +60,39 @@ from fdm_server.step import gridpoint_pass as fdm_motion
 from fdm_server.step import present_shape
 from fdm_server.step import zone_pass as fdm_advance
 
+LONGER = 5  # the second stage of a pair over the first
 
-def with_measured_stages(scene, steps, repeats, recorded=False):
-    """The scene up to its couple stage, then `repeats` stages of `steps` coupled steps at rest; nothing recorded but histories.
 
-    More than one repeat: after a stage in which plain steps are compiled (coupler_protocol/wire/lanes.py).
+def with_measured_stages(scene, steps, pairs, settled=200, recorded=False):
+    """The scene up to its couple stage, then pairs of stages of `steps` and LONGER times as many coupled steps at rest.
 
-    recorded: frames as the scene asks for them.
+    settled: steps of a stage before them, in which kernels are loaded; recorded: frames as the scene asks for them, else
+    histories only.
     """
     data = scene.model_dump(mode="json", exclude_none=True)
     last = number_of(scene.stage, couples=True)
-    settled = {"name": "settled", "kind": "overload", "until": {"steps": EARLIEST + 100}}  # plain steps are compiled in it
-    data["stage"] = (
-        data["stage"][: last + 1]
-        + [settled] * (not recorded and repeats > 1)
-        + [{"name": f"measured {i}", "kind": "overload", "until": {"steps": steps}} for i in range(repeats)]
-    )
+    data["stage"] = [*data["stage"][: last + 1], {"name": "settled", "kind": "overload", "until": {"steps": settled}}]
+    for i in range(pairs):
+        for name, number in (("short", steps), ("long", LONGER * steps)):
+            data["stage"].append({"name": f"{name} {i}", "kind": "overload", "until": {"steps": number}})
     if not recorded:
         data["record"] = {"every": 10**9, "history": data["record"]["history"]}
     return build_scene(data)
 
 
 def coupled(scene, out, options=()):
-    """Seconds a step of each measured stage in two processes; options: of the servers."""
+    """Seconds a step of each measured pair of stages in two processes; options: of the servers."""
     scene_file = out / "bench.toml"
     out.mkdir(exist_ok=True)
     scene_file.write_text(processes.as_toml(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")
     processes.checked(processes.run_files(scene_file, out, len(scene.window), ["--quiet", *options]))
-    info = json.loads((out / "run.json").read_text(encoding="utf-8"))
-    rows = [row for row in info["stages"] if row["name"].startswith("measured")]
-    return [sum(row["seconds"][c] for c in ("continuum", "waiting", "recording")) / row["steps"] for row in rows]
+    rows = {row["name"]: row for row in json.loads((out / "run.json").read_text(encoding="utf-8"))["stages"]}
+    pairs = [(row, rows["long" + name.removeprefix("short")]) for name, row in rows.items() if name.startswith("short")]
+    return [(_seconds(long) - _seconds(short)) / (long["steps"] - short["steps"]) for short, long in pairs]
+
+
+def _seconds(row):
+    return sum(row["seconds"][part] for part in ("continuum", "waiting", "recording"))
 
 
 def in_turns(scene, steps, repeats, begun, folder):
@@ -97,7 +100,7 @@ def in_turns(scene, steps, repeats, begun, folder):
 
     begun: directory of a run that came there without frames.
     """
-    without, frames = (with_measured_stages(scene, steps, 1, recorded) for recorded in (False, True))
+    without, frames = (with_measured_stages(scene, steps, 1, recorded=recorded) for recorded in (False, True))
     coupled(frames, folder / "frames")
     last = scene.stage[number_of(scene.stage, couples=True)].name
     found = {"without frames": [], "with frames": []}
@@ -287,6 +290,7 @@ def busy_processes(count):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scene", nargs="?", default=Path(__file__).parent.parent / "configs" / "paper_slope.toml")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="overrides a key of the scene")
     parser.add_argument("--steps", type=int, default=2000)
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--json", metavar="FILE")
@@ -299,8 +303,8 @@ def main():
     if options.echo:
         return echo(options.echo[0], int(options.echo[1]), int(options.echo[2]))
 
-    original = read_scene(options.scene)
-    scene = with_measured_stages(original, options.steps, options.repeats)
+    original = read_scene(options.scene, options.set)
+    scene = with_measured_stages(original, options.steps, options.repeats, EARLIEST + 100)  # plain steps are compiled in it
     with tempfile.TemporaryDirectory() as name, busy_processes(options.beside):
         folder, begun = Path(name), Path(name) / "begun"
         together = coupled(scene, begun)

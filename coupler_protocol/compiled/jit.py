@@ -9,6 +9,7 @@ function of the project from a file outside this set is refused.
 import hashlib
 import os
 import sys
+import threading
 from collections.abc import Callable
 from functools import cache
 from importlib.metadata import entry_points
@@ -27,7 +28,8 @@ _SHARED = (
     *(_ROOT / "coupler_protocol" / "compiled" / f"{name}.py" for name in _KERNEL_FILES),
     _ROOT / "coupler_protocol" / "interface" / "mapping.py",
 )
-
+SETTINGS = {"cache": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+_ONE_FOLDER = threading.Lock()  # numba has one cache folder at a time, and two threads may import both servers
 
 _OURS = ("colluvium", "coupler_protocol", "dem_server", "fdm_server")
 _ADDED = {"fdm_server": "material."}  # laws that other distributions may add to the kernels of a package, by their places
@@ -71,9 +73,10 @@ def jit(function: Callable[..., Any] | None = None, *, package: str | None = Non
     """Compiles `function` with the project's settings: cached on disk, without the interpreter lock, IEEE arithmetic.
 
     `error_model="numpy"` (a division by zero gives inf, no exception) lets loops vectorise; fast-math stays off so that
-    results have the same bits in every run. Use as `kernel = jit(plain_function)` or as a decorator. `package` names the
-    server whose cache folder takes the kernel; by default the package that contains the function. `borrows`: the function makes
-    no arrays and keeps none, so references need not be counted; in loops over short blocks the counting costs more than the work.
+    results have the same bits in every run. The entry for callers in C is left out: nobody calls it, and it takes a sixth of the
+    compilation. Use as `kernel = jit(plain_function)` or as a decorator. `package` names the server whose cache folder takes the
+    kernel; by default the package that contains the function. `borrows`: the function makes no arrays and keeps none, so
+    references need not be counted; in loops over short blocks the counting costs more than the work.
     """
     if function is None:
         return lambda f: jit(f, package=package, borrows=borrows, **options)
@@ -83,8 +86,9 @@ def jit(function: Callable[..., Any] | None = None, *, package: str | None = Non
         raise ValueError(f"{path.name} holds a kernel but is not among the hashed files of coupler_protocol/compiled/jit.py")
     if borrows:
         options["_nrt"] = False
-    numba.config.CACHE_DIR = cache_folder(package)  # type: ignore[attr-defined]  # set when numba is imported
-    return lock_cache(numba.njit(**{"cache": True, "nogil": True, "error_model": "numpy", **options})(function))
+    with _ONE_FOLDER:
+        numba.config.CACHE_DIR = cache_folder(package)  # type: ignore[attr-defined]  # set when numba is imported
+        return lock_cache(numba.njit(**{**SETTINGS, **options})(function))
 
 
 def by_type(stand_in: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:

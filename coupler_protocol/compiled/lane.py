@@ -16,6 +16,8 @@ from coupler_protocol.compiled.waiting_words import give_way
 
 HERE, NOTHING, CLOSED, DOUBTED = range(4)  # what `take` found: a frame, no frame in time, no stream, an unexpected frame
 LOOKS = 400  # at the stream with the processor given away after each, before the kernel is asked to wake this side
+LONG_AWAY = 200_000  # [ns] for which another thread had the processor: it is shared, and a look would hand it over again
+ASLEEP = 250  # frames for which this side then waits in the kernel at once
 SLICE = 200  # [ms] of sleep in `take`; then the conversation looks at its clocks
 HEADER_WORDS, SEQUENCE, FLAGS, CHECKSUM = 10, 6, 5, 9  # of 4 bytes: of a header, and places in it
 HEADER_NUMBERS = 5  # of 8 bytes
@@ -28,8 +30,8 @@ class Wire(NamedTuple):
 
     fd, got (W,): descriptor, -1 if the lane is closed; bytes of the frame under way. in_at, out_at (W+1,): first byte of a
     frame; heard, said: numbers of all frames in inbox and outbox, views as float64; in_head, out_head (W, 10): expected header,
-    and header of what is sent, without sequence and checksum; sequence (W,): of the turn; waited (1,): [ns] in `take`; table
-    (8, 256) of the checksum; asked (2,): scratch memory.
+    and header of what is sent, without sequence and checksum; sequence (W,): of the turn; waited (1,): [ns] in `take`; shared
+    (1,): frames for which the processor counts as shared with others; table (8, 256) of the checksum; asked (2,): scratch memory.
     """
 
     fd: Array
@@ -44,6 +46,7 @@ class Wire(NamedTuple):
     out_head: Array
     sequence: Array
     waited: Array
+    shared: Array
     table: Array
     asked: Array
 
@@ -89,6 +92,9 @@ def _arrival(wire: Wire, w: int) -> int:
     fd, end, looks = wire.fd[w], wire.in_at[w + 1], 0
     if fd < 0:
         return CLOSED
+    if wire.shared[0] > 0:
+        wire.shared[0] -= 1
+        looks = LOOKS
     while wire.in_at[w] + wire.got[w] < end:
         number = read(fd, wire.inbox, wire.in_at[w] + wire.got[w], end)
         if number > 0:
@@ -97,7 +103,10 @@ def _arrival(wire: Wire, w: int) -> int:
             return CLOSED
         elif looks < LOOKS:
             looks += 1
+            begin = nanoseconds(wire.asked)
             give_way()
+            if nanoseconds(wire.asked) - begin > LONG_AWAY:
+                wire.shared[0] = ASLEEP
         elif looks > LOOKS or sleep(fd, wire.asked, SLICE) == 0:
             return NOTHING
         else:

@@ -196,8 +196,16 @@ def stage_rows(results: Rows, continuum: Rows, discrete: Sequence[Rows]) -> list
         seconds["discrete"] = max((t["computing"] for t in same), default=0.0)
         seconds["waiting_discrete"] = max((t["waiting"] for t in same), default=0.0)
         seconds["recording_discrete"] = max((t["recording"] for t in same), default=0.0)
-        rows.append(result | {"seconds": {key: round(value, 4) for key, value in seconds.items()}})
+        plain = _plain_steps(same) if "plain_steps" in result else {}
+        rows.append(result | plain | {"seconds": {key: round(value, 4) for key, value in seconds.items()}})
     return rows
+
+
+def _plain_steps(times: Rows) -> dict[str, list[Any]]:
+    """Plain steps of the discs in a stage, and why there were none, by window."""
+    found: dict[str, list[Any]] = {"plain_steps_discrete": [int(t.get("plain_steps", 0)) for t in times]}
+    reasons = [str(t.get("one_by_one", "")) for t in times]
+    return found | ({"one_by_one_discrete": reasons} if any(reasons) else {})
 
 
 def stage_rows_alone(results: Rows, times: Rows) -> list[dict[str, Any]]:

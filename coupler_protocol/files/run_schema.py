@@ -79,6 +79,10 @@ class StageRow(_Part):
         None, meaning="coupled: steps that the grid took in compiled calls of many steps ([performance](performance.md))"
     )
     one_by_one: str | None = quantity(None, meaning="coupled: why no step was taken in such a call")
+    plain_steps_discrete: list[int] | None = quantity(None, meaning="coupled: such steps of the discs, by window")
+    one_by_one_discrete: list[str] | None = quantity(
+        None, meaning="coupled: why the discs took no step in such a call, by window; empty text where they did"
+    )
     changes: Changes | None = quantity(None, meaning="if materials, discs, ring or record change in this stage")
     exchanges: int | None = quantity(None, meaning="with coupling.exchange_every above 1: exchanges of the stage")
     fell_back: str | None = quantity(
@@ -101,6 +105,22 @@ class Doubted(_Part):
     key: str = quantity(meaning="table or key of the scene")
     what: str = quantity(meaning="what is doubted")
     remedy: str = quantity(meaning="what would be right")
+
+
+class CompiledFunction(_Part):
+    """A function that was compiled in the run."""
+
+    function: str = quantity(meaning="module and name")
+    seconds: float = quantity(unit="s", meaning="without those of the functions that it calls")
+    specialisations: int = quantity(meaning="number of times, for different types of arguments")
+
+
+class Compiled(_Part):
+    """Compilation of kernels that were not in the cache."""
+
+    seconds: float = quantity(unit="s", meaning="of all functions")
+    functions: int = quantity(meaning="number of functions")
+    most_expensive: list[CompiledFunction] = quantity(meaning="the ten that took most seconds")
 
 
 class BeginsAfter(_Part):
@@ -134,6 +154,7 @@ class RunJson(_Part):
     )
     warnings: list[Warned] | None = quantity(None, meaning="if there were any: warnings of stages")
     doubts: list[Doubted] | None = quantity(None, meaning="if there were any: what of the scene is worth a second look")
+    compiled: Compiled | None = quantity(None, meaning="if kernels were compiled: which took longest; by the grid or discs alone")
     steps: int | None = quantity(None, unit="steps", meaning="with a grid: steps of the run")
     gridpoints: int | None = quantity(None, meaning="with a grid: number of gridpoints")
     zones: int | None = quantity(None, meaning="with a grid: number of zones")
@@ -143,7 +164,7 @@ class RunJson(_Part):
     windows: list[dict[str, Any]] = quantity(
         [],
         meaning="for each window: name, packing, stones, initial stress, gaps of the ring, step limits, changes of the discs by "
-        "stage, broken bonds, memory",
+        "stage, broken bonds, memory, compilation",
     )
     locate: Any = quantity(None, meaning="with `colluvium run`: where the band was at the end of the locate stage")
     band: Any = quantity(None, meaning="with `colluvium run`: whether the slope failed, and whether the band crosses the window")

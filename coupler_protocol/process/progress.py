@@ -14,6 +14,7 @@ class Progress:
         self.rank, self.form = rank, form
         self.interval = interval if interval is not None else (2.0 if form == "plain" else 0.2)
         self._next, self._begin = 0.0, time.monotonic()
+        self._stage = "start"
 
     def __call__(
         self,
@@ -26,6 +27,7 @@ class Progress:
         now: bool = False,
     ) -> None:
         """Reports, unless the last report is too recent; `now`: always."""
+        self._stage = stage
         time_now = time.monotonic()
         if time_now < self._next and not now:
             return
@@ -41,6 +43,10 @@ class Progress:
                 print(f"{time_now - self._begin:7.1f} s  {as_line(row)}", file=sys.stderr, flush=True)
         except OSError:  # the reader or the terminal has gone: no reason to end a run
             self.form = "none"
+
+    def note(self, text: str) -> None:
+        """Reports a text in the stage of the last report, unless that is too recent."""
+        self(self._stage, text)
 
 
 def as_line(row: dict[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 import argparse
 import logging
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -57,6 +58,9 @@ def main(
     return command_line.exit_code_of(name, work)
 
 
+SWITCH = 1e-4  # [s] after which the thread that records hands the interpreter to the time loop; Python's default is 5 ms
+
+
 @contextmanager
 def begun(
     options: argparse.Namespace, scene: Any, stop: StopRequest, rank: int, process: str, more: Sequence[str] | None = None
@@ -67,6 +71,7 @@ def begun(
     does not conduct the stages. Without --force the process continues what is there. Raises FinishedBefore if nothing remains to
     be computed, EnvironmentFailed or SceneError if the results there are not of this scene.
     """
+    sys.setswitchinterval(SWITCH)
     plugin = command_line.plugin(options)
     out = command_line.make_folder(options.out)
     with locks.held(out, [process]):
@@ -97,13 +102,17 @@ def run_side(
     """Makes a side and runs it to its end; returns the reason.
 
     make_side() returns the side: run() gives the reason for the end, save(stage, phase) the path of its State; `state` is None
-    if there is nothing to save. On failure notify(FAILURE, reason) reaches the peers, State is saved (`phase`: the part of a step
-    that it belongs to) and the exception is raised again.
+    if there is nothing to save; `compiled` becomes the Compiled of this thread. On failure notify(FAILURE, reason) reaches the
+    peers, State is saved (`phase`: the part of a step that it belongs to) and the exception is raised again.
     """
+    from coupler_protocol.compiled.ahead import watched
+
     side = None
     try:
-        side = make_side()
-        reason = exits.end_as_physics(side.run)
+        with watched(progress.note) as compiled:
+            side = make_side()
+            side.compiled = compiled
+            reason = exits.end_as_physics(side.run)
         progress("done", reason, now=True)
         return reason
     except BaseException as error:

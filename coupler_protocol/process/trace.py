@@ -22,13 +22,18 @@ COLUMNS = ("stage", "step", "activity", "begin", "end")
 
 @dataclass
 class StageTimes:
-    """Seconds of one stage on one side; `steps`: of the stage."""
+    """Seconds of one stage on one side; `steps`: of the stage.
+
+    plain_steps: steps of the discs in compiled calls of many; one_by_one: why there were none.
+    """
 
     name: str
     steps: int = 0
     computing: float = 0.0
     waiting: float = 0.0
     recording: float = 0.0
+    plain_steps: int = 0
+    one_by_one: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data for run.json."""

@@ -6,6 +6,17 @@ from typing import Any
 SUSTAINED = 5  # checks in a row at which all ratios must be below the limit
 
 
+def least_steps(stage: Any) -> int:
+    """Steps that a stage takes at least: all of them if nothing else can end it, those of its ramp if rest can, else 0."""
+    until = stage.until
+    if until is None or any(end is not None for end in (until.time, until.displacement, until.band)):
+        return 0
+    if until.ratio is None:
+        return until.steps or 0
+    ramp = 0 if stage.gravity_factor is None else stage.gravity_factor.over
+    return min(until.steps or ramp, ramp)
+
+
 class Ending:
     """Conditions of one stage (`until` of the scene); `not_before` is the number of steps of its ramps."""
 

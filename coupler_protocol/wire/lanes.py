@@ -60,6 +60,7 @@ class Lanes:
             self._heads(session, says),
             np.zeros(count, dtype=np.int64),
             np.zeros(1, dtype=np.int64),
+            np.zeros(1, dtype=np.int64),
             lane.checksum_table(),
             np.zeros(2, dtype=np.int64),
         )
@@ -129,10 +130,18 @@ class Lanes:
         return sent == len(frame)
 
     def note_way(self, frame: Buffer, rank: int) -> None:
-        """Closes the lane to a peer whose step message came over the link although it fits the lane."""
+        """Closes the lane to a peer whose step message came over the link although it fits the lane.
+
+        A message that was sent again because this side was silent for long is on the lane as well: then the lane stays open.
+        """
         row = self.row[rank]
         fits = len(frame) == self.wire.in_at[row + 1] - self.wire.in_at[row]
-        if self.wire.fd[row] >= 0 and fits and isinstance(frame, memoryview) and frame.obj is not self.wire.inbox:
+        if self.wire.fd[row] < 0 or not fits or not isinstance(frame, memoryview) or frame.obj is self.wire.inbox:
+            return
+        begin = int(self.wire.in_at[row])
+        if self._whole(row, rank) and turn_of(self._bytes[begin:]) == turn_of(frame):
+            self.wire.got[row] = 0
+        else:
             self.close(rank, "a step message came over the link")
 
     def said(self, row: int) -> memoryview:
@@ -168,6 +177,12 @@ class Lanes:
             self.close(rank, "what arrived is not a message of this run")  # a stream cannot be read on from an unknown place
             return False
         return True
+
+
+def turn_of(frame: memoryview) -> int:
+    """Number of the turn in the header of a frame."""
+    words = frame[: HEADER.size].cast("I")
+    return words[lane.SEQUENCE] | words[lane.SEQUENCE + 1] << 32
 
 
 FREE = (lane.FLAGS, lane.SEQUENCE, lane.SEQUENCE + 1, lane.CHECKSUM)  # words of a header that the conversation judges

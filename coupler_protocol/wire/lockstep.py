@@ -11,7 +11,7 @@ which has no turn. A peer with many invalid messages in a row is also given up.
 
 import logging
 import time
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 from coupler_protocol.exits import PeerLost
@@ -25,6 +25,7 @@ PATIENCE = 10.0  # seconds that a coupled step may take after a request to stop:
 REFUSALS = 50  # messages of one turn that may be refused
 STRANGERS = 20  # refused messages of unknown senders that are logged
 MAX_HELLO = 4 << 20  # largest message of an unknown sender in bytes
+DONE = object()  # no work is left
 
 
 class Transport(Protocol):
@@ -135,9 +136,10 @@ class Conversation:
 
     # -- receiving ---------------------------------------------------------------------------------------------------
 
-    def receive(self, kinds: tuple[int, ...]) -> tuple[int, Buffer]:
+    def receive(self, kinds: tuple[int, ...], meanwhile: Iterator[object] | None = None) -> tuple[int, Buffer]:
         """Waits for one of `kinds` with the number of the current turn; returns (kind, frame).
 
+        meanwhile: work for the time without a message; a message that arrives waits for one piece of it at most.
         Raises PeerLost if the clock of its phase runs out, if the peer was not connected for too long, or after a FAILURE of the
         peer; Interrupted if a stop was requested.
         """
@@ -151,7 +153,7 @@ class Conversation:
         try:
             while True:
                 departed = self.transport.departed(self.peer)
-                received = self._inbox.pop(0) if self._inbox else self.transport.receive(self.clocks.slice)
+                received = self._inbox.pop(0) if self._inbox else self._next(meanwhile)
                 if received is not None:
                     sender, frame = received
                     if sender == self.peer:
@@ -185,6 +187,14 @@ class Conversation:
 
     def _look_after_others(self, wait: Wait) -> None:
         """Called now and then during a wait: tells other peers of a shared transport, which wait for this side, about it."""
+
+    def _next(self, meanwhile: Iterator[object] | None) -> tuple[Any, Buffer] | None:
+        """The next frame with its sender; None after a slice of time, or a piece of work, without one."""
+        if meanwhile is not None:
+            received = self.transport.receive(0.0)
+            if received is not None or next(meanwhile, DONE) is not DONE:
+                return received
+        return self.transport.receive(self.clocks.slice)
 
     def send_again(self) -> bool:
         """Sends the last message again, with the flag AGAIN; returns whether the peer is connected."""

@@ -68,7 +68,8 @@ def look(done, disc, load, weight, listed, past, clumps, ring, gravity, counters
     answer[BROKEN], answer[WARNINGS] = counters[TENSION_BREAKS] + counters[SHEAR_BREAKS], counters[CAPS]
     row = sight.rows[0]
     sight.steps[row] = done
-    sight.answers[row] = answer
+    for i in range(len(answer)):  # by number: what numba compiles for arrays of two shapes takes seconds
+        sight.answers[row, i] = answer[i]
     sight.rows[0] = row + 1
     noticed = watch_ring(disc, ring, sight.ring)
     if sight.fresh[0]:

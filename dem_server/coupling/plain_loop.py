@@ -17,7 +17,7 @@ from dem_server.coupling.look import look
 from dem_server.coupling.rim import move_ring, ring_power
 from dem_server.effects.histories import PairHistory
 from dem_server.effects.parameter_table import Parameters
-from dem_server.model import CAPS, FX, MOMENT, SPIN, VX, VY, Listed, X, Y
+from dem_server.model import CAPS, FX, FY, MOMENT, SPIN, VX, VY, Listed, X, Y
 from dem_server.step import scratch_rows
 from dem_server.step.clumps import move_clumps
 from dem_server.step.contact_pass import add_list, farthest
@@ -152,7 +152,8 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
             return step, DONE, 0
         if not begun:
             forces_to_nodes(ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, x, force, moment, ring.force, ring.paper)
-            ring.carried[:] = load[:R, : MOMENT + 1]
+            for p in range(R):  # by number: what numba compiles for arrays of two shapes takes seconds
+                ring.carried[p, 0], ring.carried[p, 1], ring.carried[p, 2] = load[p, FX], load[p, FY], load[p, MOMENT]
             if not write_forces(wire, ring, talk.answer):
                 return step, INFINITE, 0
             if not put(wire, 0):

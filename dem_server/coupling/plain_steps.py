@@ -10,6 +10,7 @@ import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
 from coupler_protocol.exits import PhysicsFailed
+from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.wire import lanes, messages
 from coupler_protocol.wire.lockstep import PATIENCE
 from dem_server.coupling import look
@@ -60,7 +61,8 @@ class PlainSteps:
         self.side = side
         self.why_not = obstacle(side)
         self.taken = 0
-        self._begun = self._asked = False
+        self._known = None  # whether plain steps may begin at once, if it was asked
+        self._begun = False
         if not self.why_not:
             self.lanes = side.conversation.transport.lanes
             self.order, self.answer = np.zeros(len(messages.Order._fields)), np.zeros(len(messages.Answer._fields))
@@ -104,6 +106,13 @@ class PlainSteps:
                 self._complete(order)
                 begun = False
 
+    def report(self):
+        """Adds to the times of the stage how many plain steps there were, or why none."""
+        times = self.side.watch.stages[-1]
+        times.plain_steps = self.taken
+        if not self.taken:
+            times.one_by_one = self.why_not or ("" if self._begun else "the stage was short, and no cache had the loop")
+
     def _complete(self, order):
         """Completes a step whose contacts need a new list of pairs."""
         side = self.side
@@ -123,12 +132,12 @@ class PlainSteps:
             side.answer = side.looked
 
     def _begins(self):
-        """Whether plain steps are taken: at once if the loop is compiled, else in a stage that proves to be long."""
+        """Whether plain steps are taken: at once if the stage is long or the loop compiled, else if it proves to be long."""
         if not self._begun:
-            done = self.side.watch.stages[-1].steps
-            known = not self._asked and is_compiled(plain_loop, self._arguments(True))
-            self._asked = True
-            self._begun = known or done >= lanes.EARLIEST
+            done, stage = self.side.watch.stages[-1].steps, self.side.scene.stage[self.side.stage]
+            if self._known is None:
+                self._known = least_steps(stage) >= lanes.EARLIEST or is_compiled(plain_loop, self._arguments(True))
+            self._begun = self._known or done >= lanes.EARLIEST
         return self._begun and self.lanes.whole
 
     def _loop(self, begun):

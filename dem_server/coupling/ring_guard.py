@@ -188,7 +188,9 @@ def outside(polygon, disc, first):
     Edges are sorted into horizontal strips, so each disc needs only the edges of one strip.
     """
     P = len(polygon)
-    low, high = polygon[:, 1].min(), polygon[:, 1].max()
+    low = high = polygon[0, 1]
+    for i in range(1, P):
+        low, high = min(low, polygon[i, 1]), max(high, polygon[i, 1])
     strips = P
     scale = strips / (high - low)
     start = np.zeros(strips + 1, dtype=np.int64)

@@ -105,12 +105,13 @@ def motion_of_discs(model, state, rim):
 def motion_of_ring(model, state, rim):
     """Matrix (3 R, 2 K): motions of the control discs for unit motions of the nodes, by the mapping."""
     ring, K, R = rim.ring, len(rim.nodes), model.ring
-    motion, v, spin = np.empty((3 * R, 2 * K)), np.empty((R, 2)), np.empty(R)
+    motion, of_unit = np.empty((3 * R, 2 * K)), np.empty((R, 3))
+    v, spin = of_unit[:, :2], of_unit[:, 2]
     for k, unit in enumerate(np.eye(2 * K).reshape(2 * K, K, 2)):
         velocities_to_discs(
             rim.nodes, unit, ring.seg0, ring.seg1, ring.w0, ring.node, state.x[:R], v, spin, rim.paper
         )  # fmt: skip
-        motion[0::3, k], motion[1::3, k], motion[2::3, k] = v[:, 0], v[:, 1], spin
+        motion[:, k] = of_unit.ravel()
     return motion
 
 

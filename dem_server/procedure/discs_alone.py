@@ -70,6 +70,8 @@ class StageAlone(Kept):
 class DiscsAlone:
     """The discs of a scene without a grid, and its stages."""
 
+    compiled = None  # a coupler_protocol.compiled.ahead.Compiled
+
     def __init__(self, scene, out, progress, stop, origin=None, plugin=None, checkpoint=None):
         self.scene, self.out, self.progress, self.stop, self.origin = scene, Path(out), progress, stop, origin
         self.plugin = plugin
@@ -348,7 +350,8 @@ class DiscsAlone:
         """Content of run.json."""
         warned = {"warnings": self.warnings} if self.warnings else {}
         begin = restart.begins_after(self.saved) if self.saved else {}
-        return begin | {"stages": self._rows(), "windows": [self.report] if self.report else []} | warned
+        compiled = self.compiled.report() if self.compiled else {}
+        return begin | {"stages": self._rows(), "windows": [self.report] if self.report else []} | warned | compiled
 
     def _note(self, text, fraction=None):
         """Reports the progress of a long phase; raises Interrupted if a stop was requested."""

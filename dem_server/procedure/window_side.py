@@ -33,6 +33,7 @@ from dem_server.observe import energy, record, stable_limit, unbalanced_ratio
 from dem_server.observe.energy_ledger import Ledger
 from dem_server.packing.coupled_window import drawn_stones, packed_window
 from dem_server.procedure import restart, stage_changes
+from dem_server.procedure.compile_ahead import coupled_kernels
 from dem_server.step import clock
 from dem_server.step.motion import SPEED_CAP
 from dem_server.stones import bodies
@@ -47,6 +48,7 @@ TOO_FAST = (
 class DiscreteSide(Kept):
     """One window, its discs and its conversation with the continuum."""
 
+    compiled = None  # a coupler_protocol.compiled.ahead.Compiled
     KEPT = ("gravity", "time", "step", "substeps", "power")
 
     def __init__(self, scene, rank, conversation, out, progress, origin=None, plugin=None):
@@ -134,7 +136,8 @@ class DiscreteSide(Kept):
 
     def bring_to_stress(self):
         """Receives FIELD, the stress of the replaced zones; the discs take it over and are bonded."""
-        _, frame = self.conversation.receive((messages.FIELD,))
+        kernels = coupled_kernels(self)
+        _, frame = self.conversation.receive((messages.FIELD,), meanwhile=kernels)
         self.watch.add_to("waiting")
         content = content_of(frame)
         field = payloads.field_of(content)
@@ -169,7 +172,8 @@ class DiscreteSide(Kept):
             self.save(name, END, factor)
         self.watch.add_to("recording")
         if self.source and is_last(self.scene, self.moment):
-            self.step, self.plain = None, PlainSteps(self)  # the continuum answers the first FORCE with STOP
+            self.step, self.stage = None, self.source.index
+            self.plain = PlainSteps(self)  # the continuum answers the first FORCE with STOP
         elif self.inside is None:
             self._begin_stage(go["stage"])
         else:
@@ -381,13 +385,13 @@ class DiscreteSide(Kept):
             self.plugin.step(self._moment(name))
             if flags & messages.END_OF_STAGE:
                 self.plugin.stage(self._moment(name))
-        if flags & messages.CHECKPOINT:
-            self._save_ordered(name, bool(flags & messages.END_OF_STAGE), order.gravity_factor)
         if flags & messages.END_OF_STAGE:
             self._note_limit(name)
+            self._note_end()
+        if flags & messages.CHECKPOINT:
+            self._save_ordered(name, bool(flags & messages.END_OF_STAGE), order.gravity_factor)
         if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
             self.watch.add_to("recording")
-            self._note_opening()
             self._begin_stage(int(order.stage) + 1)
 
     def _save_ordered(self, name, at_end, factor):
@@ -421,8 +425,9 @@ class DiscreteSide(Kept):
         self.limits.append({"stage": name} | found)
         log.info("stage %s: safe step limit of the discs as a multiple of the step in use: %s", name, as_text(found))
 
-    def _note_opening(self):
-        """Stores the opening of the ring in the stage that ends, if it caused a warning."""
+    def _note_end(self):
+        """Stores the opening of the ring in the stage that ends, if it caused a warning, and its number of plain steps."""
+        self.plain.report()
         found = self.guard.report(self._name_of(self.stage))
         self.openings += [found] if found else []
         self.guard.begin()
@@ -441,7 +446,7 @@ class DiscreteSide(Kept):
 
     def summary(self):
         """Content of FAREWELL, for run.json."""
-        self._note_opening()
+        self._note_end()
         return {
             "report": self.report,
             "ring_opened": self.openings,
@@ -452,6 +457,7 @@ class DiscreteSide(Kept):
             "bonds_broken_shear": self.state.broken_shear,
             "velocities_capped": self.state.capped,
             "peak_memory_MB": peak_memory(),
+            **(self.compiled.report() if self.compiled else {}),
         }
 
 

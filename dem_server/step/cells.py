@@ -36,7 +36,8 @@ def levels_of(radius, reach):
 def near_pairs(disc, level, side, widest, body, ring, reach, a, b):
     """Writes all pairs with gap < `reach` [m], lower number first, to a, b without order; returns their number.
 
-    Pairs within the ring or within one body (n,) are left out. Pairs beyond the length of a and b are only counted.
+    Pairs within the ring or within one body (n,) are left out; without bodies `body` has no elements. Pairs beyond the length of
+    a and b are only counted.
     """
     n, levels = len(disc), len(side)
     low, high = disc[0, :2].copy(), disc[0, :2].copy()
@@ -60,7 +61,7 @@ def near_pairs(disc, level, side, widest, body, ring, reach, a, b):
         order[q], at[q, 0], at[q, 1], at[q, 2] = i, disc[i, X], disc[i, Y], disc[i, RADIUS]
         place[cell[i]] += 1
 
-    found = 0
+    found = np.int64(0)  # for a literal number numba would compile `near_in` once more
     for p in range(n):
         i, x, y, r = order[p], at[p, 0], at[p, 1], at[p, 2]
         own = level[i]
@@ -94,9 +95,8 @@ def near_in(first, end, x, y, r, i, order, at, body, ring, reach, a, b, found):
             j = order[q]
             if i < ring and j < ring:
                 continue
-            if body is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
-                if body[i] >= 0 and body[i] == body[j]:
-                    continue
+            if len(body) > 0 and body[i] >= 0 and body[i] == body[j]:
+                continue
             if found < len(a):
                 a[found], b[found] = min(i, j), max(i, j)
             found += 1

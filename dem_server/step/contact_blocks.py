@@ -21,7 +21,7 @@ def add_parts(begin, end, disc, load, listed, history, counters, parameters, dt,
 
     An absent effect must be a separate argument of the function that tests it, so tuples are opened at the calls.
     """
-    filled = -1
+    filled = np.int64(-1)  # for a literal number numba would compile `gather_parameters` once more
     for part in range(begin, end):
         p0, p1 = listed.parts[part, 0], listed.parts[part, 1]
         while p0 < p1:
@@ -54,7 +54,7 @@ def gather(p0, m, first, second, disc, f):
 @jit(forceinline=True, borrows=True)
 def gather_parameters(p0, m, kind, filled, values, present, f):
     """Copies parameters of the pairs' kinds, unless all are of kind `filled`; returns the kind if all have one, else -1."""
-    k, same = np.int64(kind[p0]), True
+    k, same = np.int64(kind[p0]), np.bool_(True)
     for q in range(m):
         same &= kind[p0 + q] == k
     if same and k == filled:

@@ -21,6 +21,7 @@ from dem_server.step.thread_shares import RUN
 
 SKIN = 0.3  # of the smallest radius
 FAR = np.int64(1) << 62  # added to the key of a pair of distant numbers
+NO_BODIES = np.empty(0, dtype=np.int32)
 
 
 def skin(model):
@@ -52,7 +53,7 @@ def rebuild(model, state):
 
 def found_near(model, state):
     """First disc, second disc and key (m,) of all pairs with a gap smaller than the skin, sorted by the key."""
-    body = None if state.clumps is None else state.clumps.body
+    body = NO_BODIES if state.clumps is None else state.clumps.body
     level, side, widest = levels_of(state.radius, skin(model))
     room = 4 * model.count + 64
     while True:

@@ -172,6 +172,7 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
     velocity, displacement, _, _, force = arrays
     mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy = effects
     windows, count, strips = len(wire.fd), velocity.shape[0], len(gather[1]) - 2
+    all_from = np.int64(0)  # for a literal number numba would compile the kernels once more
     for step in range(len(course.share)):
         if step > 0 and nanoseconds(wire.asked) > course.until:
             return step, 0, DONE
@@ -192,7 +193,7 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
             if too_long(rims, mass, added_mass, static_mass, dt):
                 return step, windows, TOO_LONG
             velocity_kernel(
-                0, count, force, applied, mass, added_mass, weight_mass, fixed, gravity,
+                all_from, count, force, applied, mass, added_mass, weight_mass, fixed, gravity,
                 damping, half_combined, previous, half_drag, dt, velocity,
             )  # fmt: skip
             unsent = False
@@ -207,9 +208,9 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
             if unsent or noticed:
                 return step, windows, UNSENT if unsent else NOTICED
         midway = False
-        move_kernel(0, count, velocity, dt, displacement)
+        move_kernel(all_from, count, velocity, dt, displacement)
         inverted = zones_kernel(
-            0, strips, geometry, gather, stiffness, arrays,
+            all_from, strips, geometry, gather, stiffness, arrays,
             mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy,
         )  # fmt: skip
         if inverted > 0:

@@ -10,6 +10,7 @@ import time
 import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
+from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.wire import lanes, messages
 from coupler_protocol.wire.lockstep import PATIENCE
 from fdm_server.coupling import look
@@ -46,7 +47,7 @@ def obstacle(side, stage):
         "a plugin is called": side.plugin is not None,
         "volumetric strain is averaged at gridpoints": side.model.nodal is not None,
         "the grid has several threads": len(parts.points) > 1 or len(parts.strips) > 1,
-        "loads or boundaries change": bool(stage.ramps) or stage.load is not None or stage.sides.act,
+        "boundaries move or are quiet": stage.sides.drive is not None or bool(stage.sides.dashpots),
     }
     return next((words for words, there in found.items() if there), "")
 
@@ -58,7 +59,8 @@ class PlainSteps:
         self.side, self.stage = side, stage
         self.why_not = obstacle(side, stage)
         self.taken = 0
-        self._begun = self._asked = False
+        self._known = None  # whether plain steps may begin at once, if it was asked
+        self._begun = False
         if not self.why_not:
             self.lanes = side.hub.transport.lanes
             self.rims = _side_by_side(stage, side.state.in_real_time)
@@ -68,20 +70,27 @@ class PlainSteps:
 
     def take(self):
         """Takes all plain steps from the present one on; returns before the first step that has to be taken by itself."""
-        while not self.why_not and self._begins() and (count := self._ahead()) and self._call(count):
+        while not self.why_not and not self._loads_change() and self._begins() and (count := self._ahead()) and self._call(count):
             pass
 
+    def _loads_change(self):
+        """Whether an excavation, a surcharge or another load has not come to its end."""
+        return any(ramp.moves or not ramp.complete for ramp in self.stage.ramps)
+
     def _begins(self):
-        """Whether plain steps are taken: at once if the loop is compiled, else in a stage that proves to be long."""
+        """Whether plain steps are taken: at once if the stage is long or the loop compiled, else if it proves to be long."""
         if not self._begun:
-            known = not self._asked and is_compiled(plain_loop, self._arguments(self._course(0), False))
-            self._asked = True
-            self._begun = known or self.stage.done >= lanes.EARLIEST
+            if self._known is None:
+                long = least_steps(self.stage.stage) >= lanes.EARLIEST
+                self._known = long or is_compiled(plain_loop, self._arguments(self._course(0), False))
+            self._begun = self._known or self.stage.done >= lanes.EARLIEST
         return self._begun and self.lanes.whole
 
     def report(self):
         """Content of run.json."""
-        why = self.why_not or ("" if self._begun else "the stage was short, and no cache had the loop")
+        why = self.why_not
+        if not why and not self._begun:
+            why = "loads change" if self._loads_change() else "the stage was short, and no cache had the loop"
         return {"plain_steps": self.taken} | ({"one_by_one": why} if why else {})
 
     def _ahead(self):

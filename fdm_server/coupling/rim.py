@@ -66,9 +66,9 @@ class Rim(Kept):
         super().restore(saved)
         self.talk.strain_asked = saved["strain_asked"]
 
-    def receive_ready(self):
-        """Receives READY: the report of the discs, and the mass of the ring's inner shares."""
-        self.inner_mass, self.report = self.talk.receive_ready()
+    def receive_ready(self, meanwhile=None):
+        """Receives READY: the report of the discs, and the mass of the ring's inner shares; meanwhile: work during the wait."""
+        self.inner_mass, self.report = self.talk.receive_ready(meanwhile)
 
     # -- every step --------------------------------------------------------------------------------------------------
 

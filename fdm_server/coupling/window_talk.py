@@ -27,17 +27,17 @@ class WindowTalk:
 
     # -- the window's beginning --------------------------------------------------------------------------------------
 
-    def receive_packed(self):
-        """Waits for PACKED."""
-        self._receive_control(messages.PACKED)
+    def receive_packed(self, meanwhile=None):
+        """Waits for PACKED; meanwhile: work for the time without a message, as for Conversation.receive."""
+        self._receive_control(messages.PACKED, meanwhile)
 
     def send_field(self, rows, gravity, insitu):
         """Sends FIELD: stress and density (n,7) of the zones that become the hole."""
         self.conversation.send_control(messages.FIELD, field_content(rows, gravity, insitu))
 
-    def receive_ready(self):
+    def receive_ready(self, meanwhile=None):
         """Waits for READY; returns the mass (K,) [kg] of the ring's inner shares and the report of the discs."""
-        content = self._receive_control(messages.READY)
+        content = self._receive_control(messages.READY, meanwhile)
         return inner_mass_of(content, len(self.outline)), content["report"]
 
     def send_go(self, gravity, step, time, stage, bin_length=None):
@@ -99,5 +99,5 @@ class WindowTalk:
             log.warning("no farewell of rank %d: %s", self.rank, error)
             return {}
 
-    def _receive_control(self, kind):
-        return content_of(self.conversation.receive((kind,))[1])
+    def _receive_control(self, kind, meanwhile=None):
+        return content_of(self.conversation.receive((kind,), meanwhile=meanwhile)[1])

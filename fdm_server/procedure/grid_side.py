@@ -48,6 +48,8 @@ log = logging.getLogger(__name__)
 class ContinuumSide:
     """The grid, its rims and the progress through the stages."""
 
+    compiled = None  # a coupler_protocol.compiled.ahead.Compiled
+
     def __init__(self, scene, hub, out, progress, origin=None, plugin=None, checkpoint=None):
         self.scene = scene = local(scene)
         self.hub, self.out, self.progress, self.origin = hub, Path(out), progress, origin
@@ -172,6 +174,11 @@ class ContinuumSide:
     def compute(self, stage):
         """Takes the steps of a stage."""
         inside, self.inside = self.inside, None
+        self.prepare(stage, inside)
+        run_stage(self, stage)
+
+    def prepare(self, stage, inside=None):
+        """Prepares model, State and the watches of a stage for its steps; inside: what StageRun.saved gave inside of it."""
         if inside is None:
             stage.set_clock()
             if large_strain(self.scene, stage.stage):
@@ -191,7 +198,6 @@ class ContinuumSide:
         stage.plain = PlainSteps(self, stage) if stage.rims else None
         if inside is not None and stage.plain:
             stage.plain.taken = inside["plain_steps"]
-        run_stage(self, stage)
 
     # -- what a stage leaves -----------------------------------------------------------------------------------------
 
@@ -273,6 +279,7 @@ class ContinuumSide:
             **({"computed_about": list(self.scene.origin)} if any(self.scene.origin) else {}),
             "stages": self.rows([self.stage.outcome()] if self.stage and len(self.results) < len(self.watch.stages) else []),
             **({"warnings": self.warnings} if self.warnings else {}),
+            **(self.compiled.report() if self.compiled else {}),
             "windows": [
                 {"name": rim.window.name, "rank": rim.talk.rank, "control_nodes": len(rim.nodes)}
                 | rim.report

@@ -11,6 +11,7 @@ from fdm_server.ground.load_ramps import remove_zones, surcharge_ramp
 from fdm_server.ground.load_steps import ramp_of
 from fdm_server.ground.removed_loads import removed_loads
 from fdm_server.observe import fields
+from fdm_server.procedure.compile_ahead import coupled_kernels
 
 log = logging.getLogger(__name__)
 
@@ -30,13 +31,14 @@ def locate(side, stage):
 
 
 def fill(side, stage):
-    """Sends the stress of the zones to the discs of every window, which take it over."""
+    """Sends the stress of the zones to the discs of every window, which take it over; compiles the coupled stages meanwhile."""
+    kernels = coupled_kernels(side)
     for rim in side.rims:
-        rim.talk.receive_packed()
+        rim.talk.receive_packed(kernels)
         field = fields.zone_field(side.model, side.state, rim.mask)
         rim.talk.send_field(field, stage.gravity, stage.stage.insitu is not False)
     for rim in side.rims:
-        rim.receive_ready()
+        rim.receive_ready(kernels)
         log.info("rank %d: %s", rim.talk.rank, rim.report)
     side.watch.add_to("waiting")
     side.finish(stage)

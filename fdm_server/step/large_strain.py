@@ -4,6 +4,8 @@ A step of small strain contains none of them. The shapes of one block are scratc
 that the kernels of small strain can read them.
 """
 
+import numpy as np
+
 from coupler_protocol.compiled.jit import jit
 from fdm_server.effects import large_strain as law
 from fdm_server.step.blocks import LANES
@@ -85,10 +87,12 @@ def half_turn_row(x, y, inverse_double_area, u, t, a, b, c, turn):
 @jit
 def half_turns(x, y, inverse_double_area, u, turn):
     """Sets cosines and sines of half of the step's rotation of the four triangles, from the shape at mid-step."""
-    half_turn_row(x, y, inverse_double_area, u, T0, C0, C1, C2, turn)
-    half_turn_row(x, y, inverse_double_area, u, T1, C0, C2, C3, turn)
-    half_turn_row(x, y, inverse_double_area, u, T2, C0, C1, C3, turn)
-    half_turn_row(x, y, inverse_double_area, u, T3, C1, C2, C3, turn)
+    zero = np.int64(0)  # of the rows' numbers; for literal numbers numba would compile the function four times
+    c0, c1, c2, c3 = zero + C0, zero + C1, zero + C2, zero + C3
+    half_turn_row(x, y, inverse_double_area, u, zero + T0, c0, c1, c2, turn)
+    half_turn_row(x, y, inverse_double_area, u, zero + T1, c0, c2, c3, turn)
+    half_turn_row(x, y, inverse_double_area, u, zero + T2, c0, c1, c3, turn)
+    half_turn_row(x, y, inverse_double_area, u, zero + T3, c1, c2, c3, turn)
 
 
 @jit

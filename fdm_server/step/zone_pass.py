@@ -70,6 +70,7 @@ def zones_kernel(
     strain = np.empty(STRAIN_ROWS * LANES)
     limited = np.empty((RETURN_ROWS + 4) * LANES)
     inverted = 0
+    alone = np.int64(0)  # block in scratch memory; for a literal number numba would compile the laws once more
     if xy is not None:
         end_x, end_y, end_share = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES))
         mid_x, mid_y, mid_inverse = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 5 * LANES))
@@ -101,36 +102,36 @@ def zones_kernel(
                     correct_all(b, pattern[b], share, added, memory, stress, b)
                 if viscosity is not None:
                     add_rate(b, stress, viscosity, before)
-                    corner_forces(0, x[b : b + 1], y[b : b + 1], before, corner_force[b : b + 1])
+                    corner_forces(alone, x[b : b + 1], y[b : b + 1], before, corner_force[b : b + 1])
                 else:
                     corner_forces(b, x, y, stress, corner_force)
             else:
                 inverted += present_shape(b, corner, share, xy, displacement, end_x, end_y, end_share)
                 middle_shape(end_x, end_y, u, mid_x, mid_y, mid_inverse)
-                strain_increments(0, mid_x, mid_y, mid_inverse, u, strain)
+                strain_increments(alone, mid_x, mid_y, mid_inverse, u, strain)
                 half_turns(mid_x, mid_y, mid_inverse, u, turn)
                 turn_stress(b, turn, stress)
                 if viscosity is not None:
                     copy_stress(b, stress, before)
-                    turn_stress(0, turn, before)
+                    turn_stress(alone, turn, before)
                 load(b, pattern[b], elastic, strain, stress)
                 turn_stress(b, turn, stress)
                 if softening is not None:
                     limit_softened(
-                        0, pattern[b], end_share, elastic, mohr_coulomb, tension, softening, stress[b : b + 1],
+                        alone, pattern[b], end_share, elastic, mohr_coulomb, tension, softening, stress[b : b + 1],
                         plastic[b : b + 1], plastic_shear[b : b + 1], shear, opening, values, limited,
                     )  # fmt: skip
                 elif plastic is not None:
                     limit(
-                        0, pattern[b], end_share, mohr_coulomb, tension, stress[b : b + 1], plastic[b : b + 1], limited, None
+                        alone, pattern[b], end_share, mohr_coulomb, tension, stress[b : b + 1], plastic[b : b + 1], limited, None
                     )  # fmt: skip
                 if added is not None:
-                    correct_all(b, pattern[b], end_share, added, memory, stress, 0)
+                    correct_all(b, pattern[b], end_share, added, memory, stress, alone)
                 if viscosity is not None:
                     add_rate(b, stress, viscosity, before)
-                    corner_forces(0, end_x, end_y, before, corner_force[b : b + 1])
+                    corner_forces(alone, end_x, end_y, before, corner_force[b : b + 1])
                 else:
-                    corner_forces(0, end_x, end_y, stress[b : b + 1], corner_force[b : b + 1])
+                    corner_forces(alone, end_x, end_y, stress[b : b + 1], corner_force[b : b + 1])
         sum_at_gridpoints(order, ready[s], ready[s + 1], start, place, corner_force, force)
     return inverted
 

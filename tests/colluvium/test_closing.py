@@ -52,6 +52,15 @@ def test_a_window_with_the_shear_stress_of_the_zones_is_not_warned_of():
     assert not [text for text in said if text.startswith("warning")]
 
 
+def test_a_long_compilation_is_mentioned():
+    def said(grid, discs):
+        info = {"compiled": {"seconds": grid}, "windows": [WINDOW | {"compiled": {"seconds": discs}}]}
+        return [text for text in sentences(info) if "compiled" in text]
+
+    assert said(14.2, 17.1) == ["kernels were compiled for 31 s, on both sides together; later runs find them in the cache"]
+    assert said(0.1, 0.2) == []
+
+
 def test_discs_alone_have_no_ring():
     assert "ring" not in next(sentences({"windows": [{"name": "dem.rank1", "discs": 7} | STONES]}))
 

@@ -90,6 +90,19 @@ def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
     for row in rows:
         assert "one_by_one" not in row
         assert row["plain_steps"] >= row["steps"] - 6 - row["steps"] // 60, (row, history)
+        assert "one_by_one_discrete" not in row
+        assert all(plain >= row["steps"] - 6 - row["steps"] // 60 for plain in row["plain_steps_discrete"]), row
+
+
+def test_plain_steps_follow_a_load_that_has_come_to_its_end(tmp_path):
+    """A pit is dug beside the window over 40 steps of the last stage: those are taken one by one, the others are plain."""
+    pit = {"polygon": [[4.5, 4.0], [6.0, 4.0], [6.0, 5.0], [4.5, 5.0]], "over": 40, "ratio": 0.0}
+    data = scene(record__every=1000)
+    data["stage"][3] = {"name": "dig", "kind": "excavate", "excavate": pit, "until": {"steps": 130}}
+    rows = both_ways(tmp_path, data)
+    assert same_files(tmp_path) == []
+    assert 80 <= rows[-1]["plain_steps"] <= 90
+    assert "one_by_one" not in rows[-1]
 
 
 def test_a_lane_that_breaks_leaves_its_steps_to_the_link(tmp_path, monkeypatch):
@@ -122,3 +135,7 @@ def test_stages_say_why_their_steps_are_taken_one_by_one(tmp_path, more, why):
     with open_run(tmp_path) as found:
         rows = [row for row in found.info["stages"] if "plain_steps" in row]
     assert [(row["one_by_one"], row["plain_steps"]) for row in rows] == [(why, 0)] * 2
+    for row in rows:  # averages at gridpoints concern the grid alone
+        assert (
+            (row["plain_steps_discrete"] == [0]) is (row.get("one_by_one_discrete", [""]) == [why]) is ("grid__mixed" not in more)
+        )

@@ -4,12 +4,14 @@ import os
 import socket
 import subprocess
 import sys
+import time
 import zlib
 
 import numba
 import numpy as np
 import pytest
 
+from coupler_protocol.compiled import lane
 from coupler_protocol.compiled.lane import CLOSED, DOUBTED, HERE, NOTHING, checksum, checksum_table, put, take
 from coupler_protocol.wire import frames, messages
 from coupler_protocol.wire.lanes import Lanes, Peer, step_size
@@ -131,6 +133,28 @@ def test_silence_ends_the_wait_and_a_frame_in_pieces_is_one_frame(ends):
     discs.sockets[0].sendall(frame[SIZE - 1 :])
     assert take(grid.wire, 0) == HERE
     assert grid.wire.heard[5:].tobytes() == numbers.tobytes()
+
+
+def test_a_processor_that_others_need_is_not_looked_away_from(ends, monkeypatch):
+    """A look that hands the processor over for long: for some frames this side sleeps in the kernel at once, then looks again."""
+    grid, _ = ends
+    arrival = getattr(lane._arrival, "py_func", lane._arrival)
+    monkeypatch.setattr(lane, "SLICE", 1)
+    looked = []
+
+    def others_run():
+        looked.append(1)
+        time.sleep(1e-3 if len(looked) == 1 else 0.0)
+
+    monkeypatch.setattr(lane, "give_way", others_run)
+    assert arrival(grid.wire, 0) == NOTHING
+    assert (len(looked), grid.wire.shared[0]) == (lane.LOOKS, lane.ASLEEP)
+    for left in (lane.ASLEEP - 1, lane.ASLEEP - 2):
+        assert arrival(grid.wire, 0) == NOTHING
+        assert (len(looked), grid.wire.shared[0]) == (lane.LOOKS, left)
+    grid.wire.shared[0] = 0
+    assert arrival(grid.wire, 0) == NOTHING
+    assert len(looked) == 2 * lane.LOOKS
 
 
 def test_a_closed_stream_is_told(ends):

@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from coupler_protocol.scene.ending import SUSTAINED, Ending
+from coupler_protocol.scene.ending import SUSTAINED, Ending, least_steps
+from coupler_protocol.scene.tables.stages import Until
 
 CALM, MOVING = 0.9e-5, 2e-5
 
@@ -34,3 +35,26 @@ def test_not_inside_a_ramp():
     found = ending(not_before=101)
     assert not any(looks(found, [(CALM, CALM)] * 20, 100))
     assert looks(found, [(CALM, CALM)], 101) == ["ratio 9e-06"]
+
+
+@pytest.mark.parametrize(
+    ("until", "ramp", "steps"),
+    [
+        ({"steps": 40000}, None, 40000),
+        ({"steps": 300}, 40000, 300),
+        ({"steps": 40000, "ratio": 1e-5}, None, 0),
+        ({"steps": 40000, "ratio": 1e-5}, 6000, 6000),
+        ({"steps": 500, "ratio": 1e-5}, 6000, 500),
+        ({"ratio": 1e-5}, 6000, 6000),
+        ({"steps": 40000, "displacement": 0.1}, 6000, 0),
+        ({"steps": 40000, "band": "complete"}, 6000, 0),
+        ({"steps": 40000, "time": 1.0}, 6000, 0),
+    ],
+)
+def test_the_steps_that_a_stage_takes_at_least(until, ramp, steps):
+    gravity_factor = None if ramp is None else SimpleNamespace(to=2.0, over=ramp)
+    assert least_steps(SimpleNamespace(until=Until(**until), gravity_factor=gravity_factor)) == steps
+
+
+def test_a_stage_without_steps_takes_none():
+    assert least_steps(SimpleNamespace(until=None, gravity_factor=None)) == 0

@@ -136,6 +136,30 @@ def test_late_and_doubled_frames_on_the_lane_change_nothing(pair):
     assert pair.hub_end.lanes.whole
 
 
+def test_a_message_sent_again_during_a_long_silence_does_not_cost_the_lane(pair):
+    """As while the continuum compiles a kernel: the copy on the link is read first, the one on the lane is the same message."""
+    assert pair.turns([5]) == ([5], [-5])
+    pair.grid.sequence = pair.discs.sequence = 8
+    pair.discs.send_step(pair.force)
+    pair.discs.send_again()
+    _, frame = pair.grid.receive((messages.FORCE,), in_step=True)
+    assert np.frombuffer(frame[HEADER.size :])[-1] == 5.0
+    pair.grid.send_step(VelocityFrame(pair.grid, len(RIM)))
+    assert pair.discs.receive((messages.VELOCITY,), in_step=True)
+    assert pair.hub_end.lanes.whole
+    assert pair.end.lanes.whole
+    assert pair.turns([9, 10]) == ([9, 10], [-9, -10])
+    assert pair.hub_end.lanes.whole
+
+
+def test_a_message_on_the_link_alone_closes_the_lane(pair):
+    assert pair.turns([5]) == ([5], [-5])
+    pair.grid.sequence = pair.discs.sequence = 8
+    pair.end.send(pair.force.seal(8), 0)
+    assert pair.grid.receive((messages.FORCE,), in_step=True)
+    assert not pair.hub_end.lanes.whole
+
+
 def test_a_frame_damaged_on_the_lane_is_sent_again(pair):
     assert pair.turns([5]) == ([5], [-5])
     pair.grid.sequence = pair.discs.sequence = 8

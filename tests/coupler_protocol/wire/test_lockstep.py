@@ -41,6 +41,50 @@ def test_an_answer_of_the_same_turn_is_heard():
     assert talk.repeated == talk.refused == 0
 
 
+def test_work_is_done_while_no_message_is_there_and_a_message_waits_for_one_piece():
+    talk, peer = discrete_side()
+    done = []
+
+    def pieces():
+        for number in range(100):
+            if number == 3:
+                peer.send_control(GO, 0, GONE)
+            done.append(number)
+            yield
+
+    work = pieces()
+    assert talk.receive((GO,), meanwhile=work)[0] == GO
+    assert done == [0, 1, 2, 3]
+    assert next(work, "nothing left") is None  # the rest waits for the next message that is late
+
+
+def test_a_message_is_still_awaited_when_the_work_is_done():
+    talk, peer = discrete_side()
+
+    def answer():
+        time.sleep(0.1)
+        peer.send_control(GO, 0, GONE)
+
+    with Beside(answer):
+        assert talk.receive((GO,), meanwhile=iter(range(3)))[0] == GO
+
+
+def test_a_stop_is_obeyed_after_the_present_piece_of_work():
+    talk, _ = discrete_side()
+    done = []
+
+    def pieces():
+        for number in range(100):
+            if number == 2:
+                talk.stop.ask("enough")
+            done.append(number)
+            yield
+
+    with pytest.raises(Interrupted, match="enough"):
+        talk.receive((GO,), meanwhile=pieces())
+    assert done == [0, 1, 2]
+
+
 def test_a_lost_message_is_said_again_with_the_same_bytes():
     talk, peer = discrete_side()
     talk.send_control(PACKED, {"discs": 3})
