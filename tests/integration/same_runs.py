@@ -18,6 +18,9 @@ TIMES = (
     "packing_seconds",
     "plain_steps",
     "one_by_one",
+    "plain_steps_discrete",
+    "one_by_one_discrete",
+    "compiled",
 )
 
 
