@@ -2,7 +2,7 @@
 
 from coupler_protocol.wire import messages
 from dem_server.coupling.grid_talk import steps_between
-from dem_server.coupling.plain_steps import COMPLETE, MOVE
+from dem_server.coupling.plain_steps import COMPLETED, MOVE
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
 
@@ -27,8 +27,7 @@ def lockstep(side):
         side.answer = side.looked
         how, order = side.plain.take()
         gravity, agreed = side.gravity, side.step is not None
-        if how == COMPLETE:
-            complete_contacts(side, order)
+        if how == COMPLETED:
             continue
         if how == MOVE and agreed:
             move_discs(side, gravity)

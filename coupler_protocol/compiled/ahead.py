@@ -24,7 +24,7 @@ def compile_for(kernel: Any, arguments: tuple[Any, ...]) -> None:
 
 
 class Compiled(event.Listener):
-    """Functions that the thread which made this object compiles: {name: [seconds without its callees, specialisations]}.
+    """Functions that the thread which made this object compiles: {name: [processor seconds without its callees, times]}.
 
     report(text) is called before a function is compiled that is not compiled as a part of another.
     """
@@ -41,14 +41,14 @@ class Compiled(event.Listener):
             return
         if not self._open:
             self._report(f"compiling {event.data['dispatcher'].py_func.__name__}")
-        self._open.append([time.perf_counter(), 0.0])
+        self._open.append([time.thread_time(), 0.0])
 
     def on_end(self, event: event.Event) -> None:
         """A function is compiled."""
         if threading.get_ident() != self._thread:
             return
         begin, inside = self._open.pop()
-        seconds = time.perf_counter() - begin
+        seconds = time.thread_time() - begin
         if self._open:
             self._open[-1][1] += seconds
         function = event.data["dispatcher"].py_func

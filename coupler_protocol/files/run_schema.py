@@ -111,14 +111,14 @@ class CompiledFunction(_Part):
     """A function that was compiled in the run."""
 
     function: str = quantity(meaning="module and name")
-    seconds: float = quantity(unit="s", meaning="without those of the functions that it calls")
+    seconds: float = quantity(unit="s", meaning="processor time, without the functions that it calls")
     specialisations: int = quantity(meaning="number of times, for different types of arguments")
 
 
 class Compiled(_Part):
     """Compilation of kernels that were not in the cache."""
 
-    seconds: float = quantity(unit="s", meaning="of all functions")
+    seconds: float = quantity(unit="s", meaning="processor time of all functions")
     functions: int = quantity(meaning="number of functions")
     most_expensive: list[CompiledFunction] = quantity(meaning="the ten that took most seconds")
 

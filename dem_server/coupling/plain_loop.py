@@ -49,29 +49,32 @@ class Ring(NamedTuple):
 
 
 class Talk(NamedTuple):
-    """answer (8,): of the next FORCE; order (7,): of the last VELOCITY.
+    """answer (8,): of the next FORCE; order (7,): of the last VELOCITY; gravity (1,) [m/s2]: of the step under way.
 
     first: number of steps done in the run; leeway [m] until the next list; until: monotonic time [ns] after which no step begins.
     """
 
     answer: Numbers
     order: Numbers
+    gravity: Numbers
     first: int
     leeway: float
     until: int
 
 
 class Motion(NamedTuple):
-    """gravity [m/s2] of the first step; ring: number of control discs; kick [s]: time of its forces; dt [s]: of every step.
+    """gravity [m/s2] of the first step; ring: number of control discs; kick [s]: time of its forces; dt [s]: of every sub-step.
 
-    fastest [m/s]: limit of the speed, longest [m]: of the way in a step; cap: whether faster bodies are slowed down, as in static
-    mode, where dt = 1.
+    agreed [s]: length of a step with the continuum, of `substeps`; fastest [m/s]: limit of the speed, longest [m]: of the way
+    in a sub-step; cap: whether faster bodies are slowed down, as in static mode, where dt = 1.
     """
 
     gravity: float
     ring: int
     kick: float
     dt: float
+    agreed: float
+    substeps: int
     fastest: float
     longest: float
     cap: bool
@@ -129,19 +132,19 @@ def largest_square(v):
 
 @jit
 def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history, parameters, counters, sight, marks):
-    """Takes steps, each from FORCE to the contacts after VELOCITY; returns (steps done, why it ended, fast discs).
+    """Takes steps, each from FORCE to the contacts after VELOCITY; returns (steps done, why it ended, fast discs or sub-step).
 
     begun: FORCE of the first step is sent, and what precedes it is seen. sight: a Sight, with room for what MOST steps show.
-    The step that is not completed has: prepared FORCE (INFINITE: which is not finite; UNSENT), or sent it (NOTICED: what
-    was seen then has to be judged), or also moved the free discs (UNHEARD; FAST: too fast without a cap), or also received
-    VELOCITY, which is not for one step (ODD), or also moved the ring (FAST_RIM: too fast; CONTACTS: a new list of pairs is due,
-    or somebody has to see the step). bodies, listed, history, parameters: plain tuples, as for `cycle` and `force_pass`.
+    The step that is not completed has: prepared FORCE (INFINITE: which is not finite; UNSENT), or sent it (NOTICED: what was seen
+    then has to be judged), or also moved the free discs (UNHEARD; FAST: too fast without a cap), or also received VELOCITY, which
+    is not for one step (ODD), or also moved the ring in a sub-step (FAST_RIM: too fast; CONTACTS: a new list of pairs is due, or
+    somebody has to see the step). bodies, listed, history, parameters: plain tuples, as for `cycle` and `force_pass`.
     marks (MOST,2): times [ns] between which each step waits for VELOCITY, None without a trace.
     """
     disc, load, weight, angle, listed_at = bodies
     named, past, law = Listed(*listed), PairHistory(*history), Parameters(*parameters)
     scratch = np.empty(scratch_rows.SIZE)
-    gravity, R, kick, dt, fastest, longest, cap = motion
+    gravity, R, kick, dt, agreed, substeps, fastest, longest, cap = motion
     x, v, spin = disc[:R, X : Y + 1], disc[:R, VX : VY + 1], disc[:R, SPIN]
     count, alpha = disc.shape[0], law.alpha
     force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
@@ -161,35 +164,39 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
             due = done % sight.every == 0
             if due and look(done, disc, load, weight, named, past, clumps, R, gravity, counters, talk.answer, sight):
                 return step, NOTICED, 0
-        begun, fast, quickest = False, 0, 0.0
-        if clumps is not None:
-            fast, quickest = move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
-        more, other = move(R, count, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
-        fast, quickest, kick = fast + more, max(quickest, other), dt
-        if cap:
-            counters[CAPS] += fast
-        elif fast > 0:
-            return step, FAST, fast
-        if marks is not None:
-            marks[step, 0] = nanoseconds(wire.asked)
-        if take(wire, 0) != HERE:
-            return step, UNHEARD, 0
-        if marks is not None:
-            marks[step, 1] = nanoseconds(wire.asked)
-        read_velocities(wire, ring, talk.order)
-        wire.sequence[0] += 1
-        if talk.order[DT] != dt or talk.order[INTERVAL] != 1.0 or talk.order[STEP] != done + 1:
-            return step, ODD, 0
+        begun = False
+        talk.gravity[0] = gravity
+        for sub in range(substeps):
+            fast, quickest = 0, 0.0
+            if clumps is not None:
+                fast, quickest = move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
+            more, other = move(R, count, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
+            fast, quickest, kick = fast + more, max(quickest, other), dt
+            if cap:
+                counters[CAPS] += fast
+            elif fast > 0:
+                return step, FAST, fast
+            if sub == 0:
+                if marks is not None:
+                    marks[step, 0] = nanoseconds(wire.asked)
+                if take(wire, 0) != HERE:
+                    return step, UNHEARD, 0
+                if marks is not None:
+                    marks[step, 1] = nanoseconds(wire.asked)
+                read_velocities(wire, ring, talk.order)
+                wire.sequence[0] += 1
+                if talk.order[DT] != agreed or talk.order[INTERVAL] != 1.0 or talk.order[STEP] != done + 1:
+                    return step, ODD, 0
+            move_ring(ring.nodes, ring.velocity, ring.seg0, ring.seg1, ring.w0, ring.node, x, v, spin, ring.paper, dt)
+            if not cap and too_fast(v, dt, longest):
+                return step, FAST_RIM, sub
+            moved += max(quickest, largest_square(v)) ** 0.5 * dt
+            if not moved < 0.999 * talk.leeway:
+                moved = farthest(disc, listed_at)
+            if talk.order[FLAGS] != 0.0 or not moved <= talk.leeway:
+                return step, CONTACTS, sub
+            if sub == 0 and (done + 1) % sight.every == 0:
+                sight.power[0] = ring_power(ring.carried, disc)
+            add_list(disc, load, named, past, law, dt, counters, None, scratch)
         gravity = talk.order[GRAVITY]
-        move_ring(ring.nodes, ring.velocity, ring.seg0, ring.seg1, ring.w0, ring.node, x, v, spin, ring.paper, dt)
-        if not cap and too_fast(v, dt, longest):
-            return step, FAST_RIM, 0
-        moved += max(quickest, largest_square(v)) ** 0.5 * dt
-        if not moved < 0.999 * talk.leeway:
-            moved = farthest(disc, listed_at)
-        if talk.order[FLAGS] != 0.0 or not moved <= talk.leeway:
-            return step, CONTACTS, 0
-        if (done + 1) % sight.every == 0:
-            sight.power[0] = ring_power(ring.carried, disc)
-        add_list(disc, load, named, past, law, dt, counters, None, scratch)
     return MOST, DONE, 0

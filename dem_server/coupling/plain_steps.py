@@ -32,11 +32,11 @@ from dem_server.coupling.plain_loop import (
 )
 from dem_server.effects.histories import history_of
 from dem_server.step.contact_pass import contact_forces
-from dem_server.step.motion import SPEED_CAP
+from dem_server.step.motion import SPEED_CAP, move_free
 from dem_server.step.neighbours import skin
 from dem_server.step.thread_shares import shares
 
-MOVE, RECEIVE, ACCEPT, COMPLETE = range(4)  # how a step goes on that is not completed; see `Rest`
+MOVE, RECEIVE, ACCEPT, COMPLETED = range(4)  # how a step goes on, see `take`
 
 
 def obstacle(side):
@@ -44,7 +44,6 @@ def obstacle(side):
     lanes = side.conversation.transport.lanes
     found = {
         "messages of steps use the link": lanes is None or not lanes.whole,
-        "substeps": side.substeps > 1,
         "exchange_every": side.scene.coupling.exchange_every > 1,
         "energies are recorded": side.ledger is not None,
         "a plugin is called": side.plugin is not None,
@@ -66,14 +65,15 @@ class PlainSteps:
         if not self.why_not:
             self.lanes = side.conversation.transport.lanes
             self.order, self.answer = np.zeros(len(messages.Order._fields)), np.zeros(len(messages.Answer._fields))
+            self.gravity = np.zeros(1)
             self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
             self.sight = look.sight_of(side, MOST)
 
     def take(self):
         """Takes plain steps, from a sent FORCE on; returns (how the present step goes on, its Order or None).
 
-        MOVE: free discs have to be moved. RECEIVE: VELOCITY has to be received. ACCEPT: it was, and has to be obeyed. COMPLETE:
-        the ring has moved, contacts have to be computed.
+        MOVE: free discs have to be moved. RECEIVE: VELOCITY has to be received. ACCEPT: it was, and has to be obeyed. COMPLETED:
+        all of the step is done, and somebody has to see it.
         """
         side, begun = self.side, True
         first = not side.watch.stages[-1].steps  # its message may be STOP, which uses the link
@@ -81,7 +81,7 @@ class PlainSteps:
             return MOVE, None
         while True:
             side.conversation.stop.check(PATIENCE)
-            steps, why, fast = self._loop(begun)
+            steps, why, found = self._loop(begun)
             self._count(steps)
             begun = why != DONE
             if why == INFINITE:
@@ -94,16 +94,20 @@ class PlainSteps:
             if why == NOTICED:
                 side.judge_look(side.looked, self.checked)
             if why == FAST:
-                side.refuse_fast(fast)
+                side.refuse_fast(found)
             if why == UNHEARD:
                 return RECEIVE, None
             if why in (ODD, FAST_RIM, CONTACTS):
                 order = messages.Order(*self.order.tolist())
+                if why == ODD:
+                    return ACCEPT, order
                 if why == FAST_RIM:
                     side.refuse_fast_rim()
-                if why == ODD or order.flags:
-                    return (ACCEPT if why == ODD else COMPLETE), order
-                self._complete(order)
+                self._complete(order, found)
+                if order.flags:
+                    return COMPLETED, order
+                side.count_step(order)
+                self.taken += 1
                 begun = False
 
     def report(self):
@@ -113,14 +117,18 @@ class PlainSteps:
         if not self.taken:
             times.one_by_one = self.why_not or ("" if self._begun else "the stage was short, and no cache had the loop")
 
-    def _complete(self, order):
-        """Completes a step whose contacts need a new list of pairs."""
-        side = self.side
-        side.measure_power(order)
+    def _complete(self, order, sub):
+        """Completes a step from the contacts of its sub-step `sub` on."""
+        side, gravity = self.side, float(self.gravity[0])
+        if sub == 0:
+            side.measure_power(order)
         contact_forces(side.model, side.state)
+        for _ in range(side.substeps - 1 - sub):
+            side.refuse_fast(move_free(side.model, side.state, gravity))
+            side.rim.move(side.state, side.talk.velocity)
+            side.refuse_fast_rim()
+            contact_forces(side.model, side.state)
         side.check_step()
-        side.count_step(order)
-        self.taken += 1
 
     def _see_completed(self):
         """Looks at the completed step if histories have a point there, as the loop step by step does."""
@@ -152,7 +160,9 @@ class PlainSteps:
             state.dt = state.next_dt
         talk.continue_from(int(wire.sequence[0]), None if begun and not steps else self.lanes.said(0))
         side.watch.add_plain_steps(steps, 1e-9 * float(wire.waited[0]), self.marks)
-        if steps or why == CONTACTS:
+        if why == ODD:
+            side.gravity = float(self.gravity[0])
+        elif steps or why == CONTACTS:
             side.gravity = float(self.order[messages.Order._fields.index("gravity")])
         side.power = float(self.sight.power[0])
         return steps, why, fast
@@ -165,12 +175,13 @@ class PlainSteps:
         ring = Ring(
             rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
         )
-        said = Talk(self.answer, self.order, side.steps, 0.5 * skin(model), time.monotonic_ns() + lanes.LONGEST)
+        said = Talk(self.answer, self.order, self.gravity, side.steps, 0.5 * skin(model), time.monotonic_ns() + lanes.LONGEST)
         self.sight.rows[0], self.sight.power[0] = 0, side.power
         self.sight.fresh[0] = not side.guard.knows_list(state)
         longest = SPEED_CAP * model.smallest_radius
         kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
-        motion = Motion(side.gravity, model.ring, kick, dt, longest / dt, longest, not model.in_real_time)
+        agreed = dt if side.step is None else side.step
+        motion = Motion(side.gravity, model.ring, kick, dt, agreed, side.substeps, longest / dt, longest, not model.in_real_time)
         return (
             self.lanes.wire, ring, said, motion, begun,
             (state.disc, state.load, state.weight, state.angle, state.listed_at), state.clumps,

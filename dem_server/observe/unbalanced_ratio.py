@@ -12,7 +12,7 @@ from dem_server.step.clumps import resultant
 
 
 def unbalanced_ratio(model, state, gravity):
-    """Eq (1) [-]; 0 if no force acts at all."""
+    """Eq (1) [-]; 0 if no force acts at all, NaN if a force is NaN or infinite."""
     return ratio(
         state.disc,
         state.load,
@@ -50,18 +50,21 @@ def ratio(disc, load, weight, first, second, normal, shear, parallel, walls, clu
         for i in range(ring, n):
             for w in range(walls.normal.shape[1]):
                 total += (walls.normal[i, w] ** 2 + walls.shear[i, w] ** 2) ** 0.5
-    worst, bodies = 0.0, n - ring
+    worst, broken, bodies = 0.0, 0.0, n - ring  # broken: NaN if a force is NaN or infinite, which a maximum would pass over
     for i in range(ring, n):
         total += weight[i] * gravity
         if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if clumps.body[i] >= 0:
                 bodies -= 1
                 continue
-        worst = max(worst, load[i, FX] ** 2 + (load[i, FY] - weight[i] * gravity) ** 2)
+        square = load[i, FX] ** 2 + (load[i, FY] - weight[i] * gravity) ** 2
+        worst, broken = max(worst, square), broken + 0.0 * square
     if clumps is not None:
         for c in range(len(clumps.motion)):
             if clumps.start[c] < clumps.start[c + 1]:
                 bodies += 1
                 fx, fy, _ = resultant(c, clumps, disc, load, weight, gravity)
-                worst = max(worst, fx * fx + fy * fy)
-    return worst**0.5 * bodies / total if total > 0.0 else 0.0
+                square = fx * fx + fy * fy
+                worst, broken = max(worst, square), broken + 0.0 * square
+    total += broken + 0.0 * total
+    return 0.0 if total == 0.0 else worst**0.5 * bodies / total

@@ -69,7 +69,8 @@ def work_kernel(force, applied, weight_mass, mass, added_mass, fixed, gravity, v
     push (K,2) [N]: forces of the discs on the gridpoints `nodes` (K,), which are no external forces.
     """
     last, before, outer, _ = balance
-    outer[:] = applied
+    for n in range(applied.shape[0]):  # by number: what numba compiles for two arrays takes seconds
+        outer[n, 0], outer[n, 1] = applied[n, 0], applied[n, 1]
     for i in range(len(nodes)):
         outer[nodes[i], 0] -= push[i, 0]
         outer[nodes[i], 1] -= push[i, 1]

@@ -76,6 +76,12 @@ CASES = {
         "stage__3__time": "real",
         "stage__3__damping": {"rayleigh": {"fraction": 0.05, "frequency": 20.0}},
     },
+    "real time, three sub-steps of the discs, clumps": {
+        "stage__3__time": "real",
+        "coupling__substeps": 3,
+        "stones": STONES,
+        "discs__stone": STONE,
+    },
 }
 
 
@@ -92,6 +98,16 @@ def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
         assert row["plain_steps"] >= row["steps"] - 6 - row["steps"] // 60, (row, history)
         assert "one_by_one_discrete" not in row
         assert all(plain >= row["steps"] - 6 - row["steps"] // 60 for plain in row["plain_steps_discrete"]), row
+
+
+@pytest.mark.parametrize("until", [{"ratio": 3e-2, "steps": 900}, {"displacement": 8.5e-5, "steps": 900}])
+def test_a_stage_ends_by_what_compiled_code_has_seen_as_step_by_step(tmp_path, until):
+    """Compiled looks compare ratios and displacement with the limits of the stage; the end is that of the loop step by step."""
+    rows = both_ways(tmp_path, scene(stage__3__until=until, record__every=1000))
+    assert same_files(tmp_path) == []
+    assert rows[-1]["ended_by"].partition(" ")[0] in until
+    assert rows[-1]["plain_steps"] >= rows[-1]["steps"] - 6
+    assert 30 < rows[-1]["steps"] < 900
 
 
 def test_plain_steps_follow_a_load_that_has_come_to_its_end(tmp_path):
