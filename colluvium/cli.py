@@ -102,7 +102,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser().parse_args(argv)
     code: list[int | None] = []
     ended = command_line.exit_code_of("colluvium", lambda: code.append(options.work(options)))
-    return ended or (code[0] or 0)
+    return ended or next(iter(code), None) or exits.DONE  # a finished run ends without a code
 
 
 def _console() -> Any:
