@@ -4,7 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from coupler_protocol.files import restart, run_json
+from coupler_protocol import exits
+from coupler_protocol.files import checkpoint, locks, restart, run_json, saved_moments
 from coupler_protocol.process import command_line
 from coupler_protocol.process.plugin import from_functions
 from coupler_protocol.scene.reader import build_scene, read_scene
@@ -49,11 +50,14 @@ def run(
 
     plugin = _functions(on_stage, on_step, in_process)
     scene = _checked(scene)
-    out = command_line.prepare_folder(out, processes.own_files(out), force)
-    if in_process:
-        threads.run(scene, out, report=report, plugin=plugin)
-    else:
-        processes.run_scene(scene, Path(out), report)
+    out = command_line.make_folder(out)
+    with locks.held(out, [processes.LOCK]):
+        locks.refuse_all(out, [processes.LOCK])
+        command_line.prepare_folder(out, processes.own_files(out), force, command_line.inputs_of(scene))
+        if in_process:
+            threads.run(scene, out, report=report, plugin=plugin)
+        else:
+            processes.run_scene(scene, out, report)
     return open_run(out)
 
 
@@ -67,22 +71,23 @@ def _checked(scene: Any) -> Any:
 def resume(
     run_dir: str | Path, in_process: bool = True, report: Any = "none", *, on_stage: Any = None, on_step: Any = None
 ) -> "Run":
-    """Continues the run in `run_dir` after its last stage end that all processes have saved; returns its results.
+    """Continues the run in `run_dir` from its last checkpoint that all processes have; returns its results.
 
     on_stage, on_step: as in `run`; give those of the run again. Raises a coupler_protocol.exits.RunEnded with the reason:
-    EnvironmentFailed if nothing remains to be computed, or if the run had a plugin file and now has none.
+    FinishedBefore if nothing remains to be computed, EnvironmentFailed if the run had a plugin file and now has none.
     """
     from colluvium.results.run import open_run
     from colluvium.running import processes, threads
 
     out = Path(run_dir)
     plugin = _functions(on_stage, on_step, in_process)
-    scene, origin = to_go_on(out, plugin)
-    if in_process:
-        threads.run(scene, out, report=report, origin=origin, plugin=plugin)
-    else:
-        quiet = ["--quiet"] if report == "none" else []
-        processes.checked(processes.run_files(out / "scene.json", out, processes.windows_of(scene), [f"--from={origin}", *quiet]))
+    with locks.held(out, [processes.LOCK]):
+        scene = to_go_on(out, plugin)[0]
+        if in_process:
+            threads.run(scene, out, report=report, plugin=plugin)
+        else:
+            quiet = ["--quiet"] if report == "none" else []
+            processes.checked(processes.run_files(out / "scene.json", out, processes.windows_of(scene), quiet))
     return open_run(out)
 
 
@@ -94,16 +99,23 @@ def _functions(on_stage: Any, on_step: Any, in_process: bool) -> Any:
     return plugin
 
 
-def to_go_on(out: Path, plugin: Any = None) -> tuple[Any, restart.Origin]:
-    """Scene of the run in the folder `out` and the stage end after which to continue; renames its run.json.
+def to_go_on(out: Path, plugin: Any = None, scene: Any = None) -> tuple[Any, str]:
+    """Scene of the run in the folder `out` (default: that of scene.json), and where it continues, in words.
 
-    Raises EnvironmentFailed if nothing remains to be computed, or if the run had a plugin and `plugin` is None.
+    Raises FinishedBefore if nothing remains to be computed, EnvironmentFailed if the run had a plugin and `plugin` is None.
     """
-    scene = read_scene(out / "scene.json")
-    origin = restart.last_saved(scene, out)
-    restart.check(scene, origin)
-    restart.check_plugin(scene, origin, plugin)
-    (out / "endpoint").unlink(missing_ok=True)
-    command_line.remove_report(out)
-    run_json.set_aside(out)
-    return scene, origin
+    if scene is None:
+        if not (out / "scene.json").exists():
+            raise exits.EnvironmentFailed(f"{out} has no scene.json: it is not the folder of a run, or the run never began")
+        scene = read_scene(out / "scene.json")
+    if (out / run_json.NAME).exists():
+        run_json.read(out / run_json.NAME)  # a damaged one is refused before anything is written
+    conductor = "fdm.rank0" if scene.grid else "dem.rank1"
+    if sentence := saved_moments.finished(scene, out, conductor, True):
+        raise exits.FinishedBefore(sentence)
+    saved_moments.refuse_other_scene(scene, out, conductor)
+    (out / "endpoint").unlink(missing_ok=True)  # of a process that was killed
+    path, where = saved_moments.common_in_folder(scene, out)
+    if path is not None:
+        restart.check_plugin(checkpoint.attributes(path), path, plugin)
+    return scene, where

@@ -39,7 +39,7 @@ def parser() -> argparse.ArgumentParser:
     _options_of_computing(run)
     run.set_defaults(work=run_command)
 
-    resume = commands.add_parser("resume", help="continue a run after its last stage end that all processes have saved")
+    resume = commands.add_parser("resume", help="continue a run from its last checkpoint that all processes have")
     resume.add_argument("run_dir", metavar="RUN_DIR")
     command_line.process_options(resume)
     _options_of_computing(resume)
@@ -125,7 +125,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser().parse_args(argv)
     code: list[int | None] = []
     ended = command_line.exit_code_of("colluvium", lambda: code.append(options.work(options)))
-    return ended or (code[0] or 0)
+    return ended or next(iter(code), None) or exits.DONE  # a finished run ends without a code
 
 
 def _console() -> Any:
@@ -143,27 +143,39 @@ def _write_json(content: Any, target: str | Path) -> None:
 
 
 def run_command(options: argparse.Namespace) -> int:
-    """Computes a scene, from its start or from the end of a stage of an earlier run; returns the exit code."""
+    """Computes a scene, from its start, from the end of a stage of an earlier run, or on where this run was; returns the code."""
+    from colluvium import api
     from colluvium.running import processes
-    from coupler_protocol.files import restart
+    from coupler_protocol.files import locks, restart
     from coupler_protocol.scene.reader import read_scene
 
     command_line.set_threads(options.threads)
     options.scene = command_line.scene_file(options.scene)
     scene = read_scene(options.scene, options.set)
-    wanted = options.out or Path("runs") / Path(options.scene).stem
+    wanted = Path(options.out or Path("runs") / Path(options.scene).stem)
     if options.origin:
         if options.origin.continues(wanted):
             raise exits.EnvironmentFailed(f"{wanted} is the run to branch from: choose another --out, or colluvium resume")
         restart.check(scene, options.origin)
-    own = processes.own_files(wanted)
-    if any(Path(options.scene).resolve() == (Path(wanted) / name).resolve() for name in own):
+    plugin, own = command_line.plugin(options), processes.own_files(wanted)
+    if any(Path(options.scene).resolve() == (wanted / name).resolve() for name in own):
         raise exits.EnvironmentFailed(f"{options.scene} belongs to the run in {wanted}: choose another --out")
-    out = command_line.prepare_folder(wanted, own, options.force)
-    _open(options, scene, out)
-    if Path(options.scene).suffix != ".json":
-        (out / "scene.toml").write_bytes(Path(options.scene).read_bytes())
-    return _compute(options, scene, options.scene, out, [f"--set={pair}" for pair in options.set])
+    out = command_line.make_folder(wanted)
+    with locks.held(out, [processes.LOCK]):
+        locks.refuse_all(out, [processes.LOCK])
+        if options.force:
+            command_line.prepare_folder(out, own, True, command_line.inputs_of(scene, options.scene, options.plugin))
+        elif own:
+            _say_where(options, api.to_go_on(out, plugin, scene)[1])
+        _open(options, scene, out)
+        if Path(options.scene).suffix != ".json":
+            (out / "scene.toml").write_bytes(Path(options.scene).read_bytes())
+        return _compute(options, scene, options.scene, out, [f"--set={pair}" for pair in options.set])
+
+
+def _say_where(options: argparse.Namespace, where: str) -> None:
+    """Prints where a run continues."""
+    print(f"continuing {where}", file=sys.stderr)
 
 
 def _open(options: argparse.Namespace, scene: Any, out: Path) -> None:
@@ -177,12 +189,18 @@ def _open(options: argparse.Namespace, scene: Any, out: Path) -> None:
 def resume_command(options: argparse.Namespace) -> int:
     """Continues a run that did not reach its end; returns the exit code."""
     from colluvium import api
+    from colluvium.running import processes
+    from coupler_protocol.files import locks
 
     command_line.set_threads(options.threads)
-    out = Path(options.run_dir)
-    scene, options.origin = api.to_go_on(out, command_line.plugin(options))
-    print(f"continuing after stage {options.origin.stage!r}", file=sys.stderr)
-    return _compute(options, scene, out / "scene.json", out, [])
+    out, options.origin = Path(options.run_dir), None
+    if not out.is_dir():
+        raise exits.EnvironmentFailed(f"{out} is not a folder: nothing to continue")
+    with locks.held(out, [processes.LOCK]):
+        locks.refuse_all(out, [processes.LOCK])
+        scene, where = api.to_go_on(out, command_line.plugin(options))
+        _say_where(options, where)
+        return _compute(options, scene, out / "scene.json", out, [])
 
 
 def _compute(options: argparse.Namespace, scene: Any, path: str | Path, out: Path, passed: Sequence[str]) -> int:
@@ -198,8 +216,13 @@ def _compute(options: argparse.Namespace, scene: Any, path: str | Path, out: Pat
         else:
             for number in interrupt.signals():  # a kill stops the run as Ctrl-C does, also in the background of a script
                 signal.signal(number, signal.default_int_handler)
-            more = {"threads": options.threads, "from": options.origin, "plugin": options.plugin}
-            passed = [*passed, *(f"--{name}={value}" for name, value in more.items() if value)]
+            more = {
+                "threads": options.threads,
+                "from": options.origin,
+                "plugin": options.plugin,
+                "checkpoint": options.checkpoint,
+            }
+            passed = [*passed, *(f"--{name}={value}" for name, value in more.items() if value is not None)]
             with IdleImports(OF_BAND if scene.grid else OF_TABLES, show) as seen:
                 code = processes.run_files(path, out, processes.windows_of(scene), passed, seen)
     if code == exits.DONE and scene.grid:
@@ -258,7 +281,7 @@ def _in_process(scene: Any, out: Path, show: Any, options: argparse.Namespace) -
     stop_on_signals(stop)
 
     def work() -> None:
-        threads.run(scene, out, stop, show or "none", options.origin, command_line.plugin(options))
+        threads.run(scene, out, stop, show or "none", options.origin, command_line.plugin(options), options.checkpoint)
 
     return command_line.exit_code_of("colluvium", work)
 

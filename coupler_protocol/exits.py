@@ -35,6 +35,12 @@ class RunEnded(Exception):  # noqa: N818 (an end of a run, not always an error)
     code = OURSELVES
 
 
+class FinishedBefore(RunEnded):
+    """The run in a folder is finished: there is nothing to compute."""
+
+    code = DONE
+
+
 class EnvironmentFailed(RunEnded):
     """A port, a file, a folder or what is installed cannot be used."""
 

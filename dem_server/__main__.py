@@ -30,17 +30,17 @@ def serve(scene, options, stop):
 
     if scene.grid is not None and options.connect is None:
         raise exits.EnvironmentFailed("the scene has a grid: give the address of its process with --connect")
-    more = () if scene.grid else server.OF_CONDUCTOR
-    context = server.begin(options, stop, options.rank, f"dem.rank{options.rank}", more)
-    if scene.grid is None:
-        from dem_server.procedure import discs_alone
+    more = None if scene.grid else server.OF_CONDUCTOR
+    with server.begun(options, scene, stop, options.rank, f"dem.rank{options.rank}", more) as context:
+        if scene.grid is None:
+            from dem_server.procedure import discs_alone
 
-        return discs_alone.compute(scene, context)
-    endpoint = link_tcp.endpoint_from(options.connect, scene.link.arrival, stop.check)
-    ticket = admission.pass_of(endpoint, link_tcp.is_loopback(endpoint), options.key, options.insecure)
-    command_line.show_warnings("dem-server", "coupler_protocol.wire.passage")
-    with closing(link_tcp.RankTransport(endpoint, ticket)) as transport:
-        compute(scene, options.rank, transport, context)
+            return discs_alone.compute(scene, context)
+        endpoint = link_tcp.endpoint_from(options.connect, scene.link.arrival, stop.check)
+        ticket = admission.pass_of(endpoint, link_tcp.is_loopback(endpoint), options.key, options.insecure)
+        command_line.show_warnings("dem-server", "coupler_protocol.wire.passage")
+        with closing(link_tcp.RankTransport(endpoint, ticket)) as transport:
+            compute(scene, options.rank, transport, context)
 
 
 def compute(scene, rank, transport, context):

@@ -93,9 +93,13 @@ def move_discs(side, gravity):
 
 
 def send_forces(side, order):
-    """Sends nodal forces and additional masses of the rim, the last Answer, and strain if it was requested."""
-    asked = order is not None and side.strain is not None and int(order.flags) & messages.STRAIN
+    """Sends nodal forces and additional masses of the rim, the last Answer, and strain if it was requested.
+
+    A side that continues inside of a stage first sends its last FORCE again, without an order.
+    """
+    asked = side.sent_strain if order is None else bool(int(order.flags) & messages.STRAIN)
+    asked = side.sent_strain = asked and side.strain is not None
     force = side.rim.nodal_forces(side.state)
     side.refuse_infinite(force)
     strain = side.strain.measure(side.state) if asked else None
-    side.talk.send_forces(force, side.rim.stiffness_sums(side.model, side.state), side.answer, strain)
+    side.talk.send_forces(force, side.rim.stiffness_sums(side.model, side.state), side.answer_now, strain)

@@ -36,16 +36,16 @@ def serve(scene, options, stop):
     rule = None
     if scene.window and options.bind != link_tcp.LOCAL:
         rule = admission.rule_of(options.bind, loopback, options.keys, options.insecure)
-    context = server.begin(options, stop, 0, "fdm.rank0", (*server.OF_CONDUCTOR, ENDPOINT))
-    (context.out / ENDPOINT).unlink(missing_ok=True)
-    if not scene.window:
-        return compute(scene, None, context)
-    with closing(link_tcp.HubTransport(options.bind, rule)) as transport, announced(transport, context.out):
-        command_line.show_warnings("fdm-server", "coupler_protocol.wire.gate")
-        if options.insecure:
-            print(f"fdm-server: {OPENS.format(transport.endpoint)}", file=sys.stderr)
-        context.progress("start", f"listening on {transport.endpoint} for {len(scene.window)} discrete process(es)", now=True)
-        compute(scene, transport, context)
+    with server.begun(options, scene, stop, 0, "fdm.rank0", (*server.OF_CONDUCTOR, ENDPOINT)) as context:
+        (context.out / ENDPOINT).unlink(missing_ok=True)
+        if not scene.window:
+            return compute(scene, None, context)
+        with closing(link_tcp.HubTransport(options.bind, rule)) as transport, announced(transport, context.out):
+            command_line.show_warnings("fdm-server", "coupler_protocol.wire.gate")
+            if options.insecure:
+                print(f"fdm-server: {OPENS.format(transport.endpoint)}", file=sys.stderr)
+            context.progress("start", f"listening on {transport.endpoint} for {len(scene.window)} discrete process(es)", now=True)
+            compute(scene, transport, context)
 
 
 @contextmanager
@@ -72,7 +72,7 @@ def compute(scene, transport, context):
     hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), context.stop)
 
     def side():
-        return ContinuumSide(scene, hub, context.out, context.progress, context.origin, context.plugin)
+        return ContinuumSide(scene, hub, context.out, context.progress, context.origin, context.plugin, context.checkpoint)
 
     server.conduct_run(side, scene, context, hub.notify_all)
 

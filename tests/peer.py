@@ -28,7 +28,7 @@ NUMBER = {name: number for number, name in enumerate(KINDS, start=1)}
 HEADER = struct.Struct("<4sHHQIIQII")
 AGAIN = 1
 RECORD, END_OF_STAGE, CHECKPOINT, STRAIN = 1, 2, 4, 8
-FORCE_SCALARS, VELOCITY_SCALARS = 8, 7
+FORCE_SCALARS, VELOCITY_SCALARS = 9, 7
 PATIENCE = 120.0  # [s] for any message, longer than a busy machine compiles
 
 
@@ -288,7 +288,7 @@ class Discs(Side):
         _, go = self.receive("GO")
         moved, orders = [[0.0, 0.0] for _ in range(K)], []
         step, asked, shear = go["step"], False, 0.0
-        measured = said = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        measured = said = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
         while True:
             force = [p - stiffness * u for P, U in zip(begin, moved, strict=True) for p, u in zip(P, U, strict=True)]
             if orders and orders[-1][2] & END_OF_STAGE:
@@ -311,7 +311,7 @@ class Discs(Side):
             if step % history == 0:
                 stored = 0.5 * stiffness * sum(u * u for U in moved for u in U)
                 power = sum(p * v for p, v in zip(force, content[VELOCITY_SCALARS:], strict=True))
-                measured = [0.0, 1.0, 0.0, stored, power, 0.0, 0.0, 0.0]
+                measured = [0.0, 1.0, 0.0, stored, power, 0.0, 0.0, 0.0, 0.0]
             orders.append((int(stage), int(number), int(flags)))
         times = {"name": "couple", "computing": 0.0, "waiting": 0.0, "recording": 0.0}
         self.send("FAREWELL", {"report": {}, "stages": [times]})

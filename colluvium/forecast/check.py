@@ -13,7 +13,7 @@ from coupler_protocol.geometry import polygon_area
 from coupler_protocol.scene.changes import changes_anything_in, changes_in, words
 from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.rules.between_tables import listed_doubts
-from coupler_protocol.scene.rules.sizes import files_of, frames_of, memory_of
+from coupler_protocol.scene.rules.sizes import checkpoint_of, files_of, frames_of, memory_of
 from coupler_protocol.scene.rules.units import as_written
 from coupler_protocol.scene.scene import declared_effects
 from coupler_protocol.scene.schedule import large_strain, new_boundaries, plan
@@ -148,6 +148,7 @@ def describe(scene: Any) -> dict[str, Any]:
     """All of the above in one dictionary."""
     found = {"title": scene.title, "hash": scene.digest(), **file_of_discs(scene), **sizes(scene)}
     found |= {"memory_MB": memory_of(local(scene)), "frames": frames_of(scene), "files_MB": files_of(local(scene))}
+    found |= {"checkpoint_MB": checkpoint_of(local(scene))}
     found |= {"effects": effects(scene), "stages": stages(scene)}
     return found | {"doubts": [*listed_doubts(scene), *lack_of_disk(scene)]}
 
@@ -214,6 +215,9 @@ def print_description(found: dict[str, Any], console: Any) -> None:
         console.print(
             f"files: up to {found['frames']:,} frames, about {megabytes(int(1e6 * found['files_MB']))} before compression"
         )
+    if found["checkpoint_MB"]:
+        size = megabytes(int(1e6 * found["checkpoint_MB"]))
+        console.print(f"checkpoints inside of stages: about {size} each, as much memory while one is written; two stay")
     if found["stones"]:
         console.print(_stones_as_text(found["stones"]), markup=False)
     console.print("effects that act:")

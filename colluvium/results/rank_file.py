@@ -83,6 +83,8 @@ class RankFile:
         self.kind = str(self._file.attrs["kind"])
         kept = self._file.attrs.get("kept_stages")  # if the run continued another: names of stages that it did not compute
         self.kept_stages = None if kept is None else [str(name) for name in kept]
+        step = self._file.attrs.get("kept_step")  # if it continued inside of a stage: the last step that it did not compute
+        self.kept_step = None if step is None else int(step)
         self.frames = self._read_frames()
 
     def points(self, frame: int) -> Fields:

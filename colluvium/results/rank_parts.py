@@ -1,8 +1,8 @@
 """The files of one rank of a resumed run, read as one: `fdm.rank0.vtkhdf`, `fdm.rank0.part1.vtkhdf`, ...
 
-Each part names the stages whose results it continued. Frames and histories of later stages in the earlier files were computed
-again and do not count. (Before version 0.2 a part began with a frame of the restored State, which replaces the same frame of the
-earlier file.)
+Each part names the stages whose results it continued, or the step after which it continued inside of a stage. Later frames and
+histories in the earlier files were computed again and do not count. (Before version 0.2 a part began with a frame of the restored
+State, which replaces the same frame of the earlier file.)
 """
 
 from collections.abc import Sequence
@@ -63,11 +63,14 @@ class RankParts:
 
     def history(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Steps and values of a history."""
-        pieces = []
-        for part, limit in zip(self.parts, self._limits, strict=True):
+        pieces: list[tuple[np.ndarray, np.ndarray]] = []
+        end = np.inf  # the last row of an earlier file may be the first of the next one
+        for part, limit in reversed(list(zip(self.parts, self._limits, strict=True))):
             if name in part.history_names():
                 steps, values = part.history(name)
-                pieces.append((steps[steps <= limit], values[steps <= limit]))
+                counts = (steps <= limit) & (steps < end)
+                pieces.insert(0, (steps[counts], values[counts]))
+                end = min(end, steps[0]) if len(steps) else end
         steps, values = (np.concatenate(column) for column in zip(*pieces, strict=True))
         return steps, values
 
@@ -78,9 +81,13 @@ class RankParts:
 
     def _go_on_with(self, number: int, part: RankFile) -> None:
         """Removes frames that the part computed again, then adds its frames."""
-        if part.kept_stages is not None:
-            self._places = {key: place for key, place in self._places.items() if key[0] in part.kept_stages}
-            last = max((step for _, step in self._places), default=-1)
+        if part.kept_stages is not None or part.kept_step is not None:
+            if part.kept_step is not None:
+                last = part.kept_step
+                self._places = {key: place for key, place in self._places.items() if key[1] <= last}
+            else:
+                self._places = {key: place for key, place in self._places.items() if key[0] in (part.kept_stages or ())}
+                last = max((step for _, step in self._places), default=-1)
             self._limits = [min(limit, last) for limit in self._limits]
         self._limits.append(np.inf)
         self._places.update({(info.stage, info.step): (number, row) for row, info in enumerate(part.frames)})

@@ -17,7 +17,8 @@ from coupler_protocol.files.run_json import name_the_cause, write
 
 Picture = Callable[[dict[str, Any]], None]  # called with each report of progress
 
-GRACE = 15.0  # seconds for a process to end before it is killed
+LOCK = "run"  # name of the lock of the launcher
+GRACE = 30.0  # seconds for a process to end before it is killed
 ECHO = 10.0  # seconds within which an error of the other side follows the error that caused it
 ECHOES = (exits.PEER, exits.INTERRUPTED)  # codes with which a side ends because the other one has failed
 
@@ -25,7 +26,7 @@ ECHOES = (exits.PEER, exits.INTERRUPTED)  # codes with which a side ends because
 def own_files(out: str | Path) -> list[str]:
     """Names of files of an earlier run in `out`."""
     out = Path(out)
-    patterns = ["*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run*.json", "scene.json", "scene.toml", "endpoint"]
+    patterns = ["*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run*.json", "dem.rank*.json", "scene.json", "scene.toml", "endpoint"]
     patterns += ["*.partial", "*.json.new"]
     return [path.name for pattern in patterns for path in sorted(out.glob(pattern))] if out.is_dir() else []
 
@@ -92,7 +93,7 @@ def run_files(
     picture(row) is called with each report of progress. Messages of failed processes are printed to standard error.
     """
     rows: queue.Queue[dict[str, Any]] = queue.Queue()
-    shared = [str(scene_path), f"--out={out}", "--force", *options]
+    shared = [str(scene_path), f"--out={out}", *options]
     if n_windows is None:
         processes = [Process("dem-server", ["dem_server", *shared], rows)]
     else:

@@ -4,11 +4,13 @@ Results are bit-identical to those of separate processes; a debugger has access 
 """
 
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from coupler_protocol.exits import OURSELVES, PeerLost, RunEnded
-from coupler_protocol.files.restart import Origin
+from coupler_protocol.files import locks, saved_moments
+from coupler_protocol.files.restart import Origin, processes
 from coupler_protocol.files.run_json import name_the_cause
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.process.plugin import Plugin
@@ -24,6 +26,7 @@ def run(
     report: Any = "none",
     origin: Origin | None = None,
     plugin: Plugin | None = None,
+    checkpoint: float | None = None,
 ) -> None:
     """Computes `scene` into the existing folder `out`, from the stage end `origin` on. `report`: form of the progress.
 
@@ -33,8 +36,14 @@ def run(
     stop = stop or StopRequest()
 
     def context(rank: int) -> RunContext:
-        return RunContext(Path(out), Progress(rank, report), stop, origin, plugin)
+        return RunContext(Path(out), Progress(rank, report), stop, origin, plugin, checkpoint)
 
+    with locks.held(out, processes(scene, len(scene.stage) - 1)):
+        _run(scene, out, context)
+
+
+def _run(scene: Any, out: str | Path, context: Callable[[int], RunContext]) -> None:
+    """Computes with these contexts by rank."""
     if scene.grid is None:
         from dem_server.procedure import discs_alone
 
@@ -53,7 +62,11 @@ def run(
         finally:
             transport.close()
 
-    threads = [threading.Thread(target=discs, args=(rank, end), name=f"rank {rank}") for rank, end in enumerate(ends, start=1)]
+    threads = [
+        threading.Thread(target=discs, args=(rank, end), name=f"rank {rank}")
+        for rank, end in enumerate(ends, start=1)
+        if not saved_moments.finished(scene, out, f"dem.rank{rank}", False)  # of a run that was killed just before its end
+    ]
     for thread in threads:
         thread.start()
     try:

@@ -1,7 +1,8 @@
 """A State to a file and back, bit by bit.
 
-A State is a NamedTuple, dataclass or dictionary whose fields are arrays, numbers, None or again such States. A dictionary
-without entries is left out, and comes back as one. A checkpoint is written beside its place under another name and renamed when
+A State is a NamedTuple, dataclass or dictionary whose fields are arrays, numbers, None or again such States; where annotated with
+Any, also texts, lists and named tuples, which come back as dictionaries. A dictionary without entries is left out, and comes back
+as one. A checkpoint is written beside its place under another name and renamed when
 it is complete, so at any moment the place holds a whole checkpoint or none. It has a seal (seal.py), without which nothing of it
 is read.
 """
@@ -21,7 +22,9 @@ import numpy as np
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.files import seal
 from coupler_protocol.files.proof import require
-from coupler_protocol.files.room import not_written
+from coupler_protocol.files.room import not_written, to_disk
+
+LENGTH = "length"  # attribute of a group that is a list
 
 
 class DamagedError(EnvironmentFailed):
@@ -49,7 +52,7 @@ def save(path: str | Path, state: Any, attributes: Mapping[str, Any] | None = No
     except OSError as error:
         partial.unlink(missing_ok=True)
         raise not_written(path, "the checkpoint", image.getbuffer().nbytes, error) from error
-    _to_disk(path.parent)
+    to_disk(path.parent)
 
 
 def load(path: str | Path) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -98,6 +101,8 @@ def rebuild(cls: type, fields: Mapping[str, Any], name: str = "state") -> Any:
 
 def _rebuilt(hint: Any, value: Any, name: str) -> Any:
     """The value of a field, made sure to be what its annotation says: array, number, State, dictionary of them, or None."""
+    if hint is Any:
+        return value
     options = [get_origin(option) or option for option in (get_args(hint) if NoneType in get_args(hint) else (hint,))]
     if value is None:
         require(NoneType in options, f"{name} is empty")
@@ -125,9 +130,13 @@ def _store(group: h5py.Group, state: Any) -> None:
             group[name] = h5py.Empty("f8")
         elif isinstance(value, np.ndarray):
             group[name] = value
-        elif isinstance(value, bool | int | float | np.generic):
+        elif isinstance(value, bool | int | float | str | np.generic):
             group[name] = value
             group[name].attrs["number"] = type(value).__name__
+        elif isinstance(value, list):
+            rows = group.create_group(name)
+            rows.attrs[LENGTH] = len(value)
+            _store(rows, {str(place): row for place, row in enumerate(value)})
         else:
             _store(group.create_group(name), value)
 
@@ -149,26 +158,20 @@ def _fields(state: Any) -> dict[str, Any]:
     raise TypeError(f"a State is made of arrays, numbers, None and named tuples of them, not of {type(state).__name__}")
 
 
-def _load(group: h5py.Group) -> dict[str, Any]:
-    return {name: _load(item) if isinstance(item, h5py.Group) else _value(item) for name, item in group.items()}
+def _load(group: h5py.Group) -> Any:
+    found = {name: _load(item) if isinstance(item, h5py.Group) else _value(item) for name, item in group.items()}
+    return found if LENGTH not in group.attrs else [found.get(str(place), {}) for place in range(group.attrs[LENGTH])]
 
 
 def _value(data: h5py.Dataset) -> Any:
     value = data[()]
     if isinstance(value, h5py.Empty):
         return None
-    python_number = data.attrs.get("number") in ("bool", "int", "float")
-    return value.item() if python_number else value
+    kind = data.attrs.get("number")
+    if kind == "str":
+        return value.decode()
+    return value.item() if kind in ("bool", "int", "float") else value
 
 
 def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
-
-
-def _to_disk(folder: Path) -> None:
-    """Makes the operating system write the names in a folder to the disk."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

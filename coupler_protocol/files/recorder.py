@@ -101,7 +101,7 @@ class Recorder:
             noted[1].extend(column)
 
     def sync(self) -> None:
-        """Waits until everything recorded so far is in the file and survives the end of this process."""
+        """Waits until everything recorded so far is in the file and on the disk."""
         start = time.perf_counter()
         self._put(None)
         self._queue.join()
@@ -173,7 +173,7 @@ class Recorder:
         for name, (steps, values) in histories.items():
             self._file.append_history(name, steps, values)
         if frame is None:
-            self._file.flush()
+            self._file.to_disk()
         else:
             self._file.append(frame)
 

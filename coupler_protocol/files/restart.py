@@ -1,12 +1,13 @@
-"""Going on from the end of a stage: where the checkpoints are, and whether they belong to the scene and to each other.
+"""Checkpoints that a run can continue from, and whether they belong to the scene and to each other.
 
-A checkpoint `NAME.STAGE.h5` of a run directory holds the State of one side at the end of a stage. As attributes it carries what
-it belongs to: version, process, step, stage, phase, the resolved scene, and the session in which both sides computed that stage:
-checkpoints of equal session and stage are of the same moment.
+A checkpoint `NAME.STAGE.h5` of a run directory holds the State of one side at the end of a stage, `NAME.STAGE@STEP.h5` inside of
+one. As attributes it carries what it belongs to: version, process, step, stage, phase, the resolved scene, and the session in
+which both sides computed it: checkpoints of equal session, stage and step are of the same moment (saved_moments.py).
 
 A damaged checkpoint is refused by its name (seal.py), and so is a State that no step can be taken with (`prove` of each side).
 """
 
+import hashlib
 import json
 import logging
 from importlib.metadata import version
@@ -16,14 +17,16 @@ from typing import Any, NamedTuple
 from coupler_protocol import exits
 from coupler_protocol.files.proof import require
 from coupler_protocol.problems import Problem, SceneError
-from coupler_protocol.scene.differences import first_difference
+from coupler_protocol.scene.differences import differences
 from coupler_protocol.scene.named_files import without_paths
 from coupler_protocol.scene.stage_kinds import number_of
 
+SCENE = "scene_identity"  # attribute of files for frames
+MOST_TOLD = 8  # differences of two scenes that are named
 log = logging.getLogger(__name__)
 FUNCTIONS = "functions"  # name of a plugin that was made from functions, not a file
 FREE = ("title", "units", "record", "link", "fos")  # keys of a scene by which no State differs
-END = "end of step"  # phase of a State from which steps can go on; any other is for a person to look at
+END, INSIDE = "end of step", "inside of the stage"  # phases of a State from which steps can go on; others are for inspection
 
 
 class Origin(NamedTuple):
@@ -60,6 +63,15 @@ class Saved(NamedTuple):
     about: dict[str, Any]
     path: Path
 
+    @property
+    def inside(self):
+        """Whether the checkpoint is from the inside of its stage, else from its end."""
+        return self.about["phase"] == INSIDE
+
+    def is_of(self, folder):
+        """Whether the checkpoint is in this folder: an earlier attempt at the same run wrote it."""
+        return self.path.parent.resolve() == Path(folder).resolve()
+
     def said(self, name, kind):
         """The attribute `name`, which went in as JSON; raises proof.UnprovenError where it is missing or of another kind."""
         value = json.loads(self.about.get(name, "null"))
@@ -79,20 +91,19 @@ def named(plugin):
     return {} if plugin is None else {"plugin": plugin.name}
 
 
-def check_plugin(scene, origin, plugin):
-    """Raise EnvironmentFailed where a run that was computed with a file of functions would go on without any.
+def check_plugin(about, path, plugin):
+    """Raises EnvironmentFailed where a run that was computed with a file of functions would go on without any.
 
-    Functions that were given from Python have no name to ask for: that they are missing only goes into the log.
+    about: attributes of the checkpoint at `path`. Functions that were given from Python have no name to ask for: that they are
+    missing only goes into the log.
     """
-    from coupler_protocol.files import checkpoint
-
-    found = checkpoint.attributes(origin.path(processes(scene, index_of(scene, origin))[0])).get("plugin")
+    found = about.get("plugin")
     name = json.loads(found) if found else None
     if name is None or plugin is not None:
         return
     if name != FUNCTIONS:
-        raise exits.EnvironmentFailed(f"{origin} was computed with the plugin {name}: give it again (--plugin {name})")
-    log.warning("%s was computed with on_stage or on_step, the run goes on without them", origin)
+        raise exits.EnvironmentFailed(f"{path} was computed with the plugin {name}: give it again (--plugin {name})")
+    log.warning("%s was computed with on_stage or on_step, the run goes on without them", path)
 
 
 def index_of(scene, origin):
@@ -103,11 +114,6 @@ def index_of(scene, origin):
     if origin.stage == names[-1]:
         raise exits.EnvironmentFailed(f"{origin}: this is the last stage: nothing remains to be computed")
     return names.index(origin.stage)
-
-
-def kept_stages(scene, origin):
-    """Names of the stages whose outcome stays."""
-    return [stage.name for stage in scene.stage[: index_of(scene, origin) + 1]]
 
 
 def filled(scene, index):
@@ -130,29 +136,45 @@ def processes(scene, index):
 def load(scene, origin, name):
     """The checkpoint of the process `name` at `origin`, made sure to belong to `scene`: only later stages may differ.
 
-    Raises EnvironmentFailed where there is none or where it is damaged, SceneError naming the first key that differs.
+    Raises EnvironmentFailed where there is none or where it is damaged, SceneError naming the keys that differ.
     """
-    from coupler_protocol.files import checkpoint
-
     index, path = index_of(scene, origin), origin.path(name)
     if not path.is_file():
         raise exits.EnvironmentFailed(f"{path} does not exist: the end of this stage was not saved")
+    found = read(scene, path, name, index)
+    if found.inside or found.about["stage"] != origin.stage:
+        raise exits.EnvironmentFailed(f"{path} is not the checkpoint of the end of stage {origin.stage!r}: files were exchanged")
+    check_scene(scene, json.loads(found.about["scene"]), index, path)
+    return found
+
+
+def read(scene, path, name, index):
+    """The checkpoint of the process `name` at `path`, as Saved; index: number of its stage.
+
+    Raises EnvironmentFailed where it is damaged, or of another process, stage or version.
+    """
+    from coupler_protocol.files import checkpoint
+
     try:
         fields, about = checkpoint.load(path)
     except checkpoint.DamagedError as error:
-        raise exits.EnvironmentFailed(f"{error}. {instead_of(scene, origin.folder, index)}") from error
-    if about.get("phase") != END:
+        raise exits.EnvironmentFailed(f"{error}. {instead_of(scene, path.parent, index)}") from error
+    check_about(scene, about, path, name, index)
+    return Saved(index, fields, about, path)
+
+
+def check_about(scene, about, path, name, index):
+    """Raises EnvironmentFailed unless these attributes of the file at `path` are those of a checkpoint to continue from."""
+    if about.get("phase") not in (END, INSIDE):
         raise exits.EnvironmentFailed(f"{path} is not a checkpoint of the end of a stage")
     missing = [key for key in ("version", "process", "stage", "step", "session", "scene", "gravity_factor") if key not in about]
     if missing:
         raise exits.EnvironmentFailed(f"{path} is not a checkpoint of the end of a stage: it has no {', '.join(missing)}")
     if about["version"] != version("colluvium"):
         raise exits.EnvironmentFailed(f"{path} was written by version {about['version']}, this is {version('colluvium')}")
-    if (about["process"], about["stage"]) != (name, origin.stage):
+    if (about["process"], about["stage"]) != (name, scene.name_of_stage(index)):
         of = f"of {about['process']} at the end of stage {about['stage']!r}"
         raise exits.EnvironmentFailed(f"{path} is a checkpoint {of}: files were exchanged or renamed")
-    check_scene(scene, json.loads(about["scene"]), index, path)
-    return Saved(index, fields, about, path)
 
 
 def instead_of(scene, folder, index):
@@ -185,14 +207,20 @@ def check(scene, origin):
 
 
 def check_scene(scene, earlier, index, path):
-    """Raise SceneError where `scene` differs from the resolved `earlier` in more than FREE and stages after `index`."""
+    """Raises SceneError where `scene` differs from the resolved `earlier` in more than FREE and stages after `index`."""
     both = (without_paths(resolved) for resolved in (scene.resolved(), earlier))
     mine, theirs = (_bound(resolved, index) for resolved in both)
-    found = first_difference(mine, theirs, ("this scene", str(path)))
+    found = list(differences(mine, theirs, ("this scene", str(path))))
     if found:
-        may = f"only stages after {scene.name_of_stage(index)!r}, record and link may differ from the scene that was computed"
-        why = f"{may}: {found}"
-        raise SceneError([Problem("scene", None, found.partition(":")[0], why, "compute the scene from its start instead")])
+        if index == len(scene.stage) - 1:
+            may = "only record and link may differ from the scene that was computed"
+            remedy = "choose another --out or use --force"
+        else:
+            name = scene.name_of_stage(index)
+            may = f"only stages after {name!r}, record and link may differ from the scene that was computed"
+            remedy = "compute the scene from its start instead"
+        problems = [Problem("scene", None, text.partition(":")[0], f"{may}: {text}", remedy) for text in found[:MOST_TOLD]]
+        raise SceneError(problems)
 
 
 def _bound(resolved, index):
@@ -201,37 +229,35 @@ def _bound(resolved, index):
     return {key: value for key, value in resolved.items() if key not in FREE} | {"stage": stages}
 
 
-def last_saved(scene, folder):
-    """Origin of the last stage end that all processes of a run directory have saved; raises EnvironmentFailed without one."""
-    for index in reversed(range(len(scene.stage))):
-        origin = Origin(Path(folder), scene.stage[index].name)
-        paths = [origin.path(name) for name in processes(scene, index)]
-        if all(path.is_file() for path in paths):
-            sessions = {_session(scene, path, index) for path in paths}
-            if len(sessions) == 1 and None not in sessions:
-                return origin
-    raise exits.EnvironmentFailed(f"no stage in {folder} ended with checkpoints of all processes: run the scene again")
+def part_file(folder, name):
+    """Path of the file for frames of the process `name`: earlier files in the folder stay, and the new one is a further part."""
+    first, taken = Path(folder) / f"{name}.vtkhdf", [0]
+    for path in Path(folder).glob(f"{name}.part*.vtkhdf"):
+        number = path.name[len(name) + len(".part") : -len(".vtkhdf")]
+        taken += [int(number)] if number.isdecimal() else []
+    return first if not first.exists() and taken == [0] else first.with_name(f"{name}.part{max(taken) + 1}.vtkhdf")
 
 
-def _session(scene, path, index):
-    """Session of a checkpoint of the end of the stage with this number, or None; raises EnvironmentFailed where it is damaged."""
-    from coupler_protocol.files import checkpoint
+def kept(scene, saved, path):
+    """Attributes of the file for frames at `path`: its scene, and the results in earlier files that count.
 
-    try:
-        about = checkpoint.attributes(path)
-    except checkpoint.DamagedError as error:
-        raise exits.EnvironmentFailed(f"{error}. {instead_of(scene, path.parent, index)}") from error
-    return about.get("session") if about.get("phase") == END else None
-
-
-def part_file(scene, out, name, origin):
-    """Path of the file for frames of the process `name`.
-
-    A run that goes on in the directory of its origin adds a part to what is there; its checkpoints of later stages are removed.
+    saved: the checkpoint from which the run continues, or None.
     """
-    if origin is None or not origin.continues(out):
-        return Path(out) / f"{name}.vtkhdf"
-    for stage in scene.stage[index_of(scene, origin) + 1 :]:
-        (Path(out) / f"{name}.{stage.name}.h5").unlink(missing_ok=True)
-    taken = len(list(Path(out).glob(f"{name}.part*.vtkhdf")))
-    return Path(out) / f"{name}.part{taken + 1}.vtkhdf"
+    about = {SCENE: identity(scene)}
+    if saved is None:
+        return about | ({"kept_stages": []} if ".part" in path.name else {})
+    if saved.inside:
+        return about | {"kept_step": saved.about["step"]}
+    return about | {"kept_stages": [stage.name for stage in scene.stage[: saved.index + 1]]}
+
+
+def identity(scene):
+    """Hash of all of a scene by which States differ."""
+    bound = _bound(without_paths(scene.resolved()), len(scene.stage) - 1)
+    return hashlib.blake2b(json.dumps(bound, sort_keys=True).encode(), digest_size=16).hexdigest()
+
+
+def begins_after(saved):
+    """Row of run.json about the checkpoint that a run continues from."""
+    about = {"run": str(saved.path.parent), "stage": saved.about["stage"]}
+    return {"begins_after": about | ({"step": saved.about["step"]} if saved.inside else {})}

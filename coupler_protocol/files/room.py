@@ -1,6 +1,7 @@
-"""What is said where a file cannot be written, and how a disk without room is told from other faults."""
+"""What is said where a file cannot be written, how a disk without room is told from other faults, and names on the disk."""
 
 import errno
+import os
 import shutil
 from pathlib import Path
 
@@ -16,7 +17,7 @@ def not_written(path: str | Path, what: str, size: int, error: OSError) -> Envir
         text += f"; it needs {megabytes(size)}"
         free = None if error.errno == errno.EFBIG else disk_free(Path(path).parent)
         text += "" if free is None else f" and {megabytes(free)} are free"
-        text += ". Make room; colluvium resume then continues after the last stage that was saved"
+        text += ". Make room; the same command then continues from the last checkpoint"
     return EnvironmentFailed(text)
 
 
@@ -31,3 +32,12 @@ def disk_free(folder: str | Path) -> int | None:
         return shutil.disk_usage(folder).free
     except OSError:
         return None
+
+
+def to_disk(folder: str | Path) -> None:
+    """Makes the operating system write the names in a folder to the disk."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -9,13 +9,10 @@ import time
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from coupler_protocol import exits
 from coupler_protocol.files.room import not_written
-
-if TYPE_CHECKING:
-    from coupler_protocol.files.restart import Origin
 
 Rows = Sequence[dict[str, Any]]
 
@@ -43,17 +40,14 @@ def now() -> str:
     return time.strftime("%Y-%m-%dT%H:%M:%S%z")
 
 
-def origin_content(out: Path, origin: "Origin | None", plugin: Any) -> dict[str, Any]:
-    """Content of run.json about the origin of a run into the folder `out`, and about the user's functions that it calls.
+def history_content(out: Path, plugin: Any) -> dict[str, Any]:
+    """Content of run.json about earlier attempts at the run in the folder `out`, and about the user's functions that it calls.
 
-    A run that continues in the folder of its origin lists in `attempts` how the earlier attempts ended.
+    The run.json of the last attempt gets another name.
     """
     about = {} if plugin is None else {"plugin": plugin.name}
-    if origin is not None:
-        about["begins_after"] = {"run": str(origin.folder), "stage": origin.stage}
-        if origin.continues(out) and (out / EARLIER).exists():
-            about["attempts"] = _attempts(read(out / EARLIER))
-    return about
+    set_aside(out)
+    return about | ({"attempts": _attempts(read(out / EARLIER))} if (out / EARLIER).exists() else {})
 
 
 def read(path: str | Path) -> dict[str, Any]:

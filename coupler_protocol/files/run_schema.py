@@ -124,10 +124,11 @@ class Compiled(_Part):
 
 
 class BeginsAfter(_Part):
-    """The end of the stage from which a run continues."""
+    """The checkpoint from which a run continues: the end of a stage, or a step inside of it."""
 
     run: str = quantity(meaning="directory of the original run")
     stage: str = quantity(meaning="name of the stage")
+    step: int | None = quantity(None, unit="steps", meaning="inside of a stage: steps since the start of the run")
 
 
 class RunJson(_Part):

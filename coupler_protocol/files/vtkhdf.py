@@ -116,6 +116,11 @@ class VtkHdfFile:
         self._file.flush()
         self._disk.commit(what)
 
+    def to_disk(self) -> None:
+        """Passes all data to the operating system and waits until they are on the disk."""
+        self.flush()
+        self._disk.to_disk()
+
     def close(self) -> None:
         """Passes all data to the operating system and closes the file."""
         self._file.close()

@@ -14,7 +14,7 @@ itself would leave after a kill (vtkhdf.py says why frames survive that). The fi
 import os
 from pathlib import Path
 
-from coupler_protocol.files.room import not_written
+from coupler_protocol.files.room import not_written, to_disk
 
 
 class WholeWrites:
@@ -96,6 +96,11 @@ class WholeWrites:
             raise not_written(self._path, what, len(grown), error) from error
         self._named, self._on_disk = True, self._size
         self._pieces.clear()
+
+    def to_disk(self) -> None:
+        """Waits until the content of the last commit is on the disk, with the name of the file."""
+        os.fsync(self._file.fileno())
+        to_disk(self._path.parent)
 
     def close(self) -> None:
         """Closes the file as it is on the disk; one without a commit is gone."""

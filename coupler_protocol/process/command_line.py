@@ -4,7 +4,7 @@ import argparse
 import logging
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from coupler_protocol import exits
 from coupler_protocol.compiled import threads
 from coupler_protocol.files.restart import Origin
 from coupler_protocol.problems import Problem, SceneError
+from coupler_protocol.scene.named_files import KEYS
 
 if TYPE_CHECKING:
     from coupler_protocol.process.plugin import Plugin
@@ -23,7 +24,7 @@ def common_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
     process_options(parser)
-    parser.add_argument("--force", action="store_true", help="write into OUT even if results are there")
+    parser.add_argument("--force", action="store_true", help="remove the results in OUT and compute from the start")
     parser.add_argument(
         "--from",
         dest="origin",
@@ -36,6 +37,12 @@ def common_options(parser: argparse.ArgumentParser) -> None:
 def process_options(parser: argparse.ArgumentParser) -> None:
     """Adds the options of every command that starts processes which compute."""
     parser.add_argument("--quiet", action="store_true", help="no progress")
+    parser.add_argument(
+        "--checkpoint",
+        metavar="SECONDS",
+        type=not_negative,
+        help="wall time between checkpoints inside of a stage, 0: none (default: record.checkpoint of the scene)",
+    )
     parser.add_argument("--threads", metavar="N", type=positive, default=1, help="threads of each process (default 1)")
 
 
@@ -44,6 +51,17 @@ def positive(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1")
     return int(text)
+
+
+def not_negative(text: str) -> float:
+    """Type of options for a number from 0; raises ArgumentTypeError."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 0")
+    return value
 
 
 def origin(text: str) -> Origin:
@@ -87,35 +105,59 @@ def scene_file(path: str) -> str:
     return str(found)
 
 
-def prepare_folder(path: str | Path, own_files: Sequence[str], force: bool, origin: Origin | None = None) -> Path:
+def prepare_folder(path: str | Path, own_files: Sequence[str], force: bool, inputs: Iterable[str | Path] = ()) -> Path:
     """Makes the run directory; raises EnvironmentFailed if it contains results of this process and `force` is not given.
 
-    A run that continues in the directory of its `origin` keeps the files there, except the report. Returns the path.
+    With `force` these results, a report and exported frames are removed, but never one of the `inputs` of the run: then nothing
+    is. Returns the path.
     """
-    path = Path(path)
-    if origin is not None and origin.continues(path):
+    path = make_folder(path)
+    there = [path / name for name in own_files if (path / name).exists()]
+    if there and not force:
+        raise exits.EnvironmentFailed(f"{path} holds results already ({there[0].name}): choose another --out or use --force")
+    if force:
+        doomed = [*there, *_derived(path)]
+        wanted = {Path(name).resolve() for name in inputs}
+        for own in doomed:
+            if own.resolve() in wanted:
+                why = f"{own} is an input of this run and belongs to the results in {path}, which --force would remove"
+                raise exits.EnvironmentFailed(f"{why}: copy it to another folder, or choose another --out")
+        try:
+            for own in doomed:
+                own.unlink()
+        except OSError as error:
+            raise exits.EnvironmentFailed(f"cannot write to {path}: {error}") from None
         remove_report(path)
-        return path
+    return path
+
+
+def make_folder(path: str | Path) -> Path:
+    """Makes a run directory; raises EnvironmentFailed where that is not possible."""
+    path = Path(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
-        there = [name for name in own_files if (path / name).exists()]
-        if there and not force:
-            raise exits.EnvironmentFailed(f"{path} holds results already ({there[0]}): choose another --out or use --force")
-        for name in there:
-            (path / name).unlink()
-        if force:
-            remove_report(path)
     except OSError as error:
         raise exits.EnvironmentFailed(f"cannot write to {path}: {error}") from None
     return path
 
 
+def inputs_of(scene: Any, *others: str | Path | None) -> list[str | Path]:
+    """Files that a run reads: those that its scene names, and `others`."""
+    named = [getattr(getattr(scene, table), key, None) for table, key in KEYS if getattr(scene, table, None) is not None]
+    return [path for path in (*named, *others) if path is not None]
+
+
+def _derived(run_dir: Path) -> list[Path]:
+    """Files that `colluvium report` and `colluvium export` wrote in a run directory."""
+    kinds = (("report", ("*.png", "report.html")), ("export", ("*.vtu", "*.pvd", "*.csv")))
+    return [path for name, patterns in kinds for pattern in patterns for path in (run_dir / name).glob(pattern)]
+
+
 def remove_report(run_dir: Path) -> None:
     """Removes what `colluvium report` and `colluvium export` wrote in a run directory: it shows a run that is computed again."""
-    for name, kinds in (("report", ("*.png", "report.html")), ("export", ("*.vtu", "*.pvd", "*.csv"))):
-        folder = run_dir / name
-        for path in [path for kind in kinds for path in folder.glob(kind)]:
-            path.unlink()
+    for path in _derived(run_dir):
+        path.unlink()
+    for folder in (run_dir / "report", run_dir / "export"):
         if folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
 

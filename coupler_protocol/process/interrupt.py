@@ -4,11 +4,12 @@ import contextlib
 import os
 import signal
 import threading
+import time
 from typing import Any
 
 from coupler_protocol.exits import INTERRUPTED, Interrupted
 
-GRACE = 20.0  # seconds a requested stop may take before the process ends itself
+GRACE = 30.0  # seconds a requested stop may take before the process ends itself
 
 
 class StopRequest:
@@ -16,14 +17,22 @@ class StopRequest:
 
     def __init__(self) -> None:
         self.reason: str | None = None
+        self._since = 0.0
+
+    @property
+    def asked(self) -> bool:
+        """Whether a stop was requested."""
+        return self.reason is not None
 
     def ask(self, reason: str) -> None:
         """Requests the run to stop at its next safe point."""
-        self.reason = self.reason or reason
+        if self.reason is None:
+            self._since = time.monotonic()
+            self.reason = reason
 
-    def check(self) -> None:
-        """Raises Interrupted if a stop was requested."""
-        if self.reason is not None:
+    def check(self, patience: float = 0.0) -> None:
+        """Raises Interrupted if a stop was requested more than `patience` seconds ago."""
+        if self.reason is not None and time.monotonic() - self._since >= patience:
             raise Interrupted(self.reason)
 
 

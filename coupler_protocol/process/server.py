@@ -4,12 +4,13 @@ import argparse
 import logging
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from coupler_protocol import exits
-from coupler_protocol.files import run_json
+from coupler_protocol.files import locks, run_json, saved_moments
 from coupler_protocol.files.restart import Origin
 from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
@@ -18,8 +19,8 @@ from coupler_protocol.process.progress import Progress
 from coupler_protocol.scene.tables.stages import STOPPED
 from coupler_protocol.wire import messages
 
-OWN_FILES = ("vtkhdf", "log", "trace.csv")  # endings of the files that every process writes under its name
-OF_CONDUCTOR = ("run.json", "scene.json")  # further files of the process that conducts the stages
+OWN_FILES = ("vtkhdf", "log", "trace.csv", "json")  # endings of the files that every process writes under its name
+OF_CONDUCTOR = ("run.json", "run.earlier.json", "scene.json")  # further files of the process that conducts the stages
 
 log = logging.getLogger(__name__)
 
@@ -32,6 +33,7 @@ class RunContext(NamedTuple):
     stop: StopRequest
     origin: Origin | None = None  # end of a stage after which to continue
     plugin: Plugin | None = None
+    checkpoint: float | None = None  # [s] wall time between checkpoints inside of a stage; None: that of the scene
 
 
 def main(
@@ -63,20 +65,36 @@ def main(
 SWITCH = 1e-4  # [s] after which the thread that records hands the interpreter to the time loop; Python's default is 5 ms
 
 
-def begin(options: argparse.Namespace, stop: StopRequest, rank: int, process: str, more: Sequence[str] = ()) -> RunContext:
-    """Makes the RunContext of a process: reads its plugin, removes its earlier files from the run directory, opens its log.
+@contextmanager
+def begun(
+    options: argparse.Namespace, scene: Any, stop: StopRequest, rank: int, process: str, more: Sequence[str] | None = None
+) -> Iterator[RunContext]:
+    """The RunContext of a process, which holds the lock of its name in the run directory and writes its log there.
 
-    process: name with which its files begin ("fdm.rank0"); more: names of other files that it writes.
+    process: name with which its files begin ("fdm.rank0"); more: names of other files that it writes, None for a process that
+    does not conduct the stages. Without --force the process continues what is there. Raises FinishedBefore if nothing remains to
+    be computed, EnvironmentFailed or SceneError if the results there are not of this scene.
     """
     sys.setswitchinterval(SWITCH)
     plugin = command_line.plugin(options)
-    own = [*(f"{process}.{ending}" for ending in OWN_FILES), *more]
-    for pattern in (f"{process}.*.vtkhdf", f"{process}.*.h5"):  # parts and checkpoints: readers and resume would take them
-        own += sorted(path.name for path in Path(options.out).glob(pattern))
-    out = command_line.prepare_folder(options.out, own, options.force, options.origin)
-    command_line.log_to(out / f"{process}.log")
-    progress = Progress(rank, "none" if options.quiet else options.progress)
-    return RunContext(out, progress, stop, options.origin, plugin)
+    out = command_line.make_folder(options.out)
+    with locks.held(out, [process]):
+        if options.force:
+            origin = options.origin and options.origin.path(process)
+            inputs = command_line.inputs_of(scene, options.scene, options.plugin, origin)
+            command_line.prepare_folder(out, [*files_of(out, process), *(more or ())], True, inputs)
+        elif sentence := saved_moments.finished(scene, out, process, more is not None):
+            raise exits.FinishedBefore(sentence)
+        saved_moments.refuse_other_scene(scene, out, process)
+        command_line.log_to(out / f"{process}.log")
+        progress = Progress(rank, "none" if options.quiet else options.progress)
+        yield RunContext(out, progress, stop, options.origin, plugin, options.checkpoint)
+
+
+def files_of(out: Path, process: str) -> list[str]:
+    """Names of the files that a process of this name has written: parts and checkpoints, which readers and resume would take."""
+    found = [path.name for ending in ("vtkhdf", "h5") for path in sorted(out.glob(f"{process}.*.{ending}"))]
+    return [*(f"{process}.{ending}" for ending in OWN_FILES), *found]
 
 
 def run_side(
@@ -103,7 +121,7 @@ def run_side(
         return reason
     except BaseException as error:
         notify(messages.FAILURE, {"reason": reason_of(error)})
-        if side is not None and side.state is not None:
+        if side is not None and side.state is not None and not isinstance(error, exits.Interrupted):
             stopped = side
             after_failure(lambda: log.info("state saved to %s", stopped.save(STOPPED, phase)))
         raise
@@ -129,7 +147,7 @@ def conduct_run(
     start = time.perf_counter()
     run_json.keep_room(context.out)
     sides: list[Any] = []
-    about = run_json.describe(scene) | run_json.origin_content(context.out, context.origin, context.plugin)
+    about = run_json.describe(scene) | run_json.history_content(context.out, context.plugin)
     about |= {"doubts": found} if (found := listed_doubts(scene)) else {}
     for doubt in found:
         logging.getLogger(__name__).warning("%s: %s; %s", *doubt.values())

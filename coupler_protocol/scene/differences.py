@@ -1,5 +1,6 @@
 """Differences of two resolved scenes, for handshakes and for runs that continue an earlier one."""
 
+from collections.abc import Iterator
 from math import copysign
 from typing import Any
 
@@ -7,23 +8,24 @@ OF = "'s"  # of the continuum's
 SIDES = ("the discrete side", "the continuum" + OF)
 
 
-def first_difference(a: Any, b: Any, whose: tuple[str, str] = SIDES, path: str = "", values: bool = True) -> str | None:
+def first_difference(a: Any, b: Any, whose: tuple[str, str] = SIDES, values: bool = True) -> str | None:
     """Text with the first key at which two resolved scenes differ and (values) both values, or None. whose: owners of a and b."""
+    return next(differences(a, b, whose, values=values), None)
+
+
+def differences(a: Any, b: Any, whose: tuple[str, str] = SIDES, path: str = "", values: bool = True) -> Iterator[str]:
+    """Yields a text for every key at which two resolved scenes differ, with both values (values)."""
     if isinstance(a, dict) and isinstance(b, dict):
         for key in sorted(a.keys() | b.keys()):
             if key not in a or key not in b:
-                return f"{path}{key}: only {whose[key in b].removesuffix(OF)} has it"
-            found = first_difference(a[key], b[key], whose, f"{path}{key}.", values)
-            if found:
-                return found
-        return None
-    if isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
+                yield f"{path}{key}: only {whose[key in b].removesuffix(OF)} has it"
+            else:
+                yield from differences(a[key], b[key], whose, f"{path}{key}.", values)
+    elif isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
         for i, (x, y) in enumerate(zip(a, b, strict=True)):
-            found = first_difference(x, y, whose, f"{path}{i}.", values)
-            if found:
-                return found
-        return None
-    return None if _same(a, b) else f"{path.rstrip('.')}: {both_values(a, b, whose) if values else 'the values differ'}"
+            yield from differences(x, y, whose, f"{path}{i}.", values)
+    elif not _same(a, b):
+        yield f"{path.rstrip('.')}: {both_values(a, b, whose) if values else 'the values differ'}"
 
 
 def _same(a: Any, b: Any) -> bool:

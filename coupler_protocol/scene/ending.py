@@ -25,6 +25,14 @@ class Ending:
         self._below = 0
         self.at_limit = False  # whether steps or time were used up
 
+    def saved(self) -> dict[str, Any]:
+        """What changes, for a checkpoint inside of the stage."""
+        return {"below": self._below, "at_limit": self.at_limit}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Sets what `saved` gave."""
+        self._below, self.at_limit = saved["below"], saved["at_limit"]
+
     def out_of_steps(self, steps: int) -> str:
         """Reason to end if `steps` are all steps of the stage, or ""."""
         return self._limit(f"{steps} steps", self.until.steps is not None and steps >= self.until.steps)

@@ -138,6 +138,13 @@ class Record(Table):
 
     every: int = quantity(200, unit="steps", meaning="steps between frames", ge=1)
     history: int = quantity(10, unit="steps", meaning="steps between points of the histories", ge=1)
+    checkpoint: float = quantity(
+        240.0,
+        unit="s",
+        meaning="wall time between checkpoints inside of a stage, more where they would take a hundredth of it; 0: none",
+        ge=0,
+    )
+    checkpoint_steps: int | None = quantity(None, unit="steps", meaning="steps between checkpoints inside of a stage", ge=2)
     trace: int | None = quantity(
         None,
         unit="steps",

@@ -4,16 +4,17 @@ import os
 import secrets
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from importlib.metadata import version
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.problems import unfit
 from coupler_protocol.scene.differences import both_values, first_difference
+from coupler_protocol.scene.moments import Moment, as_texts, newest_common
 from coupler_protocol.scene.named_files import with_hashes_of, without_paths
 from coupler_protocol.wire import frames, messages
 from coupler_protocol.wire.frames import Buffer
@@ -28,14 +29,31 @@ def takes_lanes(scene: Any, transport: Any) -> bool:
     )
 
 
-def _begins(resume: dict[str, Any] | None) -> str:
-    """Text of the beginning of a side; `resume` is that key of HELLO."""
-    if not isinstance(resume, dict):
-        return "begins at the start"
-    return f"goes on after stage {resume.get('after')!r} (session {resume.get('session')!r})"
+class Choice(NamedTuple):
+    """Moments from which the continuum can continue; needs(moment): whether the discs must have it, because they existed then."""
+
+    own: Sequence[Moment] = ()
+    needs: Callable[[Moment], bool] = lambda moment: True
+
+    def objection(self, theirs: Sequence[Moment], scene: Any) -> str | None:
+        """Reason why nothing can be continued with a discrete process that has the moments `theirs`, or None."""
+        known = {moment.session for moment in self.own}
+        if not self.own and not theirs:
+            return None
+        if newest_common(self.own, [theirs], self.needs) and (not theirs or any(moment.session in known for moment in theirs)):
+            return None
+        return (
+            f"one side begins elsewhere: the discrete side has saved {as_texts(theirs, scene)}, the continuum "
+            f"{as_texts(self.own, scene)}, and no moment of the same run: give both sides the folders of one run, or use --force"
+        )
 
 
-def _objection(hello: dict[str, Any], scene: Any, resume: dict[str, Any] | None, proved: bool = True) -> str | None:
+def moments_of(hello: Mapping[str, Any]) -> list[Moment]:
+    """Moments in a HELLO."""
+    return [Moment(row["session"], row["stage"], row["step"]) for row in hello.get("checkpoints", ())]
+
+
+def _objection(hello: dict[str, Any], scene: Any, choice: Choice, proved: bool = True) -> str | None:
     """Reason for rejecting a HELLO, or None. proved: whether its sender may see values, and not only names of keys."""
     if hello["package"] != version("colluvium"):
         return f"versions differ: {both_values(hello['package'], version('colluvium'))}"
@@ -45,12 +63,10 @@ def _objection(hello: dict[str, Any], scene: Any, resume: dict[str, Any] | None,
     difference = first_difference(without_paths(hello["scene"]), without_paths(ours), values=proved)
     if difference:
         return f"the scenes differ: {difference}"
-    theirs = hello.get("resume")
-    if theirs != resume and not proved:
+    objection = choice.objection(moments_of(hello), scene)
+    if objection and not proved:
         return "one side begins elsewhere: one of them continues a run, or another one"
-    if theirs != resume:
-        return f"one side begins elsewhere: the discrete side {_begins(theirs)}, the continuum {_begins(resume)}"
-    return None
+    return objection
 
 
 def _wants_lane(hello: Mapping[str, Any], scene: Any, transport: Any) -> bool:
@@ -58,47 +74,60 @@ def _wants_lane(hello: Mapping[str, Any], scene: Any, transport: Any) -> bool:
     return takes_lanes(scene, transport) and "lane" in hello and (bool(scene.link.lane) or hello["lane"] == transport.port)
 
 
-def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], resume: dict[str, Any] | None = None) -> None:
-    """Waits for HELLO of every rank and sends WELCOME with the nodes of its window's rim.
+def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], choice: Choice | None = None) -> Moment | None:
+    """Waits for HELLO of every rank, then sends WELCOME with the nodes of its window's rim; returns the moment to continue from.
 
-    rims: {rank: (K,2) positions [m], counter-clockwise}; resume: the key `resume` that HELLO must contain, or None. A HELLO that
-    does not fit is answered with REJECT and the reason. Raises PeerLost if a rank is missing for longer than the clock for
-    arrivals.
+    rims: {rank: (K,2) positions [m], counter-clockwise}; choice: of moments, by default none. A HELLO that does not fit is
+    answered with REJECT and the reason. Raises PeerLost if a rank is missing for longer than the clock for arrivals.
     """
+    choice = choice or Choice()
     session = secrets.randbits(63) | 1
-    missing = set(hub.conversations)
+    heard: dict[int, dict[str, Any]] = {}
     lanes = Lanes(session, [Peer(rank, rank, len(xy)) for rank, xy in rims.items()], messages.FORCE, messages.VELOCITY)
     arrivals = Arrivals(hub)
-    while missing:
+    while missing := hub.conversations.keys() - heard.keys():
         departed = [rank for rank in missing if hub.transport.departed(rank)]
-        heard = hub.receive_hello()
-        arrivals.check(missing, departed if heard is None else ())
-        if heard is None:
+        received = hub.receive_hello()
+        arrivals.check(missing, departed if received is None else ())
+        if received is None:
             continue
-        sender, rank, frame = heard
-        objection = hub.objection(rank, hub.conversations.keys() - missing) or _heard_objection(
-            frame, scene, resume, hub.transport.proves
-        )
+        sender, rank, frame = received
+        objection = hub.objection(rank, heard.keys()) or _heard_objection(frame, scene, choice, hub.transport.proves)
         if objection:
             hub.reject(sender, rank, objection)
             continue
         hub.transport.admit(sender, rank)
         arrivals.note(rank)
-        missing.discard(rank)
-        conversation = hub.conversations[rank]
-        conversation.begin(session)
-        content = {
-            "session": session,
-            "rim": frames.pack_array(rims[rank]),
-            "dt": 1.0,
-            "exchange_every": scene.coupling.exchange_every,
-        }
-        door = hub.transport.door() if _wants_lane(frames.content_of(frame), scene, hub.transport) else None
-        conversation.send_control(messages.WELCOME, content | ({"lane": door.offer} if door else {}))
-        if door and (connection := door.admit(hub.stop.check)):
-            lanes.open(rank, connection)
+        heard[rank] = frames.content_of(frame)
+        if not choice.own:  # else the moment depends on all ranks
+            _welcome(hub, scene, rank, heard[rank], session, rims[rank], None, lanes)
+    begin = newest_common(choice.own, [moments_of(hello) for hello in heard.values()], choice.needs)
+    if begin is None and choice.own:
+        raise PeerLost("the discrete processes have no common checkpoint: use --force on all sides")
+    for rank, hello in heard.items() if choice.own else ():
+        _welcome(hub, scene, rank, hello, session, rims[rank], begin, lanes)
     if lanes.any:
         hub.transport.lanes = lanes
+    return begin
+
+
+def _welcome(
+    hub: Hub, scene: Any, rank: int, hello: Mapping[str, Any], session: int, rim: np.ndarray, begin: Moment | None, lanes: Lanes
+) -> None:
+    """Answers the HELLO of a rank with WELCOME, and opens its lane."""
+    conversation = hub.conversations[rank]
+    conversation.begin(session)
+    content = {
+        "session": session,
+        "rim": frames.pack_array(rim),
+        "dt": 1.0,
+        "exchange_every": scene.coupling.exchange_every,
+    }
+    content |= {"resume": begin._asdict()} if begin is not None else {}
+    door = hub.transport.door() if _wants_lane(hello, scene, hub.transport) else None
+    conversation.send_control(messages.WELCOME, content | ({"lane": door.offer} if door else {}))
+    if door and (connection := door.admit(hub.stop.check)):
+        lanes.open(rank, connection)
 
 
 class Arrivals:
@@ -128,16 +157,11 @@ class Arrivals:
         self.hub.report(f"arrival: waits for rank {ranks}")
 
 
-def _heard_objection(frame: Buffer, scene: Any, resume: dict[str, Any] | None, proved: bool) -> str | None:
+def _heard_objection(frame: Buffer, scene: Any, choice: Choice, proved: bool) -> str | None:
     try:
-        return _objection(frames.content_of(frame), scene, resume, proved)
+        return _objection(frames.content_of(frame), scene, choice, proved)
     except frames.WireError as error:
         return str(error)
-
-
-def resume_from(after: str, session: int) -> dict[str, Any]:
-    """Key `resume` of HELLO: stage after which this side continues, and session of its checkpoint (0: it needs none)."""
-    return {"after": after, "session": session}
 
 
 def refuse_large(hello: Mapping[str, Any]) -> None:
@@ -148,16 +172,18 @@ def refuse_large(hello: Mapping[str, Any]) -> None:
 
 
 def join(
-    conversation: Conversation, scene: Any, resume: dict[str, Any] | None = None, meanwhile: Iterator[object] | None = None
-) -> np.ndarray:
-    """Sends HELLO and waits for WELCOME; returns the positions (K,2) [m] of the rim's nodes. Raises PeerLost if rejected.
+    conversation: Conversation, scene: Any, own: Iterable[Moment] = (), meanwhile: Iterator[object] | None = None
+) -> tuple[np.ndarray, Moment | None]:
+    """Sends HELLO and waits for WELCOME; returns the positions (K,2) [m] of the rim's nodes, and the moment to continue from.
 
-    meanwhile: work for the time without an answer, as for Conversation.receive.
+    own: moments of which this side has checkpoints; meanwhile: work for the time without an answer, as for Conversation.receive.
+    Raises PeerLost if rejected.
     """
     hello = {"package": version("colluvium"), "float": "<f8", "scene": scene.resolved()}
     if takes_lanes(scene, conversation.transport):
         hello["lane"] = conversation.transport.port
-    hello |= {} if resume is None else {"resume": resume}
+    saved = [moment._asdict() for moment in own]
+    hello |= {"checkpoints": saved} if saved else {}
     refuse_large(hello)
     conversation.send_control(messages.HELLO, hello)
     kind, frame = conversation.receive((messages.WELCOME, messages.REJECT), meanwhile=meanwhile)
@@ -174,4 +200,5 @@ def join(
         peer = Peer(conversation.peer, conversation.rank, len(rim))
         conversation.transport.lanes = Lanes(conversation.session, [peer], messages.VELOCITY, messages.FORCE)
         conversation.transport.lanes.open(conversation.peer, connection)
-    return np.ascontiguousarray(rim)
+    begin = content.get("resume")
+    return np.ascontiguousarray(rim), None if begin is None else Moment(begin["session"], begin["stage"], begin["step"])

@@ -23,6 +23,7 @@ from coupler_protocol.wire.sparse_log import SparseLog
 
 log = logging.getLogger(__name__)
 REASON = 2000  # characters of a peer's reason that are shown
+PATIENCE = 10.0  # seconds that a coupled step may take after a request to stop: both sides then save the same moment
 REFUSALS = 50  # messages of one turn that may be refused
 PROBE = 1.0  # [s] between two questions of others whether the holder of a rank is there
 MAX_HELLO = 4 << 20  # largest message of an unknown sender in bytes
@@ -153,8 +154,10 @@ class Conversation:
         Raises PeerLost if the clock of its phase runs out, if the peer was not connected for too long, or after a FAILURE of the
         peer; Interrupted if a stop was requested.
         """
-        self.stop.check()
-        self._wait = wait = Wait(self.clocks, kinds, self._name, self._log)
+        wait = Wait(self.clocks, kinds, self._name, self._log)
+        patience = PATIENCE if wait.phase is STEPS else 0.0
+        self.stop.check(patience)
+        self._wait = wait
         looked = said = wait.begin
         self._quiet_until = wait.begin + 0.5 * self.clocks.timeout
         self._refused_now = 0
@@ -180,7 +183,7 @@ class Conversation:
                 if received is not None and now - looked < self.clocks.slice:
                     continue
                 looked = now
-                self.stop.check()
+                self.stop.check(patience)
                 if now - said > self.clocks.timeout:
                     said = now
                     self.send_again()

@@ -8,8 +8,9 @@
     FORCE                             STOP      reason for the end
     FAREWELL  timings
 
-If a run continues from the end of a stage, HELLO has the key `resume`. If the discs existed then, PACKED and FIELD are left out;
-if both sides were coupled, GO follows READY immediately.
+If the discrete side has checkpoints, HELLO has the key `checkpoints`, their moments. If both sides have one of the same moment,
+WELCOME has the newest such moment as `resume`, and both continue from there. If the discs existed then, PACKED and FIELD are left
+out; if both sides were coupled, GO follows READY immediately.
 
 The first FORCE of a stage in real time contains the longest step of the discs, and the VELOCITY that answers it the step of the
 stage.
@@ -51,10 +52,12 @@ CONTENT = {
     PROGRESS: {"doing": str},
 }
 
+MOMENT = {"session": int, "stage": int, "step": int}  # of coupler_protocol.scene.moments
+
 # Optional content, with its types.
 OPTIONAL: dict[int, dict[str, Any]] = {
-    HELLO: {"lane": int},
-    WELCOME: {"lane": {"port": int, "token": bytes}},
+    HELLO: {"lane": int, "checkpoints": [MOMENT]},
+    WELCOME: {"lane": {"port": int, "token": bytes}, "resume": MOMENT},
     GO: {"bin": float},
 }
 
@@ -84,3 +87,4 @@ class Answer(NamedTuple):
     broken: float  # bonds broken since the window was filled
     warnings: float  # count of capped velocities and the like
     height: float  # [kg m] sum over the free discs of weight (as mass) times y
+    stop: float = 0.0  # 1: the discs are asked to stop, and wait for an order to write a checkpoint; else 0

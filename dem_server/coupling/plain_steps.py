@@ -12,6 +12,7 @@ from coupler_protocol.compiled.cache_files import is_compiled
 from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.wire import lanes, messages
+from coupler_protocol.wire.lockstep import PATIENCE
 from dem_server.coupling import look
 from dem_server.coupling.plain_loop import (
     CONTACTS,
@@ -59,6 +60,7 @@ class PlainSteps:
         self.side = side
         self.why_not = obstacle(side)
         self.taken = 0
+        self._known = None  # whether plain steps may begin at once, if it was asked
         self._begun = False
         if not self.why_not:
             self.lanes = side.conversation.transport.lanes
@@ -78,7 +80,7 @@ class PlainSteps:
         if self.why_not or first or not self._begins():
             return MOVE, None
         while True:
-            side.conversation.stop.check()
+            side.conversation.stop.check(PATIENCE)
             steps, why, found = self._loop(begun)
             self._count(steps)
             begun = why != DONE
@@ -141,8 +143,9 @@ class PlainSteps:
         """Whether plain steps are taken: at once if the stage is long or the loop compiled, else if it proves to be long."""
         if not self._begun:
             done, stage = self.side.watch.stages[-1].steps, self.side.scene.stage[self.side.stage]
-            known = done == 1 and (least_steps(stage) >= lanes.EARLIEST or is_compiled(plain_loop, self._arguments(True)))
-            self._begun = known or done >= lanes.EARLIEST
+            if self._known is None:
+                self._known = least_steps(stage) >= lanes.EARLIEST or is_compiled(plain_loop, self._arguments(True))
+            self._begun = self._known or done >= lanes.EARLIEST
         return self._begun and self.lanes.whole
 
     def _loop(self, begun):
@@ -168,7 +171,7 @@ class PlainSteps:
         """Arguments of `plain_loop`."""
         side = self.side
         model, state, rim = side.model, side.state, side.rim
-        self.answer[:] = side.answer
+        self.answer[:] = side.answer_now
         ring = Ring(
             rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
         )
@@ -199,7 +202,7 @@ class PlainSteps:
         if rows:
             side.watch.add_to("computing")
             numbers = self.sight.steps[:rows].tolist()
-            answers = [messages.Answer(*row) for row in self.sight.answers[:rows].tolist()]
+            answers = [messages.Answer(*row)._replace(stop=0.0) for row in self.sight.answers[:rows].tolist()]
             side.answer = side.looked = answers[-1]
             at = [times[number - begun - 1] if number > begun else time for number in numbers]
             side.note_looks(numbers, answers, at, float(self.order[messages.Order._fields.index("gravity_factor")]))

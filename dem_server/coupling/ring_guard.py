@@ -14,6 +14,7 @@ import numpy as np
 import shapely
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.files.kept import Kept
 from coupler_protocol.geometry import NOWHERE, spot
 from coupler_protocol.scene.local_origin import in_the_scene
 from dem_server.model import RADIUS, X, Y
@@ -28,11 +29,13 @@ class Opening(NamedTuple):
     place: np.ndarray
 
 
-class RingGuard:
+class RingGuard(Kept):
     """Guard of one window.
 
     origin (2,) [m]: point of the scene from which positions count; texts and reports have the coordinates of the scene.
     """
+
+    KEPT = ("ring", "_builds")
 
     def __init__(self, model, state, origin=NOWHERE):
         self.origin = origin

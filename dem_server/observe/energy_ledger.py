@@ -29,6 +29,7 @@ and the work of dashpots.
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.files.kept import Kept
 from dem_server.effects import histories
 from dem_server.model import INERTIA, MASS, MOMENT, SPIN, VX, VY
 from dem_server.observe import energy
@@ -108,12 +109,16 @@ def mass_work(disc, clumps, ring, mass, inertia, body_mass, old, old_body):
     return 0.5 * total
 
 
-class Ledger:
+class Ledger(Kept):
     """The ledger of one stage: `copy_before_step`, `book_motion`, `book_contacts` in every step, `values` between the last two.
 
     `power` [W] is that of the contact forces on the control discs in their velocities half a step later, as at the rim's nodes
     in the grid; `work` [J] is its sum over time since the stage began.
     """
+
+    KEPT = (
+        "dt", "mass", "inertia", "body_mass", "total", "half_new", "friction", "bonds", "masses", "power", "work", "begin",
+    )  # fmt: skip
 
     def __init__(self, model, state):
         self.dt = state.dt

@@ -4,17 +4,20 @@ The polygon of the window is filled inside a ring of control discs, and the ring
 the discs are read from a file.
 """
 
+import json
 import logging
 import time
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from coupler_protocol import exits
-from coupler_protocol.files import checkpoint, disc_csv, proof, restart, run_json
+from coupler_protocol.files import checkpoint, disc_csv, proof, restart, run_json, saved_moments
+from coupler_protocol.files.kept import Kept, value_of
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.process import server
+from coupler_protocol.process.checkpoint_clock import CheckpointClock
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import Stopwatch
 from coupler_protocol.scene import rest
@@ -41,6 +44,27 @@ class AloneState(NamedTuple):
     model: Model
     discs: State
     time: float
+    stage: dict[str, Any]  # inside of a stage: what StageAlone.saved gives
+
+
+class StageAlone(Kept):
+    """One stage while it runs: steps done, time with which it began, last ratio, and its Ending."""
+
+    KEPT = ("done", "began", "ratio")
+
+    def __init__(self, stage, leg, began):
+        self.stage, self.leg, self.began = stage, leg, began
+        self.done, self.ratio = 0, 1.0
+        self.ending = Ending(stage.until, leg.over)
+
+    def saved(self):
+        """What changes, for a checkpoint inside of the stage."""
+        return super().saved() | {"ending": self.ending.saved()}
+
+    def restore(self, saved):
+        """Sets what `saved` gave."""
+        super().restore(saved)
+        self.ending.restore(value_of(saved, "ending"))
 
 
 class DiscsAlone:
@@ -48,7 +72,7 @@ class DiscsAlone:
 
     compiled = None  # a coupler_protocol.compiled.ahead.Compiled
 
-    def __init__(self, scene, out, progress, stop, origin=None, plugin=None):
+    def __init__(self, scene, out, progress, stop, origin=None, plugin=None, checkpoint=None):
         self.scene, self.out, self.progress, self.stop, self.origin = scene, Path(out), progress, stop, origin
         self.plugin = plugin
         self.watch = Stopwatch()
@@ -57,19 +81,24 @@ class DiscsAlone:
         self.changes = {}  # what the present stage changes, for run.json
         self.recorded = stage_changes.recorded_fields(scene)  # of all stages
         self.warnings = []  # of all stages so far
-        self._unfinished = None  # function that returns the row of the present stage
+        self.stage = None  # StageAlone of the present stage
+        self.inside = None  # of a stage: what StageAlone.saved gave
+        self.written = []  # paths of checkpoints, that from which the run continues first
+        self.clock = CheckpointClock(scene.record.checkpoint if checkpoint is None else checkpoint, scene.record.checkpoint_steps)
         self.model = self.state = self.recorder = self.stones = None
         self.origin_of_places = np.zeros(2)  # [m] from which model and State count (coupler_protocol.scene.local_origin)
-        self.saved = restart.load(scene, origin, NAME) if origin else None
+        self.saved = self._newest()
 
     def run(self):
         """Computes all stages; returns the reason for the end."""
-        about = {} if self.origin is None else {"kept_stages": restart.kept_stages(self.scene, self.origin)}
-        path = restart.part_file(self.scene, self.out, NAME, self.origin)
         first = 0
         if self.saved:
-            first = self.saved.index + 1
             self._restore()
+            first = self.saved.index + (not self.inside)
+        if first == len(self.scene.stage):
+            return "all stages done"  # killed between the end of the last stage and run.json
+        path = restart.part_file(self.out, NAME)
+        about = restart.kept(self.scene, self.saved, path)
         legs = plan(self.scene)
         if not self.saved:
             self.watch.begin(self.scene.stage[0].name)
@@ -77,8 +106,8 @@ class DiscsAlone:
             self.watch.add_to("computing")
         constants = record.stones(self.stones.outlines, self.origin_of_places) if self.stones else None
         with Recorder(path, "discrete", self.scene.title, about, constants, self.scene.time_axis) as self.recorder:
-            if not (self.saved and self.origin.continues(self.out)):  # else an earlier part has the frame
-                self._frame(self.origin.stage if self.saved else self.scene.stage[0].name, 1.0)
+            if not (self.saved and self.saved.is_of(self.out)):  # else an earlier part has the frame
+                self._frame(self.saved.about["stage"] if self.saved else self.scene.stage[0].name, 1.0)
             if not self.saved:
                 self.results.append(self._row(self.scene.stage[0], legs[0], 0, "", [], 0.0))
                 self._end_stage(self.scene.stage[0].name, 1.0)
@@ -112,41 +141,71 @@ class DiscsAlone:
         self.report |= {"name": NAME, "discs": self.model.count, "packing_seconds": time.perf_counter() - begin}
         log.info("filled %s", self.report)
 
+    def _newest(self):
+        """The newest checkpoint from which the run can continue, or None."""
+        moments = saved_moments.of_side(self.scene, self.out, NAME, self.origin)
+        for moment, path in moments.items():
+            found = restart.read(self.scene, path, NAME, moment.stage)
+            restart.check_plugin(found.about, path, self.plugin)
+            log.info("continues from %s: %s", path, moment.as_text(self.scene))
+            self.progress("start", f"continues from {moment.as_text(self.scene)}", now=True)
+            return found
+        return None
+
     def _stage(self, index, stage, leg):
-        """Computes one stage from its first step to its last."""
+        """Computes one stage from its first step, or from that after a checkpoint, to its last."""
         self.watch.begin(stage.name)
-        walls_of_scene.begin_stage(self.scene, stage, self.model, self.state)
-        now = in_stage(self.scene, index)
-        model, self.changes = self._begin_changes(index, stage, now)
+        self.stage = run = StageAlone(stage, leg, self.time)
+        if self.inside is None:
+            walls_of_scene.begin_stage(self.scene, stage, self.model, self.state)
+            self._begin_changes(index, stage, in_stage(self.scene, index))
+        else:
+            self._continue(run)
         intervals = record_in(self.scene, index)
         every, record_every = intervals.history, intervals.every
-        ending, done, began, ended_by, ratio = Ending(stage.until, leg.over), 0, self.time, "", 1.0
-        self._unfinished = lambda: self._row(stage, leg, done, "", [ratio], self.time - began)
+        ended_by = ""
         while not ended_by:
-            self.stop.check()
-            chunk = self._chunk(stage, leg, done, (every, record_every), self.time - began)
-            self.time += cycle.advance(model, self.state, leg.at(done), chunk)
-            done, self.steps = done + chunk, self.steps + chunk
-            ended_by = ending.out_of_steps(done)
-            ended_by = ended_by or ending.out_of_time(self.time - began, 2.0 * NOTHING * (stage.until.time or 0.0))
-            factor = leg.factor(done - 1)
+            chunk = self._chunk(stage, leg, run.done, (every, record_every), self.time - run.began)
+            self.time += cycle.advance(self.model, self.state, leg.at(run.done), chunk)
+            run.done, self.steps = run.done + chunk, self.steps + chunk
+            ended_by = run.ending.out_of_steps(run.done)
+            ended_by = ended_by or run.ending.out_of_time(self.time - run.began, 2.0 * NOTHING * (stage.until.time or 0.0))
+            factor = leg.factor(run.done - 1)
             if self.steps % every == 0 or ended_by:
-                ratio = self._observe(leg, done - 1)
+                run.ratio = self._observe(leg, run.done - 1)
                 farthest = float(np.hypot(*self.state.displacement.T).max())
-                ratios = [ratio, walls_of_scene.servo_error(self.state.walls)]
-                ended_by = ended_by or ending.reached(done, ratios, farthest)
-                self.progress(stage.name, "", done, stage.until.steps, ratio, factor)
-            self.watch.stages[-1].steps = done
+                ratios = [run.ratio, walls_of_scene.servo_error(self.state.walls)]
+                ended_by = ended_by or run.ending.reached(run.done, ratios, farthest)
+                self.progress(stage.name, "", run.done, stage.until.steps, run.ratio, factor)
+            self.watch.stages[-1].steps = run.done
             self.watch.add_to("computing")
             if self.steps % record_every == 0 or ended_by:
                 self._frame(stage.name, factor)
             if self.plugin is not None:
                 self.plugin.step(self._moment(stage.name))
-        if ending.at_limit:
+            if not ended_by and self.clock.due(self.steps, self.stop.asked):
+                self._save_inside(stage.name, factor)
+        if run.ending.at_limit:
             self._check_rest(stage.name, ended_by, max(ratios))
-        self.results.append(self._row(stage, leg, done, ended_by, [ratio], self.time - began))
-        self._unfinished = None
+        self.results.append(self._row(stage, leg, run.done, ended_by, [run.ratio], self.time - run.began))
+        self.stage = None
         self._end_stage(stage.name, factor)
+
+    def _continue(self, run):
+        """Continues inside of a stage: model and State are those of its last step."""
+        with proof.of_file(self.saved.path):
+            run.restore(self.inside)
+            self.changes = json.loads(value_of(self.inside, "changes"))
+        self.inside = None
+
+    def _save_inside(self, name, factor):
+        """Writes a checkpoint inside of a stage and removes old ones; ends the run if it is asked to stop."""
+        self.clock.begins(self.steps)
+        self.recorder.sync()
+        self.written.append(self.save(name, restart.INSIDE, factor))
+        saved_moments.prune(self.out, NAME, self.written)
+        self.watch.add_to("recording")
+        self.stop.check()
 
     def _check_rest(self, name, ended_by, ratio):
         """Warns if the stage should have come to rest and its steps or time were used up before."""
@@ -157,7 +216,7 @@ class DiscsAlone:
             self.warnings.append({"stage": name, "step": self.steps, "name": rest.NAME, "text": text})
 
     def _begin_changes(self, index, stage, now):
-        """The model in the stage's mode, with its damping and its changes of the law, and what it changes, for run.json.
+        """Sets the model in the stage's mode, with its damping and its changes of the law, and what it changes, for run.json.
 
         now: the scene in this stage.
         """
@@ -168,7 +227,7 @@ class DiscsAlone:
         found = {"what": words(self.scene, index)} if changes_anything_in(stage) else {}
         if change is not None:
             found |= {key: value for key, value in change.complete(self.model, self.state).items() if key != "stage"}
-        return self.model, found
+        self.changes = found
 
     def _chunk(self, stage, leg, done, every, passed):
         """Number of steps until histories, frames, the plugin or a change are due."""
@@ -226,17 +285,21 @@ class DiscsAlone:
     def _end_stage(self, name, factor):
         if self.plugin is not None:
             self.plugin.stage(self._moment(name))
+        self.clock.begins(self.steps)
         self.recorder.sync()
         self.save(name, restart.END, factor)
         self.watch.add_to("recording")
+        if name != self.scene.stage[-1].name:
+            self.stop.check()
 
     def save(self, stage, phase, factor=0.0):
         """Writes the State to its checkpoint file; returns the path."""
-        path = self.out / f"{NAME}.{stage}.h5"
-        more = {"report": self.report, "rows": self._rows(), "warnings": self.warnings} | restart.named(self.plugin)
+        inside = self.stage.saved() | {"changes": json.dumps(self.changes)} if phase == restart.INSIDE else {}
+        path = saved_moments.path_of(self.out, NAME, stage, self.steps if inside else 0)
+        more = {"report": self.report, "rows": self._rows(not inside), "warnings": self.warnings} | restart.named(self.plugin)
         more["origin"] = self.origin_of_places.tolist()
         about = restart.attributes(self.scene, NAME, stage, phase, self.steps, 0, factor, **more)
-        checkpoint.save(path, AloneState(self.model, self.state, self.time), about)
+        checkpoint.save(path, AloneState(self.model, self.state, self.time, inside), about)
         return path
 
     def _restore(self):
@@ -252,9 +315,11 @@ class DiscsAlone:
             place = np.array(self.saved.said("origin", list), dtype=np.float64)
             proof.require(place.shape == (2,) and np.isfinite(place).all(), f"its origin is {place.tolist()}, not a point")
             self.origin_of_places = place
-        self.model, self.state, self.time = found
+        self.model, self.state, self.time, inside = found
+        self.inside = inside or None
+        self.written = [self.saved.path]
         self.steps = int(self.saved.about["step"])
-        self.watch.begin(self.origin.stage)
+        self.watch.begin(self.saved.about["stage"])
 
     def _row(self, stage, leg, steps, ended_by, ratios, seconds):
         return {
@@ -270,19 +335,23 @@ class DiscsAlone:
             "bonds_broken": [self.state.broken_tension + self.state.broken_shear],
         } | ({"changes": self.changes} if self.changes else {})
 
-    def _rows(self):
-        """Rows of run.json of all stages so far, and of the one that is not completed."""
+    def _rows(self, also_present=True):
+        """Rows of run.json of all completed stages and, if wanted, of the present one."""
         times = [stage.as_dict() for stage in self.watch.stages]
-        if self.origin is not None:
+        if self.saved is not None:
             times = times[1:]
-        results = self.results + ([self._unfinished()] if self._unfinished else [])
+        run = self.stage
+        results = list(self.results)
+        if run is not None and also_present:
+            results.append(self._row(run.stage, run.leg, run.done, "", [run.ratio], self.time - run.began))
         return self.earlier + run_json.stage_rows_alone(results, times)
 
     def summary(self):
         """Content of run.json."""
         warned = {"warnings": self.warnings} if self.warnings else {}
+        begin = restart.begins_after(self.saved) if self.saved else {}
         compiled = self.compiled.report() if self.compiled else {}
-        return {"stages": self._rows(), "windows": [self.report] if self.report else []} | warned | compiled
+        return begin | {"stages": self._rows(), "windows": [self.report] if self.report else []} | warned | compiled
 
     def _note(self, text, fraction=None):
         """Reports the progress of a long phase; raises Interrupted if a stop was requested."""

@@ -8,9 +8,12 @@ import numpy as np
 
 from coupler_protocol.criteria.stable_step import as_text
 from coupler_protocol.exits import PeerLost, PhysicsFailed
+from coupler_protocol.files import proof
+from coupler_protocol.files.kept import Kept, value_of
 from coupler_protocol.files.recorder import FrameInfo, Recorder
-from coupler_protocol.files.restart import END, filled, index_of, kept_stages, load, part_file
-from coupler_protocol.files.run_json import peak_memory
+from coupler_protocol.files.restart import END, INSIDE, filled, kept, part_file, read
+from coupler_protocol.files.run_json import peak_memory, write_json
+from coupler_protocol.files.saved_moments import is_last, of_side, prune
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
 from coupler_protocol.scene.changes import in_stage, record_in
@@ -19,7 +22,7 @@ from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import number_of
 from coupler_protocol.wire import messages, payloads
 from coupler_protocol.wire.frames import content_of
-from coupler_protocol.wire.handshake import join, resume_from
+from coupler_protocol.wire.handshake import join
 from dem_server import run
 from dem_server.coupling.grid_talk import GridTalk
 from dem_server.coupling.plain_steps import PlainSteps
@@ -44,10 +47,11 @@ TOO_FAST = (
 )
 
 
-class DiscreteSide:
+class DiscreteSide(Kept):
     """One window, its discs and its conversation with the continuum."""
 
     compiled = None  # a coupler_protocol.compiled.ahead.Compiled
+    KEPT = ("gravity", "time", "step", "substeps", "power")
 
     def __init__(self, scene, rank, conversation, out, progress, origin=None, plugin=None):
         self.scene = scene = local(scene)
@@ -55,6 +59,7 @@ class DiscreteSide:
         self.out, self.progress, self.origin = Path(out), progress, origin
         self.watch = stopwatch(scene.record.trace)
         self.answer = self.looked = messages.Answer(1.0, *[1.0] + [0.0] * 6)  # with the next FORCE, and after it
+        self.gravity = 0.0  # [m/s2] of the next step
         self.steps, self.time = 0, 0.0  # time [s]; static steps count as 1
         self.step = 1.0  # [s] agreed with the continuum, 1 in static mode; None: not yet, in a stage in real time
         self.substeps = 1  # of the discs in one of them
@@ -66,21 +71,26 @@ class DiscreteSide:
         self.record_of_stage = scene.record  # its intervals
         self.recorded = stage_changes.recorded_fields(scene)  # of all stages
         self.model = self.guard = self.state = self.rim = self.stones = None
-        there = origin is not None and filled(scene, index_of(scene, origin))
-        self.saved = load(scene, origin, restart.name(rank)) if there else None
+        self.moments = of_side(scene, self.out, restart.name(rank), origin)
+        self.moment = None  # from which both sides continue
+        self.source = None  # the checkpoint from which this side continues
+        self.inside = None  # of a stage: what `saved_stage` gave
+        self.sent_strain = False  # whether the last FORCE contained strain
+        self.written = []  # paths of checkpoints, those of the sides' last common moment first
 
     # -- the procedure -----------------------------------------------------------------------------------------------
 
     def run(self):
         """Runs from HELLO to FAREWELL; returns the continuum's reason for the end."""
-        nodes = join(self.conversation, self.scene, self._resume(), None if self.saved else libraries())
+        nodes, moment = join(self.conversation, self.scene, self.moments, None if self.moments else libraries())
+        self._find(moment)
         self.stones = drawn_stones(self.scene, self.rank, nodes, self._note)
         constants = record.stones(self.stones.outlines, self.scene.origin) if self.stones else None
-        about = {} if self.origin is None else {"kept_stages": kept_stages(self.scene, self.origin)}
-        path = part_file(self.scene, self.out, restart.name(self.rank), self.origin)
+        path = part_file(self.out, restart.name(self.rank))
+        about = kept(self.scene, self.source, path)
         with Recorder(path, "discrete", self.scene.title, about, constants, self.scene.time_axis) as self.recorder:
-            if self.saved:
-                self.restore(nodes)
+            if self.source:
+                self.restore_window(nodes)
             else:
                 self.fill(nodes)
                 self.bring_to_stress()
@@ -88,19 +98,27 @@ class DiscreteSide:
             reason = run.lockstep(self)
         if self.scene.record.trace is not None:
             self.watch.write(self.out / f"{restart.name(self.rank)}.trace.csv")
-        self.conversation.send_control(messages.FAREWELL, self.summary())
+        summary = self.summary()
+        write_json(self.out / f"{restart.name(self.rank)}.json", {"reason": reason, "farewell": summary})
+        self.conversation.send_control(messages.FAREWELL, summary)
         return reason
 
-    def _resume(self):
-        """Key `resume` of HELLO: the stage after which this side begins."""
-        if self.origin is None:
-            return None
-        return resume_from(self.origin.stage, self.saved.about["session"] if self.saved else 0)
+    def _find(self, moment):
+        """Reads the checkpoint of the moment from which both sides continue. Raises PeerLost for one that was not offered."""
+        self.moment = moment
+        if moment is None or (moment not in self.moments and not filled(self.scene, moment.stage)):
+            return
+        if moment not in self.moments:
+            raise PeerLost(f"the continuum continues from {moment.as_text(self.scene)}, of which there is no checkpoint here")
+        path = self.moments[moment]
+        self.source, self.written = read(self.scene, path, restart.name(self.rank), moment.stage), [path]
+        log.info("continues from %s: %s", path, moment.as_text(self.scene))
+        self.progress("start", f"continues from {moment.as_text(self.scene)}", now=True)
 
-    def restore(self, nodes):
-        """Restores the window from the checkpoint of the end of a stage."""
-        self.watch.begin(self.origin.stage)
-        restart.restore(self, self.saved, nodes)
+    def restore_window(self, nodes):
+        """Restores the window from its checkpoint."""
+        self.watch.begin(self.source.about["stage"])
+        restart.restore(self, self.source, nodes)
 
     def fill(self, nodes):
         """Makes the ring on the rim and a packing inside it; sends PACKED."""
@@ -147,15 +165,21 @@ class DiscreteSide:
         self.guard = RingGuard(self.model, self.state, self.scene.origin)
         self._prepare_talk(go.get("bin"))
         name, factor = self._starting_stage()
-        if not (self.saved and self.origin.continues(self.out)):  # in the directory of its origin, an earlier part has the frame
+        if not (self.source and self.source.is_of(self.out)):  # else an earlier part has the frame
             self._frame(FrameInfo(self.steps, self.time, name, factor))
-        if not self.saved:
+        if not self.source:
             if self.plugin is not None:
                 self.plugin.stage(self._moment(name))
             self.recorder.sync()
             self.save(name, END, factor)
         self.watch.add_to("recording")
-        self._begin_stage(go["stage"])
+        if self.source and is_last(self.scene, self.moment):
+            self.step, self.stage = None, self.source.index
+            self.plain = PlainSteps(self)  # the continuum answers the first FORCE with STOP
+        elif self.inside is None:
+            self._begin_stage(go["stage"])
+        else:
+            self._continue_stage(go["stage"])
 
     @property
     def _filling(self):
@@ -164,8 +188,8 @@ class DiscreteSide:
 
     def _starting_stage(self):
         """Stage and gravity factor of the State before the first step."""
-        if self.saved:
-            return self.origin.stage, self.saved.about["gravity_factor"]
+        if self.source:
+            return self.source.about["stage"], self.source.about["gravity_factor"]
         filled = number_of(self.scene.stage, fills=True)
         return self._name_of(filled), plan(self.scene)[filled].end
 
@@ -194,6 +218,28 @@ class DiscreteSide:
         self.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
         self.plain = PlainSteps(self)
 
+    def saved_stage(self):
+        """What changes in a stage beside the State, for a checkpoint inside of it."""
+        found = self.saved() | {"guard": self.guard.saved(), "sent_strain": self.sent_strain}
+        return found | {"ledger": self.ledger and self.ledger.saved()}
+
+    def _continue_stage(self, index):
+        """Continues inside of a stage: model and State are those of its last step."""
+        if self.source.index != index:
+            own = self.source.about["stage"]
+            raise PeerLost(f"the continuum continues in stage {self._name_of(index)!r}, this side in {own!r}")
+        self.stage = index
+        self.watch.begin(self._name_of(index))
+        self.record_of_stage = record_in(self.scene, index)
+        self.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
+        with proof.of_file(self.source.path):
+            self.restore(self.inside)
+            self.guard.restore(value_of(self.inside, "guard"))
+            self.sent_strain = value_of(self.inside, "sent_strain")
+            if self.ledger and self.inside["ledger"] is not None:
+                self.ledger.restore(self.inside["ledger"])
+        self.plain = PlainSteps(self)
+
     def _name_of(self, index):
         if not 0 <= index < len(self.scene.stage):
             raise PeerLost(f"the continuum names stage {index}, which the scene does not have")
@@ -205,6 +251,11 @@ class DiscreteSide:
         said = text if fraction is None else f"{text} {100 * fraction:.0f} %"
         self.progress(self._filling, said)
         self.conversation.report(said)
+
+    @property
+    def answer_now(self):
+        """The Answer of the next FORCE; `stop` asks the continuum for a checkpoint, after which this side ends."""
+        return self.answer._replace(stop=float(self.conversation.stop.asked))
 
     # -- called by the loop ------------------------------------------------------------------------------------------
 
@@ -336,15 +387,23 @@ class DiscreteSide:
             self.plugin.step(self._moment(name))
             if flags & messages.END_OF_STAGE:
                 self.plugin.stage(self._moment(name))
-        if flags & messages.CHECKPOINT:
-            self.recorder.sync()  # a run that continues from the checkpoint needs all frames before it
-            self.save(name, END, order.gravity_factor)
         if flags & messages.END_OF_STAGE:
             self._note_limit(name)
+            self._note_end()
+        if flags & messages.CHECKPOINT:
+            self._save_ordered(name, bool(flags & messages.END_OF_STAGE), order.gravity_factor)
         if flags & messages.END_OF_STAGE and int(order.stage) + 1 < len(self.scene.stage):
             self.watch.add_to("recording")
-            self._note_end()
             self._begin_stage(int(order.stage) + 1)
+
+    def _save_ordered(self, name, at_end, factor):
+        """Writes the checkpoint that the continuum orders; inside of a stage it ends the run if this side is asked to stop."""
+        self.recorder.sync()  # a run that continues from the checkpoint needs all frames before it
+        path = self.save(name, END if at_end else INSIDE, factor)
+        if not at_end:
+            self.written.append(path)
+            prune(self.out, restart.name(self.rank), self.written)
+            self.conversation.stop.check()
 
     def record_histories(self):
         """Records histories if they have a point after the present step."""

@@ -33,6 +33,8 @@ from collections import deque
 
 import numpy as np
 
+from coupler_protocol.files.kept import Kept
+
 log = logging.getLogger(__name__)
 STIFFEST = 1.0  # of Eq (2)
 GROWTH, STRIKES, MOST = 1.3, 3, 2.0
@@ -47,11 +49,16 @@ def stiffness_ratio(mass, sums):
     return float((2.0 * sums / mass).max(initial=0.0))
 
 
-class Pace:
+class Pace(Kept):
     """Intervals between exchanges in one stage. every: k; fell_back: why an earlier stage returned to 1, or "".
 
     `begins`: the next step is the first one under new forces; `fresh`: the present step is. `exchanges`: number of exchanges.
     """
+
+    KEPT = (
+        "fell_back", "begins", "fresh", "taken", "exchanges", "watching", "interval", "strikes", "_calm", "_gain", "_pause",
+        "_level", "_struck", "_peak", "_origin", "_largest", "_peaks", "_now",
+    )  # fmt: skip
 
     def __init__(self, every, fell_back=""):
         self.every, self.fell_back = every, fell_back

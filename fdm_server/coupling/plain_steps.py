@@ -12,6 +12,7 @@ import numpy as np
 from coupler_protocol.compiled.cache_files import is_compiled
 from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.wire import lanes, messages
+from coupler_protocol.wire.lockstep import PATIENCE
 from fdm_server.coupling import look
 from fdm_server.coupling.common_step import check_common_step
 from fdm_server.coupling.plain_loop import (
@@ -99,7 +100,9 @@ class PlainSteps:
         side, stage, record = self.side, self.stage, self.stage.record
         if stage.ended_by or any(rim.talk.strain_asked for rim in stage.rims) or not stage.step_is_known:
             return 0
-        count = min(MOST, record.every - 1 - side.steps % record.every)
+        if stage.checkpoint_due(side.steps + 1):
+            return 0
+        count = min(MOST, record.every - 1 - side.steps % record.every, side.clock.steps_before(side.steps + 1))
         if side.state.driven is not None:  # movements of boundaries are recorded in Python
             count = min(count, record.history - side.steps % record.history)
         if side.state.mass is not None and side.state.in_real_time:  # the step may change with the masses
@@ -111,7 +114,7 @@ class PlainSteps:
     def _call(self, count):
         """Takes `count` plain steps; returns whether all of them were taken."""
         side, stage = self.side, self.stage
-        side.hub.stop.check()
+        side.hub.stop.check(PATIENCE)
         course, midway = self._course(count), False
         while True:
             steps, heard, why = self._loop(course, midway)

@@ -12,6 +12,7 @@ discs' inner shares, whose weight belongs to the nodes. In static mode the nodes
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.files.kept import Kept
 from coupler_protocol.wire import messages
 from fdm_server.coupling.window_talk import WindowTalk
 from fdm_server.ground.removed_zones import cut_window
@@ -33,8 +34,10 @@ def apply_forces(nodes, force, added, share, gravity, inner_mass, reaction, reac
         added_mass[n] = added[i]
 
 
-class Rim:
+class Rim(Kept):
     """Rim of one window: gridpoints `nodes` (K,) counter-clockwise, the action of its discs, and the messages with them."""
+
+    KEPT = ("force", "sums", "answer", "path", "before")  # and R with its mass, which stay for all later stages
 
     def __init__(self, grid, window, conversation):
         self.window = window
@@ -53,6 +56,15 @@ class Rim:
         self.before = np.zeros((K, 2))  # [m/step] velocities that were sent last
         self.report = {}
         self.heard = False  # whether FORCE of this turn was received already
+
+    def saved(self):
+        """What changes in a stage, for a checkpoint inside of it."""
+        return super().saved() | {"strain_asked": self.talk.strain_asked}
+
+    def restore(self, saved):
+        """Sets what `saved` gave."""
+        super().restore(saved)
+        self.talk.strain_asked = saved["strain_asked"]
 
     def receive_ready(self, meanwhile=None):
         """Receives READY: the report of the discs, and the mass of the ring's inner shares; meanwhile: work during the wait."""

@@ -21,6 +21,7 @@ from math import sqrt
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.files.kept import Kept, value_of
 from fdm_server.step.safety import Unstable
 
 REVERSED, LEAST, FAST = 0.9, 3, 1.3  # cosine; steps in a row if a step increases |v| by the factor FAST, else twice as many
@@ -63,8 +64,10 @@ def watch_growth(velocity, before, size, floor, dt):
     return found
 
 
-class GrowthWatch:
+class GrowthWatch(Kept):
     """Watch of Eq (1) for the rim `rim` (fdm_server.coupling.rim.Rim); calls warn(name, text)."""
+
+    KEPT = ("before", "size")
 
     def __init__(self, rim, warn):
         self.rim, self.warn = rim, warn
@@ -124,8 +127,10 @@ def watch_power(force, velocity, theirs, step, every, awaited, verdict):
     return verdict[NEW] != 0.0
 
 
-class PowerWatch:
+class PowerWatch(Kept):
     """Watch of the power of both sides at the rim `rim`, in every step that is a multiple of `every`; calls warn(name, text)."""
+
+    KEPT = ("awaited", "verdict")
 
     def __init__(self, rim, every, warn):
         self.rim, self.every, self.warn = rim, every, warn
@@ -159,6 +164,15 @@ class RimWatch:
         self.rim = rim
         self.growth = GrowthWatch(rim, warn)
         self.power = PowerWatch(rim, every if kept else 0, warn)
+
+    def saved(self):
+        """What changes, for a checkpoint inside of the stage."""
+        return {"growth": self.growth.saved(), "power": self.power.saved()}
+
+    def restore(self, saved):
+        """Sets what `saved` gave."""
+        self.growth.restore(value_of(saved, "growth"))
+        self.power.restore(value_of(saved, "power"))
 
     def check(self, dt, step):
         """Checks the velocities of the `step`-th step, of dt [s], after they were sent. Raises Unstable."""

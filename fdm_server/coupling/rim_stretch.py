@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.files.kept import like, value_of
 from coupler_protocol.geometry import spot
 from coupler_protocol.scene.local_origin import in_the_scene
 
@@ -99,6 +100,14 @@ class StretchWatch:
         stretch, row, x, y = self.stretch.found[: PLACE_Y + 1].tolist()
         centre = np.array([x, y])
         return Stretched(stretch, int(self.number[int(row)]), in_the_scene(centre, self.origin), spot(centre, self.origin))
+
+    def saved(self):
+        """What changes, for a checkpoint inside of the stage."""
+        return {"found": self.stretch.found}
+
+    def restore(self, saved):
+        """Sets what `saved` gave."""
+        self.stretch.found[:] = like("StretchWatch.found", self.stretch.found, value_of(saved, "found"))
 
     def check(self, displacement):
         """Measures stretches with displacements (N,2) [m] since the grid was drawn; returns a warning the first time, else ""."""

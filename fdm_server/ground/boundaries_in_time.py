@@ -48,6 +48,15 @@ class Load(NamedTuple):
     end: NDArray[np.float64]  # (n,2) [N]
     ramp: Ramp
 
+    def saved(self):
+        """All of it, for a checkpoint inside of the stage."""
+        return self._asdict() | {"ramp": self.ramp.saved()}
+
+    @classmethod
+    def of(cls, saved):
+        """The Load that `saved` describes."""
+        return cls(**(saved | {"ramp": Ramp.of(saved["ramp"])}))
+
 
 class Push(NamedTuple):
     """Loads on n gridpoints, in addition to the constant forces `others`."""
@@ -94,6 +103,11 @@ class Sides(NamedTuple):
     dashpots: tuple[Dashpots, ...]
     holders: dict[str, tuple[NDArray[np.int64], NDArray[np.int64]]]  # name: gridpoints held or moved in x and in y
 
+    def saved(self):
+        """Actions that depend on the State with which the stage began, for a checkpoint inside of the stage."""
+        push = self.push and self.push._asdict() | {"loads": [load.saved() for load in self.push.loads]}
+        return {"drive": self.drive and self.drive._asdict(), "push": push}
+
     @property
     def act(self):
         """Whether they do something in every step."""
@@ -120,6 +134,17 @@ def begin_stage(scene, index, model, state, gravity=0.0):
     push = _push(model, state, _loads(earlier), _loads(own), ramps)
     damped = tuple(dashpots(model, b) for b in boundaries if b.quiet)
     return model, Sides(drive, push, damped, holders(model.grid, boundaries))
+
+
+def continued(scene, index, model, saved):
+    """The Sides of a stage that `Sides.saved` describes; model: with the components held in the stage."""
+    boundaries, push = acting_boundaries(scene, index), saved["push"]
+    return Sides(
+        drive=saved["drive"] and Drive(**saved["drive"]),
+        push=push and Push(**(push | {"loads": tuple(Load.of(load) for load in push["loads"])})),
+        dashpots=tuple(dashpots(model, b) for b in boundaries if b.quiet),
+        holders=holders(model.grid, boundaries),
+    )
 
 
 def holders(grid, boundaries):

@@ -28,6 +28,15 @@ class ForceRamp(NamedTuple):
     end: NDArray[np.float64]  # (n,2)
     ramp: Ramp
 
+    def saved(self):
+        """All of it, for a checkpoint inside of the stage."""
+        return self._asdict() | {"ramp": self.ramp.saved()}
+
+    @classmethod
+    def of(cls, saved):
+        """The ForceRamp that `saved` describes."""
+        return cls(**(saved | {"ramp": Ramp.of(saved["ramp"])}))
+
     def begin(self, state):
         """Sets the forces with which the ramp begins."""
         state.applied[self.nodes] = self.start

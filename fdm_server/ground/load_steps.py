@@ -19,6 +19,7 @@ If the ground does not come to rest under a part, the load stays there: it is wh
 
 from math import ceil, log
 
+from coupler_protocol.files.kept import Kept
 from coupler_protocol.scene.schedule import acting_boundaries
 from coupler_protocol.scene.stage_kinds import of
 from fdm_server.step.gridpoint_pass import kinetic_energy
@@ -31,8 +32,10 @@ LOOK, SUSTAINED = 10, 3  # steps between looks at the ratio, and looks in a row
 OVER = 500  # steps of a ramp that waits, if its table has none
 
 
-class Ramp:
+class Ramp(Kept):
     """The share of a load in a stage; ratio: limit for the next part to begin, 0: step by step."""
+
+    KEPT = ("ratio", "part", "over", "done", "moves", "_calm")
 
     def __init__(self, over, ratio=0.0):
         self.ratio = ratio
@@ -41,6 +44,13 @@ class Ramp:
         self.done = 0  # steps of the ramp that have been taken
         self.moves = True  # whether the coming step's share is another than that of the step before
         self._calm = 0  # looks in a row at which the ground was at rest
+
+    @classmethod
+    def of(cls, saved):
+        """The Ramp that `saved` describes."""
+        ramp = cls(1)
+        ramp.restore(saved)
+        return ramp
 
     @property
     def share(self):
@@ -78,8 +88,10 @@ class Ramp:
         self._calm = self._calm + 1 if ratio <= self.ratio else 0
 
 
-class Momentum:
+class Momentum(Kept):
     """Kinetic damping of a grid: it stops wherever its kinetic energy has a peak."""
+
+    KEPT = ("before",)
 
     def __init__(self):
         self.before = 0.0  # [J] kinetic energy of the step before

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.files.kept import Kept
 from coupler_protocol.geometry import spot
 from coupler_protocol.wire.messages import Answer
 from fdm_server.observe.energy import strain_energy
@@ -126,11 +127,13 @@ def watch_energy(
     return not calm
 
 
-class EnergyWatch:
+class EnergyWatch(Kept):
     """The balance above since the beginning of a stage; rims: of the windows, if they are coupled.
 
     With rims, warn(name, text) is called for motion beyond the margin at more than one check: work and discs may be late.
     """
+
+    KEPT = ("balance",)
 
     def __init__(self, model, state, gravity, rims=(), warn=None):
         self.rims, self.warn = rims, warn

@@ -29,6 +29,7 @@ is the difference of both, so there the error detects less.
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.files.kept import Kept
 from fdm_server.observe.energy import strain_energy
 from fdm_server.step.blocks import LANES
 from fdm_server.step.clock import seconds
@@ -106,8 +107,10 @@ def zone_work(corner, x, y, inverse_double_area, share, pattern, elastic, veloci
     return whole, plastic, averaging
 
 
-class Ledger:
+class Ledger(Kept):
     """The ledger of one stage: `copy_before_step`, `book_motion`, `book_strain` in every step, `values` between the last two."""
+
+    KEPT = ("work", "half_new", "plastic", "zones", "averaging", "begin", "power", "work_of_discs", "mass", "masses")
 
     def __init__(self, model, state):
         self.old = state.velocity.copy()

@@ -1,4 +1,7 @@
-"""Kinds of stages of the continuum. side: the fdm_server.procedure.grid_side.ContinuumSide, stage: its StageRun."""
+"""Kinds of stages of the continuum. side: the fdm_server.procedure.grid_side.ContinuumSide, stage: its StageRun.
+
+If the run continues inside of a stage (side.inside), what the stage does before its first step is done already.
+"""
 
 import logging
 from functools import partial
@@ -43,10 +46,11 @@ def fill(side, stage):
 
 def couple(side, stage):
     """Cuts holes for the windows, and hands over to the discs gradually."""
-    side.model, side.state = open_windows(side.model, side.state, side.rims)
-    for rim in side.rims:
-        rim.talk.send_go(stage.gravity, side.steps, side.time, stage.index, side.bin_length)
-    side.coupled = True
+    if side.inside is None:
+        side.model, side.state = open_windows(side.model, side.state, side.rims)
+        for rim in side.rims:
+            rim.talk.send_go(stage.gravity, side.steps, side.time, stage.index, side.bin_length)
+        side.coupled = True
     stage.rims = side.rims
     side.compute(stage)
     side.finish(stage)
@@ -54,19 +58,21 @@ def couple(side, stage):
 
 def excavate(side, stage):
     """Removes zones; their forces on the ground are reduced gradually."""
-    table, law = stage.stage.excavate, side.model.law
-    ramp = ramp_of(side.scene, stage.index, law, table.over, table.ratio)
-    mask, loads_on = side.excavations[stage.index], partial(removed_loads, side.scene, stage.index, side.model)
-    side.model, side.state, stage.load = remove_zones(side.model, side.state, mask, stage.gravity, ramp, loads_on)
+    if side.inside is None:
+        table, law = stage.stage.excavate, side.model.law
+        ramp = ramp_of(side.scene, stage.index, law, table.over, table.ratio)
+        mask, loads_on = side.excavations[stage.index], partial(removed_loads, side.scene, stage.index, side.model)
+        side.model, side.state, stage.load = remove_zones(side.model, side.state, mask, stage.gravity, ramp, loads_on)
     side.compute(stage)
     side.finish(stage)
 
 
 def surcharge(side, stage):
     """Increases the pressure on the ground surface."""
-    table = stage.stage.surcharge
-    ramp = ramp_of(side.scene, stage.index, side.model.law, table.over, table.ratio)
-    stage.load = surcharge_ramp(side.model, side.state, table, [rim.nodes for rim in side.rims], ramp)
+    if side.inside is None:
+        table = stage.stage.surcharge
+        ramp = ramp_of(side.scene, stage.index, side.model.law, table.over, table.ratio)
+        stage.load = surcharge_ramp(side.model, side.state, table, [rim.nodes for rim in side.rims], ramp)
     side.compute(stage)
     side.finish(stage)
 

@@ -1,10 +1,13 @@
 """One stage while it runs: gravity, hand-over and end."""
 
 import copy
+import json
 import logging
 
 import numpy as np
 
+from coupler_protocol.files import checkpoint
+from coupler_protocol.files.kept import Kept, value_of
 from coupler_protocol.scene import rest
 from coupler_protocol.scene.changes import after_stage, changes_anything_in, in_stage, record_in, words
 from coupler_protocol.scene.ending import Ending
@@ -14,10 +17,11 @@ from coupler_protocol.wire import messages
 from fdm_server.coupling import common_step
 from fdm_server.coupling.band_reached import BandWatch
 from fdm_server.coupling.exchange_pauses import Pace
-from fdm_server.ground.boundaries_in_time import NOTHING, begin_stage
+from fdm_server.ground.boundaries_in_time import NOTHING, begin_stage, continued
+from fdm_server.ground.load_ramps import ForceRamp
 from fdm_server.ground.load_steps import LOOK, Momentum
 from fdm_server.ground.reactions import reactions
-from fdm_server.model import with_materials
+from fdm_server.model import State, with_materials
 from fdm_server.observe.energy import strain_energy
 from fdm_server.step import clock
 from fdm_server.step.gridpoint_pass import farthest, unbalanced_ratio
@@ -27,8 +31,10 @@ from fdm_server.step.safety import check_motion
 log = logging.getLogger(__name__)
 
 
-class StageRun:
+class StageRun(Kept):
     """One stage while it runs: step count, gravity, hand-over and end."""
+
+    KEPT = ("done", "time", "kick", "_step", "_step_before", "ratio", "ended_by", "_unjudged", "_unseen", "_warned")
 
     def __init__(self, side, index, stage, leg):
         self.side, self.index, self.stage, self.leg = side, index, stage, leg
@@ -63,6 +69,40 @@ class StageRun:
         self._every = self.record.history
         stages = side.scene.stage
         self._next = stages[index + 1] if index + 1 < len(stages) else stage
+
+    def saved(self):
+        """What changes in the stage beside the State of the side, for a checkpoint inside of it."""
+        found = super().saved() | {"changes": json.dumps(self.changes), "step_factor": self.side.model.step_factor}
+        found |= {"before": self.before, "load": self.load and self.load.saved(), "sides": self.sides.saved()}
+        found |= {"ending": self._ending.saved(), "momentum": self._momentum and self._momentum.saved()}
+        found |= {name: part.saved() for name, part in self._parts().items()}
+        found |= {"rims": [rim.saved() for rim in self.rims], "interface": [watch.saved() for watch in self.interface]}
+        return found | {"plain_steps": self.plain.taken if self.plain else 0}
+
+    def restore(self, saved):
+        """Sets what `saved` gave, in a stage whose objects are those of its start."""
+        super().restore(saved)
+        self.changes = json.loads(value_of(saved, "changes"))
+        before = value_of(saved, "before")
+        self.before = None if before is None else checkpoint.rebuild(State, before, "before")
+        load, momentum = value_of(saved, "load"), value_of(saved, "momentum")
+        self.load = None if load is None else ForceRamp.of(load)
+        self.sides = continued(self.side.scene, self.index, self.side.model, value_of(saved, "sides"))
+        self._ending.restore(value_of(saved, "ending"))
+        if momentum is not None:
+            self._momentum = Momentum()
+            self._momentum.restore(momentum)
+        for name, part in self._parts().items():
+            if name in saved or name != "ledger":  # energies may be recorded from now on
+                part.restore(value_of(saved, name))
+        for kept, name in ((self.rims, "rims"), (self.interface, "interface")):
+            for one, own in zip(kept, value_of(saved, name), strict=True):
+                one.restore(own)
+
+    def _parts(self):
+        """Objects of the stage {name: Kept} with values that change."""
+        parts = {"pace": self.pace, "energy": self.energy, "stretch": self.stretch, "ledger": self.ledger}
+        return {name: part for name, part in parts.items() if part is not None}
 
     def begin_changes(self):
         """Changes the materials of the grid, if the stage does; notes all that changes from this stage on."""
@@ -144,7 +184,14 @@ class StageRun:
         if self.rims:
             self.pace.note_velocities(self.rims, self.side.state.velocity)
         interval = self.pace.due(number, must=flags != 0)
+        if not self._last_step and (interval or not self.rims) and self.checkpoint_due(number):
+            flags |= messages.CHECKPOINT
         return messages.Order(self.index, number, following, self.leg.factor(self.done), dt, float(interval), flags)
+
+    def checkpoint_due(self, number):
+        """Whether a checkpoint is due after the step with this number of the run."""
+        stop = self.side.hub.stop.asked or any(rim.answer.stop for rim in self.rims)
+        return self.side.clock.due(number, stop)
 
     def observe(self, model, state):
         """Checks, every few steps, the motion, the ratios of both codes, and whether the next step is the last of the stage.
@@ -167,7 +214,6 @@ class StageRun:
 
     def _inspect(self, model, state):
         self._unjudged = True
-        self.side.hub.stop.check()  # stages of the grid alone have no messages at which a stop would be checked
         check_motion(model, state)
         self.energy.check(model, state, self.gravity)
         self._say(self.stretch.check(state.displacement) if self.stretch else "")

@@ -9,7 +9,7 @@ import pytest
 
 import colluvium
 from coupler_protocol import exits
-from coupler_protocol.files import checkpoint, restart, seal
+from coupler_protocol.files import checkpoint, restart, saved_moments, seal
 from coupler_protocol.files.restart import Origin
 from tests.commands import run_colluvium
 
@@ -62,7 +62,7 @@ def runs(tmp_path_factory):
         scene = colluvium.Scene(format=1, seed=1, record={"every": 20}, **tables)
         colluvium.run(scene, folder / "run").close()
         (folder / "run" / f"{name}.{scene.stage[-1].name}.h5").unlink()
-        assert restart.last_saved(scene, folder / "run") == Origin(folder / "run", stage)
+        assert saved_moments.common_in_folder(scene, folder / "run")[0] == Origin(folder / "run", stage).path(name)
         found[side] = scene, folder / "run"
     return found
 
@@ -114,7 +114,7 @@ def test_the_command_refuses_it_with_code_4_and_offers_the_state_before_it(side)
     path.unlink()
     done = run_colluvium("resume", origin.folder, "--quiet")
     assert done.returncode == 0, done.stderr
-    assert f"continuing after stage {earlier!r}" in done.stderr
+    assert f"continuing after the end of stage {earlier!r}" in done.stderr
 
 
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.5, 0.999])

@@ -156,5 +156,8 @@ def test_a_run_in_the_background_of_a_script_stops_with_its_state_saved(tmp_path
     finally:
         process.kill()
         process.communicate()
-    assert (out / "fdm.rank0.stopped.h5").exists()
-    assert json.loads((out / "run.json").read_text())["exit_code"] == 130
+    assert not (out / "fdm.rank0.stopped.h5").exists()
+    info = json.loads((out / "run.json").read_text())
+    assert info["exit_code"] == 130
+    (path,) = out.glob("fdm.rank0.rest@*.h5")
+    assert path.name == f"fdm.rank0.rest@{info['steps']}.h5"  # nothing is lost

@@ -14,7 +14,7 @@ import pytest
 
 import colluvium
 from colluvium import closing, open_run, resume
-from coupler_protocol.exits import EnvironmentFailed
+from coupler_protocol.exits import FinishedBefore
 from coupler_protocol.files import checkpoint
 from coupler_protocol.scene.reader import build_scene
 from tests.commands import command, finished, run_colluvium
@@ -207,14 +207,14 @@ def test_a_killed_run_is_resumed_and_reads_as_one_run(tmp_path, scene, straight)
         (out / f"{side}.overload.h5").unlink(missing_ok=True)  # a fast machine may have got there before it was killed
     done = quietly("resume", out, "--in-process")
     assert done.returncode == 0, done.stderr
-    assert "after stage 'couple'" in done.stderr
+    assert "continuing after the end of stage 'couple'" in done.stderr
     assert (out / "fdm.rank0.part1.vtkhdf").exists()
     assert_equal_runs(straight, out, 0)
     for side in SIDES:
         assert differing(straight / f"{side}.overload.h5", out / f"{side}.overload.h5") == []
     again = quietly("resume", out)
-    assert again.returncode == 4
-    assert "nothing remains to be computed" in again.stderr
+    assert again.returncode == 0
+    assert f"the run in {out} is finished (all stages done): nothing remains to be computed" in again.stderr
 
 
 LIMITED = """
@@ -291,7 +291,7 @@ def test_a_run_is_resumed_from_python(tmp_path, scene, straight, in_process):
         assert run.info["begins_after"]["stage"] == "couple"
     for side in SIDES:
         assert differing(straight / f"{side}.overload.h5", out / f"{side}.overload.h5") == []
-    with pytest.raises(EnvironmentFailed, match="nothing remains to be computed"):
+    with pytest.raises(FinishedBefore, match="nothing remains to be computed"):
         resume(out)
 
 

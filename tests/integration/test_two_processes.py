@@ -155,12 +155,19 @@ def test_a_bad_scene_ends_the_run_before_anything_is_written(tmp_path, configs):
 
 
 def test_results_are_not_overwritten_without_force(tmp_path, configs, quick_run):
+    """A finished run says so; a changed scene is refused with the keys that differ."""
     out, _ = quick_run
-    before = (out / "run.json").read_bytes()
+    before = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
     done = run_colluvium("run", configs / "quick_slope.toml", "--out", out)
-    assert done.returncode == 4
-    assert "--force" in done.stderr
-    assert (out / "run.json").read_bytes() == before
+    assert done.returncode == 0
+    assert f"the run in {out} is finished (all stages done): nothing remains to be computed; --force computes" in done.stderr
+    changed = ["--set", "seed=9", "--set", "stage.3.until.steps=7", "--set", "record.every=3"]
+    done = run_colluvium("run", configs / "quick_slope.toml", "--out", out, *changed)
+    assert done.returncode == 3
+    assert "seed: 9 on this scene, 1 on" in done.stderr
+    assert "stage.3.until.steps: 7 on this scene" in done.stderr
+    assert "record.every" not in done.stderr
+    assert {path.name: path.stat().st_mtime_ns for path in out.iterdir()} == before
 
 
 @pytest.mark.parametrize("factor", ["1e40", pytest.param("1e300", marks=pytest.mark.long)])

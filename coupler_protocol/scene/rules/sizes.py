@@ -14,6 +14,8 @@ MOST_ZONES, MOST_DISCS = 4_000_000, 1_000_000
 MANY_FRAMES = 100_000
 ZONE_FRAME, DISC_FRAME = 100.0, 190.0  # bytes of a zone and of a disc with its contacts in a frame: 8 a number, 4 a whole number
 ZONE_STATE, DISC_STATE = 320.0, 400.0  # and in a checkpoint; measured
+INSIDE = 100.0  # bytes of a zone more in a checkpoint inside of a stage: watches and loads of the stage
+STAY = 2  # checkpoints inside of stages that stay on the disk (coupler_protocol/files/saved_moments.py)
 ZONE_BYTES, DISC_BYTES = 1.1e3, 1.5e3  # measured: resident memory of 160,000 zones, and from 4,000 to 16,000 discs
 
 
@@ -113,10 +115,18 @@ def frames_of(scene: Any) -> int:
 
 
 def files_of(scene: Any) -> float:
-    """Size [MB] of the frames of `frames_of` and of the checkpoints of all stages, before compression."""
+    """Size [MB] of the frames of `frames_of` and of all checkpoints that stay, before compression."""
     zones, discs = zones_of(scene), sum(discs_of(scene, window) for window in scene.window)
     frames = frames_of(scene) * (zones * ZONE_FRAME + discs * DISC_FRAME)
-    return (frames + len(scene.stage) * (zones * ZONE_STATE + discs * DISC_STATE)) / 1e6
+    return (frames + len(scene.stage) * (zones * ZONE_STATE + discs * DISC_STATE)) / 1e6 + STAY * checkpoint_of(scene)
+
+
+def checkpoint_of(scene: Any) -> float:
+    """Size [MB] of the checkpoints of all sides inside of a stage, on the disk and in memory; 0 if there are none."""
+    if not scene.record.checkpoint and scene.record.checkpoint_steps is None:
+        return 0.0
+    discs = sum(discs_of(scene, window) for window in scene.window)
+    return (zones_of(scene) * (ZONE_STATE + INSIDE) + discs * DISC_STATE) / 1e6
 
 
 def many_frames(scene: Any) -> Iterator[Finding]:

@@ -28,6 +28,7 @@ from dem_server.step import clock as disc_clock
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
 from fdm_server.coupling import common_step
+from fdm_server.procedure import restart as grid_restart
 from fdm_server.procedure.grid_side import ContinuumSide
 from fdm_server.step import clock as grid_clock
 from fdm_server.step.gridpoint_pass import update_velocities
@@ -56,6 +57,7 @@ def one_loop(scene, folder):
     origin, stage = Origin(folder, "couple"), scene.stage[-1]
     hub = Hub(None, [1], Clocks(scene.link), StopRequest())
     side = ContinuumSide(scene, hub, folder, Progress(0, "none"), origin)
+    grid_restart.restore(side, load(scene, origin, GRID))
     model, grid, rim = side.model, side.state, side.rims[0]
     window = SimpleNamespace(scene=scene)
     disc_restart.restore(window, load(scene, origin, DISCS), rim.xy)

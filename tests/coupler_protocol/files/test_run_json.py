@@ -1,13 +1,11 @@
 """What run.json may hold, and what a run that goes on keeps of the attempts before it."""
 
 import json
-from pathlib import Path
 
 import pytest
 
 from coupler_protocol import exits
 from coupler_protocol.files import run_json
-from coupler_protocol.files.restart import Origin
 
 ENDED = {"exit_code": 6, "reason": "blown up", "stages": [], "plugin": "a.py", "seed": 3, "end": "now"}
 
@@ -26,20 +24,17 @@ def test_a_stage_without_its_seconds_is_found():
 
 def test_attempts_are_kept_in_order(tmp_path):
     for reason in ("first", "second"):
-        run_json.set_aside(tmp_path)
-        about = run_json.origin_content(tmp_path, Origin(tmp_path, "fill"), None)
+        about = run_json.history_content(tmp_path, None)
         run_json.write(tmp_path, ENDED | {"reason": reason} | about)
-    run_json.set_aside(tmp_path)
-    about = run_json.origin_content(tmp_path, Origin(tmp_path, "fill"), None)
+    about = run_json.history_content(tmp_path, None)
     assert [attempt["reason"] for attempt in about["attempts"]] == ["first", "second"]
     assert about["attempts"][0] == {"exit_code": 6, "reason": "first", "plugin": "a.py", "end": "now"}
-    assert about["begins_after"] == {"run": str(tmp_path), "stage": "fill"}
     assert not (tmp_path / "run.json").exists()
+    assert run_json.history_content(tmp_path, None) == about  # the third one was killed, and wrote none
 
 
-def test_a_branch_into_another_folder_has_no_attempts(tmp_path):
-    (tmp_path / "run.earlier.json").write_text(json.dumps(ENDED))
-    assert "attempts" not in run_json.origin_content(tmp_path, Origin(Path("elsewhere"), "fill"), None)
+def test_the_first_attempt_has_none_before_it(tmp_path):
+    assert run_json.history_content(tmp_path, None) == {}
 
 
 @pytest.mark.parametrize(

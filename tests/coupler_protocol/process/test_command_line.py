@@ -10,7 +10,6 @@ import pytest
 
 from coupler_protocol import exits
 from coupler_protocol.compiled import threads
-from coupler_protocol.files.restart import Origin
 from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.process import command_line
 from coupler_protocol.process.interrupt import StopRequest
@@ -65,8 +64,8 @@ def test_a_good_end_is_zero_and_silent(capsys):
 
 def test_every_code_has_a_meaning():
     codes = {cls.code for cls in (exits.RunEnded, *exits.RunEnded.__subclasses__())}
-    assert codes == {7, 4, 5, 6, 130}
-    assert codes | {0, 2, 3, 8} == set(exits.MEANING)
+    assert codes == {0, 7, 4, 5, 6, 130}
+    assert codes | {2, 3, 8} == set(exits.MEANING)
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "1.5", "two", "", "²"])
@@ -94,23 +93,29 @@ def test_results_are_kept_unless_force_is_said(tmp_path):
     assert [path.name for path in out.iterdir()] == ["notes.txt"]
 
 
-@pytest.mark.parametrize("how", ["force", "continued"])
-def test_the_report_of_an_earlier_run_is_removed(tmp_path, how):
-    """Its pictures show the earlier run, or its end; files of the user stay."""
+def test_the_report_of_an_earlier_run_is_removed_by_force(tmp_path):
+    """Its pictures show the earlier run; files of the user stay."""
     report = tmp_path / "report"
     report.mkdir()
     for name in ("stress.png", "report.html", "notes.txt"):
         (report / name).write_text("old")
     (tmp_path / "run.json").write_text("old")
-    if how == "force":
-        command_line.prepare_folder(tmp_path, ["run.json"], True)
-    else:
-        command_line.prepare_folder(tmp_path, ["run.json"], False, Origin(tmp_path, "fill"))
+    command_line.prepare_folder(tmp_path, ["run.json"], True)
     assert [path.name for path in report.iterdir()] == ["notes.txt"]
     (report / "notes.txt").unlink()
     command_line.remove_report(tmp_path)
     assert not report.exists()
     command_line.remove_report(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["scene.json", "export/discs.csv"])
+def test_force_removes_nothing_where_an_input_of_the_run_would_go(tmp_path, name):
+    (tmp_path / "export").mkdir()
+    for own in (name, "run.json"):
+        (tmp_path / own).write_text("old")
+    with pytest.raises(exits.EnvironmentFailed, match=f"{name} is an input of this run .* copy it to another folder"):
+        command_line.prepare_folder(tmp_path, ["run.json", "scene.json"], True, [tmp_path / "other", tmp_path / name])
+    assert all((tmp_path / own).exists() for own in (name, "run.json"))
 
 
 def test_a_file_in_the_folders_place_is_a_fault_of_the_environment(tmp_path):

@@ -7,7 +7,9 @@ from types import SimpleNamespace
 
 import pytest
 
+import dem_server.__main__
 from coupler_protocol import exits
+from coupler_protocol.files import locks
 from coupler_protocol.files.restart import Origin
 from coupler_protocol.files.run_schema import RunJson
 from coupler_protocol.process import command_line, server
@@ -132,23 +134,39 @@ def options(out, **more):
     return parser.parse_args(["scene.toml", "--out", str(out), *words])
 
 
-def test_a_process_begins_in_a_folder_without_files_of_its_own(tmp_path):
-    stop, kept = StopRequest(), ["other.log", "dem.rank2.log"]
+def begun(tmp_path, more=None, **given):
+    """The RunContext of a process of discs, which has begun and ended."""
+    with server.begun(options(tmp_path, **given), build_scene(ALONE), StopRequest(), 1, "dem.rank1", more) as context:
+        assert (tmp_path / "dem.rank1.lock").exists()
+    assert not (tmp_path / "dem.rank1.lock").exists()
+    return context
+
+
+def test_a_process_begins_in_a_folder_without_files_of_another_run(tmp_path):
+    kept = ["other.log", "dem.rank2.log"]
     for name in (*kept, "run.json", "dem.rank1.vtkhdf"):
         (tmp_path / name).write_text("earlier")
     with pytest.raises(exits.EnvironmentFailed, match="holds results already"):
-        server.begin(options(tmp_path), stop, 1, "dem.rank1", server.OF_CONDUCTOR)
-    context = server.begin(options(tmp_path, force=True, quiet=True), stop, 1, "dem.rank1", server.OF_CONDUCTOR)
+        begun(tmp_path, server.OF_CONDUCTOR)
+    assert (tmp_path / "dem.rank1.vtkhdf").read_text() == "earlier"
+    context = begun(tmp_path, server.OF_CONDUCTOR, force=True, quiet=True, checkpoint="7.5")
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*kept, "dem.rank1.log"])
-    assert (context.out, context.stop, context.origin, context.plugin) == (tmp_path, stop, None, None)
+    assert (context.out, context.origin, context.plugin, context.checkpoint) == (tmp_path, None, None, 7.5)
     assert (context.progress.rank, context.progress.form) == (1, "none")
 
 
 def test_the_plugin_is_read_before_earlier_results_are_removed(tmp_path):
     (tmp_path / "run.json").write_text("earlier")
     with pytest.raises(exits.EnvironmentFailed, match="the plugin"):
-        server.begin(options(tmp_path, force=True, plugin=str(tmp_path / "none.py")), StopRequest(), 0, "fdm.rank0", ["run.json"])
+        begun(tmp_path, ["run.json"], force=True, plugin=str(tmp_path / "none.py"))
     assert (tmp_path / "run.json").read_text() == "earlier"
+
+
+def test_force_is_refused_where_a_process_that_lives_writes(tmp_path):
+    (tmp_path / "dem.rank1.vtkhdf").write_text("alive")
+    with locks.held(tmp_path, ["dem.rank1"]), pytest.raises(exits.EnvironmentFailed, match="is being written"):
+        begun(tmp_path, force=True)
+    assert (tmp_path / "dem.rank1.vtkhdf").read_text() == "alive"
 
 
 def test_a_main_reads_the_scene_and_ends_with_the_code_of_its_fault(tmp_path, capsys):
@@ -175,12 +193,26 @@ def test_the_continuum_is_told_where_a_window_cannot_even_begin(tmp_path):
 
 
 def test_a_server_that_overwrites_removes_parts_and_checkpoints_of_the_earlier_run(tmp_path):
-    own = ["dem.rank1.vtkhdf", "dem.rank1.part1.vtkhdf", "dem.rank1.rest.h5"]
+    own = ["dem.rank1.vtkhdf", "dem.rank1.part1.vtkhdf", "dem.rank1.rest.h5", "dem.rank1.rest@40.h5", "dem.rank1.json"]
     for name in [*own, "dem.rank12.rest.h5", "fdm.rank0.rest.h5"]:
         (tmp_path / name).touch()
-    options = SimpleNamespace(plugin=None, out=str(tmp_path), force=False, origin=None, quiet=True, progress="none")
-    with pytest.raises(exits.EnvironmentFailed, match="holds results already"):
-        server.begin(options, StopRequest(), 1, "dem.rank1")
-    options.force = True
-    server.begin(options, StopRequest(), 1, "dem.rank1")
+    with pytest.raises(exits.EnvironmentFailed, match="is damaged: the file is empty"):
+        begun(tmp_path)
+    begun(tmp_path, force=True)
     assert sorted(p.name for p in tmp_path.glob("*.*")) == ["dem.rank1.log", "dem.rank12.rest.h5", "fdm.rank0.rest.h5"]
+
+
+def test_a_finished_run_says_so(tmp_path, capsys):
+    (tmp_path / "scene.json").write_text(json.dumps(ALONE))
+    words = [str(tmp_path / "scene.json"), "--out", str(tmp_path / "run"), "--quiet"]
+    assert dem_server.__main__.main(words) == exits.DONE
+    before = content(tmp_path / "run")
+    assert dem_server.__main__.main(words) == exits.DONE
+    said = capsys.readouterr().err
+    assert f"dem-server: the run in {tmp_path / 'run'} is finished (all stages done): nothing remains to be computed" in said
+    assert content(tmp_path / "run") == before
+
+
+def content(folder):
+    """Contents of the files in a folder, logs excepted."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.suffix != ".log"}

@@ -8,10 +8,11 @@ import pytest
 from coupler_protocol.files import restart
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.differences import first_difference
+from coupler_protocol.scene.moments import Moment
 from coupler_protocol.scene.named_files import without_paths
 from coupler_protocol.scene.reader import build_scene, read_scene
 from coupler_protocol.scene.rules.between_tables import doubts
-from coupler_protocol.wire.handshake import _objection, resume_from
+from coupler_protocol.wire.handshake import Choice, _objection
 from tests.coupler_protocol.wire.test_handshake import right_hello
 
 DISCS = """
@@ -68,15 +69,15 @@ def test_equal_files_in_two_places_are_equal_scenes_and_others_are_not(folder, t
     two = read_scene(tmp_path / "copy" / "scene.toml")
     assert one.discs.file != two.discs.file
     assert one.digest() == two.digest()
-    assert _objection(right_hello(two), one, None) is None
+    assert _objection(right_hello(two), one, Choice()) is None
     restart.check_scene(two, one.resolved(), 0, "there")
     (tmp_path / "copy" / "sub" / "row.csv").write_text(ROW.replace("0,0", "0,1"), encoding="utf-8")
     three = read_scene(tmp_path / "copy" / "scene.toml")
     assert one.digest() != three.digest()
-    assert "the scenes differ: discs.file: 'contents with the hash" in _objection(right_hello(three), one, None)
+    assert "the scenes differ: discs.file: 'contents with the hash" in _objection(right_hello(three), one, Choice())
     with pytest.raises(SceneError, match=r"discs\.file: 'contents with the hash .*' on this scene"):
         restart.check_scene(three, one.resolved(), 0, "there")
-    assert "one side begins elsewhere" in _objection(right_hello(two), one, resume_from("fill", 0))
+    assert "one side begins elsewhere" in _objection(right_hello(two), one, Choice([Moment(5, 0, 0)]))
 
 
 def test_the_same_holds_for_shapes_of_stones(folder, configs):

@@ -47,7 +47,7 @@ def order(step):
 def speak_as_discs(transport):
     """The discrete side; returns what it received."""
     talk = Conversation(transport, 1, 0, Clocks(SCENE.link), StopRequest())
-    rim = join(talk, SCENE)
+    rim, _ = join(talk, SCENE)
     talk.notify(messages.PROGRESS, {"doing": "discs come to rest 35 %"})
     talk.send_control(messages.PACKED, REPORT)
     field = payloads.field_of(frames.content_of(talk.receive((messages.FIELD,))[1]))

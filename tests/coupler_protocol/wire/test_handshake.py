@@ -3,6 +3,7 @@
 import copy
 import re
 import time
+from contextlib import ExitStack
 from importlib.metadata import version
 
 import numpy as np
@@ -11,9 +12,10 @@ import pytest
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.scene.differences import first_difference
+from coupler_protocol.scene.moments import Moment
 from coupler_protocol.scene.reader import read_scene
 from coupler_protocol.wire import frames, link_inproc, link_tcp
-from coupler_protocol.wire.handshake import join, welcome_all
+from coupler_protocol.wire.handshake import Choice, join, welcome_all
 from coupler_protocol.wire.lockstep import Conversation, Hub
 from coupler_protocol.wire.messages import FAILURE, FORCE, HELLO, PACKED, PROTOCOL_VERSION, REJECT, WELCOME
 from tests.scripted_peer import Beside, Peer, clocks
@@ -55,8 +57,9 @@ def test_both_sides_agree_on_session_turn_and_rim(scene):
         Beside(lambda: join(talks[1], scene)) as second,
     ):
         pass
-    assert first.result.tobytes() == RIM.tobytes()
-    assert second.result.tobytes() == (RIM + 5.0).tobytes()
+    assert first.result[0].tobytes() == RIM.tobytes()
+    assert second.result[0].tobytes() == (RIM + 5.0).tobytes()
+    assert (first.result[1], second.result[1]) == (None, None)
     sides = [*talks, *hub.conversations.values()]
     assert {side.sequence for side in sides} == {1}
     assert len({side.session for side in sides}) == 1
@@ -81,8 +84,12 @@ NO_SHEAR = {"bulk": 0.5e9, "young": None, "poisson": None}
         ),
         (lambda h: changed(h, ("window",), []), "window: "),
         (lambda h: h | {"scene": 5}, "HELLO: scene is a int, not a dict"),
-        (lambda h: h | {"resume": {"after": "couple", "session": 7}}, "goes on after stage 'couple' .* begins at the start"),
-        (lambda h: h | {"resume": "couple"}, "one side begins elsewhere"),
+        (
+            lambda h: h | {"checkpoints": [{"session": 7, "stage": 2, "step": 0}, {"session": 7, "stage": 3, "step": 900}]},
+            "has saved the end of stage 'couple' and step 900 of stage 'overload', the continuum no moment",
+        ),
+        (lambda h: h | {"checkpoints": "couple"}, "HELLO: checkpoints is not a list"),
+        (lambda h: h | {"checkpoints": [{"session": 7, "stage": 2}]}, r"HELLO: checkpoints\[0\].step is missing"),
         (lambda h: {}, "HELLO: package is missing"),
         (lambda h: h | {"scene": {b"seed": 1}}, "HELLO has a key that is not a text"),
     ],
@@ -285,7 +292,7 @@ def test_what_the_wire_makes_of_a_scene_is_the_scene(scene):
     [
         (lambda h: changed(h, ("grid", "height"), 13.0), "the scenes differ: grid.height: the values differ"),
         (lambda h: changed(h, ("extra\n\x1b[31m",), 1), r"the scenes differ: extra\n\x1b[31m: only the discrete side has it"),
-        (lambda h: h | {"resume": {"after": "couple", "session": 7}}, "one of them continues a run, or another one"),
+        (lambda h: h | {"checkpoints": [{"session": 7, "stage": 3, "step": 40}]}, "one of them continues a run, or another one"),
     ],
 )
 def test_who_has_not_proved_himself_is_told_names_of_keys_and_no_values(scene, caplog, wrong, words):
@@ -294,10 +301,10 @@ def test_who_has_not_proved_himself_is_told_names_of_keys_and_no_values(scene, c
     peer = Peer(end, 0, session=0)
     peer.send_control(HELLO, 0, wrong(right_hello(scene)))
     peer.send_control(HELLO, 0, right_hello(scene))
-    welcome_all(a_hub(transport), scene, {1: RIM}, None)
+    welcome_all(a_hub(transport), scene, {1: RIM})
     reason = peer.receive().content["reason"]
     assert words in reason
-    for value in ("12.0", "13.0", "couple", "\x1b", "\n"):
+    for value in ("12.0", "13.0", "40", "\x1b", "\n"):
         assert value not in reason
     assert "\x1b" not in caplog.text
     assert caplog.text.count("\n") == len(caplog.records)
@@ -327,3 +334,53 @@ def test_a_reason_of_a_peer_is_shown_without_its_control_characters(scene):
     Peer(hub, "thread 1", session=0).send_control(REJECT, 0, {"reason": "no\n\x1b[2Jentry"})
     with pytest.raises(PeerLost, match=r"refused this process: no\\n\\x1b\[2Jentry"):
         join(Conversation(end, 1, 0, clocks(), StopRequest()), scene)
+
+
+# -- the moment from which both sides continue ----------------------------------------------------------------------------
+
+OLD, END, NEW = Moment(7, 2, 100), Moment(7, 2, 0), Moment(7, 3, 300)
+START = Moment(7, 0, 0)
+
+
+def joined(scene, own, *theirs):
+    """The moments from which the continuum and each discrete process continue."""
+    transport, ends = link_inproc.transports(len(theirs))
+    hub = a_hub(transport, len(theirs))
+    talks = [Conversation(end, rank, 0, clocks(), StopRequest()) for rank, end in enumerate(ends, start=1)]
+    choice = Choice(own, lambda moment: moment.stage > 0)
+    with ExitStack() as stack:
+        grid = stack.enter_context(Beside(lambda: welcome_all(hub, scene, dict.fromkeys(range(1, len(theirs) + 1), RIM), choice)))
+        discs = [
+            stack.enter_context(Beside(lambda talk=talk, had=had: join(talk, scene, had)))
+            for talk, had in zip(talks, theirs, strict=True)
+        ]
+    return grid.result, *(one.result[1] for one in discs)
+
+
+@pytest.mark.parametrize(
+    ("own", "theirs", "wanted"),
+    [
+        ([NEW, END, START], [[NEW, END]], NEW),
+        ([NEW, END, START], [[END, OLD]], END),
+        ([END, OLD], [[NEW, END, OLD]], END),  # the discs were faster
+        ([NEW, END], [[NEW, END], [END, OLD]], END),  # two windows
+        ([START], [[]], START),  # there were no discs yet
+        ([], [[]], None),
+    ],
+)
+def test_the_newest_moment_that_all_have_counts(scene, own, theirs, wanted):
+    assert set(joined(scene, own, *theirs)) == {wanted}
+
+
+@pytest.mark.parametrize(
+    ("own", "theirs"),
+    [
+        ([NEW], [END]),
+        ([], [NEW]),
+        ([NEW], []),
+        ([NEW, START], [Moment(8, 3, 300)]),  # of another run, whose checkpoints would be lost
+    ],
+)
+def test_sides_of_two_runs_are_kept_apart(scene, own, theirs):
+    found = Choice(own, lambda moment: moment.stage > 0).objection(theirs, scene)
+    assert "no moment of the same run" in found

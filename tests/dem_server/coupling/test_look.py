@@ -31,7 +31,7 @@ def window():
 
 def looked(side, sight, done=40):
     """The Answer of a look, and whether something has to be judged at once."""
-    model, state, answer = side.model, side.state, np.full(8, 7.0)
+    model, state, answer = side.model, side.state, np.full(len(Answer._fields), 7.0)
     noticed = look.look(
         done, state.disc, state.load, state.weight, Listed(*state.listed), PairHistory(*history_of(state)), state.clumps,
         model.ring, 9.81, state.counters, answer, sight,
@@ -47,7 +47,7 @@ def test_a_look_computes_the_answer(window):
     assert not noticed
     assert found == Answer(
         unbalanced_ratio(model, state, 9.81), 7.0, energy.kinetic(model, state), energy.stored(model, state), 12.5, 7.0, 5.0,
-        energy.weight_height(model, state),
+        energy.weight_height(model, state), 7.0,
     )  # fmt: skip
     assert found.kinetic > 0.0 < found.stored
     assert (sight.rows[0], sight.steps[0], sight.answers[0].tolist()) == (1, 40, list(found))

@@ -33,7 +33,7 @@ def seen():
         state.velocity[:] = 1e-4 * rng.normal(size=state.velocity.shape) * free
         state.added_mass[:] = rng.random(len(state.added_mass))
         advance(model, state)
-    rim = SimpleNamespace(nodes=NODES, force=rng.normal(size=(3, 2)), answer=Answer(0.5, *[1.0] * 7))
+    rim = SimpleNamespace(nodes=NODES, force=rng.normal(size=(3, 2)), answer=Answer(0.5, *[1.0] * (len(Answer._fields) - 1)))
     stage = SimpleNamespace(
         sides=SimpleNamespace(holders=holders(model.grid, scene.boundary)),
         record=SimpleNamespace(history=10),
