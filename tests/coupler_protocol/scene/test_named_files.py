@@ -125,11 +125,11 @@ def test_the_machine_of_the_grid_does_not_need_files_of_the_discs(folder, config
     with pytest.raises(SceneError, match="there is no such file"):
         build_scene(data, folder=tmp_path / "grid")
     grid = build_scene(data, folder=tmp_path / "grid", needs_files=False)
-    assert _objection(right_hello(discs), grid, None) is None
+    assert _objection(right_hello(discs), grid, Choice()) is None
     assert [row for row in doubts(grid) if row[0][:2] == ("stones", key)] == []
     (tmp_path / "grid" / "rocks.json").write_text(ROCKS.replace("0.6]", "0.7]"), encoding="utf-8")
     other = build_scene(data, folder=tmp_path / "grid", needs_files=False)
-    assert f"the scenes differ: stones.{key}: 'contents with the hash" in _objection(right_hello(discs), other, None)
+    assert f"the scenes differ: stones.{key}: 'contents with the hash" in _objection(right_hello(discs), other, Choice())
     (tmp_path / "grid" / "rocks.json").write_text("nonsense", encoding="utf-8")
     with pytest.raises(SceneError, match="not valid JSON"):
         build_scene(data, folder=tmp_path / "grid", needs_files=False)

@@ -262,7 +262,7 @@ def test_the_wait_for_the_continuum_is_time_for_other_work(scene):
         while len(done) < 5:
             time.sleep(0.001)
         welcome_all(a_hub(transport), scene, {1: RIM})
-    assert there.result.tobytes() == RIM.tobytes()
+    assert there.result[0].tobytes() == RIM.tobytes()
     assert done == [0, 1, 2, 3, 4]
 
 

@@ -275,10 +275,10 @@ def test_an_interrupted_server_that_waits_for_its_discs_ends_as_interrupted(tmp_
     server = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         deadline = time.monotonic() + 40.0
-        while not (tmp_path / "fdm.rank0.vtkhdf").exists():
+        while not (tmp_path / "endpoint").exists():
             assert time.monotonic() < deadline
             time.sleep(0.05)
-        time.sleep(0.3)
+        time.sleep(1.0)
         server.send_signal(signal.SIGINT)
         _, said = server.communicate(timeout=30)
     finally:
