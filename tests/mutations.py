@@ -132,7 +132,7 @@ def packets(folder):
 class Said:
     """A transport over which given frames arrive, and nothing else."""
 
-    lanes, local, port, endpoint = None, False, 0, "a mutation"
+    lanes, local, port, endpoint, proves, trouble = None, False, 0, "a mutation", True, ""
 
     def __init__(self, arriving, sender=0):
         self.arriving, self.sent, self._sender, self._rank = list(arriving), [], sender, None

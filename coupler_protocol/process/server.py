@@ -91,6 +91,20 @@ def begun(
         yield RunContext(out, progress, stop, options.origin, plugin, options.checkpoint)
 
 
+@contextmanager
+def begun_anew(
+    options: argparse.Namespace, scene: Any, stop: StopRequest, rank: int, process: str, more: Sequence[str] = ()
+) -> Iterator[RunContext]:
+    """As `begun`, for a process that never continues: without --force it refuses a directory with its results."""
+    out = command_line.make_folder(options.out)
+    with locks.held(out, [process]):
+        inputs = command_line.inputs_of(scene, options.scene, options.plugin)
+        command_line.prepare_folder(out, [*files_of(out, process), *more], options.force, inputs)
+        command_line.log_to(out / f"{process}.log")
+        progress = Progress(rank, "none" if options.quiet else options.progress)
+        yield RunContext(out, progress, stop, options.origin, None, None)
+
+
 def files_of(out: Path, process: str) -> list[str]:
     """Names of the files that a process of this name has written: parts and checkpoints, which readers and resume would take."""
     found = [path.name for ending in ("vtkhdf", "h5") for path in sorted(out.glob(f"{process}.*.{ending}"))]

@@ -17,12 +17,13 @@ def search(scene, options, stop):
     """Searches for the factor of a scene and writes fos.json."""
     from fdm_server.fos.study import Study, ignored
 
-    out, progress, *_ = server.begin(options, stop, 0, "fos", ("fos.json",))
-    for line in ignored(scene):
-        progress("start", f"ignored: {line}", now=True)
-    found = exits.end_as_physics(Study(scene, out, progress, stop).run)
-    mesh = found["meshes"][-1]
-    progress("done", f"{found['quantity']} {mesh['value']:.4g} ({mesh['low']:.4g} to {mesh['high']:.4g})", now=True)
+    with server.begun_anew(options, scene, stop, 0, "fos", ("fos.json",)) as context:
+        progress = context.progress
+        for line in ignored(scene):
+            progress("start", f"ignored: {line}", now=True)
+        found = exits.end_as_physics(Study(scene, context.out, progress, stop).run)
+        mesh = found["meshes"][-1]
+        progress("done", f"{found['quantity']} {mesh['value']:.4g} ({mesh['low']:.4g} to {mesh['high']:.4g})", now=True)
 
 
 if __name__ == "__main__":

@@ -171,7 +171,7 @@ def test_a_grid_of_the_document_runs_with_the_server_of_the_discs(tmp_path, scen
     seen = [value for *_, value in strain if value >= 0.0]
     assert sum(seen) / len(seen) == pytest.approx(100 * 1e-5, rel=0.5)
     assert scalars[0] < 1.0
-    assert len(scalars) == len(last) == 8
+    assert len(scalars) == len(last) == 9
     assert [stage["name"] for stage in farewell["stages"]][-2:] == ["couple", "press"]
     assert all(stage["computing"] >= 0.0 for stage in farewell["stages"])
     with h5py.File(tmp_path / "dem.rank1.vtkhdf") as file:

@@ -9,7 +9,7 @@ import pytest
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.reader import build_scene
 from coupler_protocol.scene.rules.between_tables import doubts
-from coupler_protocol.scene.rules.sizes import MOST_DISCS, MOST_ZONES, discs_of, files_of, frames_of, zones_of
+from coupler_protocol.scene.rules.sizes import MOST_DISCS, MOST_ZONES, checkpoint_of, discs_of, files_of, frames_of, zones_of
 from fdm_server.mesh.grid import build_grid
 
 
@@ -82,14 +82,15 @@ def test_meshes_of_a_search_are_counted_before_they_are_made(scene_data):
 
 
 def test_frames_and_files_are_counted(scene_data):
-    """Steps over record.every and one more a stage; 100 B a zone, 190 B a disc."""
+    """Steps over record.every and one more a stage, 100 B a zone, 190 B a disc; and checkpoints: two inside of stages stay."""
     data = scene_data("quick_slope")
     scene = build_scene(data)
     steps = [stage["until"]["steps"] for stage in data["stage"] if "until" in stage]
     assert frames_of(scene) == sum(n // 200 + 1 for n in steps)
     zones, discs = zones_of(scene), discs_of(scene, scene.window[0])
     expected = frames_of(scene) * (100 * zones + 190 * discs) + 4 * (320 * zones + 400 * discs)
-    assert files_of(scene) == pytest.approx(expected / 1e6)
+    assert files_of(scene) == pytest.approx(expected / 1e6 + 2 * checkpoint_of(scene))
+    assert checkpoint_of(scene) == pytest.approx((320 * zones + 400 * discs) / 1e6, rel=0.3)
     data["record"]["every"] = 1
     data["stage"][0]["until"]["steps"] = 200_000
     said = {path: (what, remedy) for path, what, remedy in doubts(build_scene(data))}
