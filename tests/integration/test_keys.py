@@ -106,7 +106,7 @@ def test_strangers_change_no_bit_of_a_run(tmp_path, configs, short_run, kind):
     )
     crowd = []
     try:
-        log = tmp_path / "discs" / "dem.rank1.vtkhdf"
+        log = tmp_path / "discs" / "dem.rank1.log"
         wait_for(lambda: log.exists() and (tmp_path / "grid" / "endpoint").exists(), 100, "both servers")
         port = (tmp_path / "grid" / "endpoint").read_text().strip().rpartition(":")[2]
         number = 0

@@ -9,6 +9,7 @@ import h5py
 import pytest
 
 from colluvium.running.threads import run
+from coupler_protocol.files.saved_moments import inside
 from coupler_protocol.scene.reader import build_scene
 from coupler_protocol.wire import lanes
 from tests.commands import run_colluvium
@@ -96,7 +97,7 @@ def test_a_killed_peer_ends_the_other_side_as_its_fault(servers, victim):
     assert left.wait(GIVE_UP + TIMEOUT + 30.0) == 5
     errors = left.stderr.read()
     assert "was lost: not connected for" in errors
-    assert f"(give_up = {GIVE_UP:g} s)" in errors
+    assert f"(link.give_up = {GIVE_UP:g} s)" in errors
     name = next(name for side, name in NAMES.items() if side != victim)
     with h5py.File(servers.out / f"{name}.stopped.h5") as file:
         assert len(file) > 0
@@ -111,8 +112,8 @@ def test_a_request_to_end_saves_both_sides_and_the_run_goes_on_with_the_same_bit
     assert servers.of(side).wait(30) == 130
     assert servers.other(side).wait(30) == 5
     assert f"interrupted by {number.name}" in servers.other(side).stderr.read()
-    for name in NAMES.values():
-        assert (servers.out / f"{name}.stopped.h5").exists()
+    steps = [{path.name.partition("@")[2] for path in inside(servers.out, name)} for name in NAMES.values()]
+    assert steps[0] & steps[1], "both sides have saved the same step"
     done = run_colluvium("resume", servers.out, "--in-process", "--quiet")
     assert done.returncode == 0, done.stderr
     for name in NAMES.values():
