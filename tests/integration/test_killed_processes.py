@@ -61,7 +61,7 @@ def seeds(count):
     return [seed if seed == 0 else pytest.param(seed, marks=pytest.mark.long) for seed in range(count)]
 
 
-@pytest.mark.parametrize("seed", seeds(20))
+@pytest.mark.parametrize("seed", seeds(int(os.environ.get("COLLUVIUM_SEEDS", "5"))))  # 20 in the full form
 def test_a_run_whose_processes_are_killed_goes_on_to_the_same_bits(tmp_path, configs, undisturbed, seed):
     """All processes at once, or the launcher, or one of the servers."""
     chance, out = random.Random(seed), tmp_path / "run"
