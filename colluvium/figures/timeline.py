@@ -65,11 +65,14 @@ def _panel(axes: Any, stage: str, found: dict[str, Intervals]) -> None:
 
 
 def _moment(own: Intervals, steps: int) -> float:
-    """Time [s] at which a process had completed `steps` steps: the end of its last interval in them."""
+    """Time [s] at which a process had completed `steps` steps: it had recorded them, or waited for the next one (plain steps)."""
     if steps == 0:
         return float(own.begin.min())
     recorded = own.where((own.step == steps) & (own.activity == "recording"))
-    return float(recorded.end.min())
+    if len(recorded.end):
+        return float(recorded.end.min())
+    waited = own.where((own.step == steps) & (own.activity == "waiting"))
+    return float(waited.begin.min()) if len(waited.begin) else float(own.where(own.step <= steps).end.max())
 
 
 def _cut(own: Intervals, start: float, end: float) -> Intervals:

@@ -55,3 +55,12 @@ def test_the_report_draws_it(run):
     assert [title.partition(",")[0] for title in titles] == ["couple", "more"]
     assert titles[0] == f"couple, steps 24 to 36 of {TRACED} traced"
     assert len(figure.axes[0].collections) == 2 * len(ACTIVITIES)
+
+
+def test_a_trace_of_plain_steps_is_drawn_between_its_waits(run):
+    """They are not recorded one by one: a step is complete when the wait for the next one begins."""
+    own = of_stage(run, "more")[0]
+    plain = own.where(own.activity != "recording")
+    waits = plain.where((plain.step == 30) & (plain.activity == "waiting"))
+    assert timeline._moment(plain, 30) == waits.begin.min()
+    assert timeline._moment(own, 29) <= timeline._moment(plain, 30)
