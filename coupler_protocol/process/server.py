@@ -2,7 +2,6 @@
 
 import argparse
 import logging
-import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -62,9 +61,6 @@ def main(
     return command_line.exit_code_of(name, work)
 
 
-SWITCH = 1e-4  # [s] after which the thread that records hands the interpreter to the time loop; Python's default is 5 ms
-
-
 @contextmanager
 def begun(
     options: argparse.Namespace, scene: Any, stop: StopRequest, rank: int, process: str, more: Sequence[str] | None = None
@@ -75,7 +71,6 @@ def begun(
     does not conduct the stages. Without --force the process continues what is there. Raises FinishedBefore if nothing remains to
     be computed, EnvironmentFailed or SceneError if the results there are not of this scene.
     """
-    sys.setswitchinterval(SWITCH)
     plugin = command_line.plugin(options)
     out = command_line.make_folder(options.out)
     with locks.held(out, [process]):

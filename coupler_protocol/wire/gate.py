@@ -1,4 +1,4 @@
-"""The gate of a continuum: the only socket that others can reach, in front of ZeroMQ (docs/design/0012-the-gate.md).
+"""The gate of a continuum: the only socket that others can reach, in front of ZeroMQ (docs/design/0014-the-gate.md).
 
 A connection first proves that it may come in (gate_words.py, admission.py): with a fixed number of bytes, within PATIENCE
 seconds, and no more than WAITING connections at a time; of too many, the oldest of the busiest address goes. Only then are its
@@ -13,15 +13,15 @@ import logging
 import secrets
 import selectors
 import socket
-import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.wire import gate_words as words
 from coupler_protocol.wire.admission import JOINED, Judged, Rule, SecretRule
+from coupler_protocol.wire.attendant import REST, TIDY, Attendant
 from coupler_protocol.wire.byte_line import Line
 from coupler_protocol.wire.sparse_log import SparseLog
 from coupler_protocol.wire.stranger_line import Allowance, StrangerLine
@@ -37,9 +37,6 @@ ACCEPTS = 500.0  # connections a second
 FRAMES = 20.0  # frames and connections a second of all strangers of one machine together, on a gate for everybody
 SESSIONS = 4  # that are kept; a run has one
 MACHINES = 16  # machines whose strangers have an allowance of frames
-TIDY = 0.5  # [s] between looks at clocks and revoked keys
-REST = 0.02  # [s] between looks while something waits for a clock
-END = 1.0  # [s] for the last bytes when the gate is closed
 
 REFUSED = {
     words.UNKNOWN: "its key is not on the list",
@@ -67,57 +64,35 @@ class _Guest(NamedTuple):
     name: str
 
 
-class Gate:
+class Gate(Attendant):
     """Listens on a socket and passes connections that prove themselves on to the Unix socket `inside`.
 
     on_revoked(public): called in the gate's thread when the connection of a client whose key was revoked is closed.
     """
 
     def __init__(self, listener: socket.socket, inside: str, rule: Rule, on_revoked: Callable[[bytes], object]) -> None:
+        super().__init__("gate")
         self.listener, self.inside, self.rule, self.on_revoked = listener, inside, rule, on_revoked
         self.turned_away: Counter[str] = Counter()  # connections by reason
         self._sparse = SparseLog(log)
-        self._selector = selectors.DefaultSelector()
         self._visitors: dict[socket.socket, _Visitor] = {}
         self._guests: dict[Line, _Guest] = {}
         self._accepts = Allowance(ACCEPTS, 0.1 * ACCEPTS)
         self._frames: dict[str, Allowance] = {}  # of strangers by machine
         self._listening, self._next_tidy = False, 0.0
-        self._closed, (self._wake, self._woken) = threading.Event(), socket.socketpair()
-        self._selector.register(self._woken, selectors.EVENT_READ, None)
         listener.setblocking(False)
-        self.thread = threading.Thread(target=self._run, name="gate", daemon=True)
         self.thread.start()
-
-    def close(self) -> None:
-        """Passes on what is under way, for END seconds at most, and closes all connections."""
-        self._closed.set()
-        with contextlib.suppress(OSError):  # it has looked by itself, and ended
-            self._wake.send(b"!")
-        self.thread.join()
-        self._wake.close()
 
     # -- the loop ----------------------------------------------------------------------------------------------------
 
-    def _run(self) -> None:
-        try:
-            while not self._closed.is_set():
-                try:
-                    self._serve(self._rest())
-                except Exception:
-                    log.exception("a fault of this program in the gate, please report it")
-                    time.sleep(TIDY)
-            self._selector.unregister(self._woken)
-            self._listen(False)
-            end = time.monotonic() + END
-            while self._guests and time.monotonic() < end:
-                self._serve(REST)
-        finally:
-            for line in self._guests:
-                line.close()
-            for connection in (*self._visitors, self.listener, self._woken):
-                connection.close()
-            self._selector.close()
+    def _refuse_more(self) -> None:
+        self._listen(False)
+
+    def _busy(self) -> bool:
+        return bool(self._guests)
+
+    def _connections(self) -> Iterable[Any]:
+        return (*self._guests, *self._visitors, self.listener)
 
     def _serve(self, seconds: float) -> None:
         """Handles what happens within a time [s]."""

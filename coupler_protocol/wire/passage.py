@@ -9,18 +9,18 @@ import logging
 import secrets
 import selectors
 import socket
-import threading
 import time
+from collections.abc import Iterable
+from typing import Any
 
 from coupler_protocol.wire import gate_words as words
 from coupler_protocol.wire.admission import Pass
+from coupler_protocol.wire.attendant import Attendant
 from coupler_protocol.wire.byte_line import Line
 from coupler_protocol.wire.stranger_line import JoiningLine
 
 log = logging.getLogger(__name__)
 PATIENCE = 2.0  # [s] for the gate to be reached, and for each of its answers
-TIDY = 0.5  # [s] between looks at clocks
-END = 1.0  # [s] for the last bytes
 
 
 class RefusedError(Exception):
@@ -31,7 +31,7 @@ class RefusedError(Exception):
         self.proved = proved
 
 
-class Passage:
+class Passage(Attendant):
     """Listens on the Unix socket `listener` and connects each connection with the gate at (host, port); endpoint: its name.
 
     trouble: why there is no connection, or ""; refused: that text if trying again does not help. Once there was a connection,
@@ -39,44 +39,20 @@ class Passage:
     """
 
     def __init__(self, listener: socket.socket, address: tuple[str, int], endpoint: str, ticket: Pass) -> None:
+        super().__init__("passage")
         self.listener, self.address, self.endpoint, self.ticket = listener, address, endpoint, ticket
         self.trouble = self.refused = ""
         self.passed = False  # whether there ever was a connection
-        self._selector = selectors.DefaultSelector()
-        self._closed, (self._wake, self._woken) = threading.Event(), socket.socketpair()
         self._line: Line | None = None
-        for end in (listener, self._woken):
-            end.setblocking(False)
-            self._selector.register(end, selectors.EVENT_READ, None)
-        self.thread = threading.Thread(target=self._run, name="passage", daemon=True)
+        listener.setblocking(False)
+        self._selector.register(listener, selectors.EVENT_READ, None)
         self.thread.start()
 
-    def close(self) -> None:
-        """Passes on what is under way, for END seconds at most, and closes the connection."""
-        self._closed.set()
-        with contextlib.suppress(OSError):  # it has looked by itself, and ended
-            self._wake.send(b"!")
-        self.thread.join()
-        self._wake.close()
+    def _busy(self) -> bool:
+        return self._line is not None and self._line.open
 
-    def _run(self) -> None:
-        try:
-            while not self._closed.is_set():
-                try:
-                    self._serve(TIDY)
-                except Exception:
-                    log.exception("a fault of this program in the passage, please report it")
-                    time.sleep(TIDY)
-            self._selector.unregister(self._woken)
-            until = time.monotonic() + END
-            while self._line is not None and self._line.open and time.monotonic() < until:
-                self._serve(0.02)
-        finally:
-            if self._line is not None:
-                self._line.close()
-            for end in (self.listener, self._woken):
-                end.close()
-            self._selector.close()
+    def _connections(self) -> Iterable[Any]:
+        return (self.listener,) if self._line is None else (self._line, self.listener)
 
     def _serve(self, seconds: float) -> None:
         for key, events in self._selector.select(seconds):

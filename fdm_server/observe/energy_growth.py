@@ -36,8 +36,7 @@ from fdm_server.step.safety import Unstable
 
 MARGIN, GROWTH, COUPLED_GROWTH, FLOOR = 5.0, 100.0, 25.0, 0.01
 GIVEN, MOST, BEFORE, LOOKS, ONSET, NOW, FASTEST, HEIGHT, GRAVITY, FOUND = range(10)  # of Balance.sums
-OF_DISCS = Answer._fields.index("kinetic"), Answer._fields.index("stored"), Answer._fields.index("height")
-KINETIC, STORED, ABOVE = OF_DISCS
+KINETIC, STORED, ABOVE = (Answer._fields.index(name) for name in ("kinetic", "stored", "height"))  # of the discs
 
 
 class Balance(NamedTuple):

@@ -225,14 +225,10 @@ class StageRun(Kept):
 
     def _judge(self, model, state):
         self._unjudged = False
-        self.note_look(self.done, self._ratios(model, state), farthest(state.displacement))
-
-    def note_look(self, done, ratios, displacement):
-        """Takes note of the ratios of both codes, that of the grid first, and the largest displacement after `done` steps."""
-        self.note_looks([(done, ratios, displacement)])
+        self.note_looks([(self.done, self._ratios(model, state), farthest(state.displacement))])
 
     def note_looks(self, looks):
-        """Takes note of what looks have found, as `note_look`: rows (done, ratios, displacement)."""
+        """Takes note of what looks have found: steps done, ratios of both codes, that of the grid first, largest displacement."""
         waiting = bool(self.held)
         for done, ratios, displacement in looks:
             self.ended_by = self.ended_by or self._ending.reached(done + 1, ratios, displacement, waiting)

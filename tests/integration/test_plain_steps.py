@@ -5,6 +5,7 @@ import copy
 import pytest
 
 from colluvium import open_run
+from colluvium.results.timeline import intervals
 from colluvium.running.threads import run
 from coupler_protocol.scene.reader import build_scene
 from coupler_protocol.wire import lanes
@@ -15,6 +16,7 @@ from tests.window_scenes import BOX, uniform
 SMALL = [[1.0, 1.0], [3.0, 1.0], [3.0, 3.0], [1.0, 3.0]]
 OTHER = [[4.5, 3.5], [6.5, 3.5], [6.5, 5.0], [4.5, 5.0]]
 STONES = {"content": 0.2, "size": {"mean": 0.5, "sigma": 0.1, "min": 0.4, "max": 0.6}, "gap": 0.05, "body": "clump"}
+TRACED = 100  # steps of every stage
 STONE = {"density": 2700.0, "spring": {"normal": 1e8, "shear": 1e8}, "friction": {"coefficient": 1.0}}
 
 
@@ -62,6 +64,18 @@ def same_files(tmp_path):
     return [(name, found) for name in names for found in differing(tmp_path / "lane" / name, tmp_path / "link" / name)]
 
 
+def waits_are_traced(folder):
+    """Each side of a run waited once in every traced step of its last stage, and its intervals do not overlap."""
+    with open_run(folder) as found:
+        of_sides = intervals(found)
+    for side, traced in of_sides.items():
+        own = traced.where(traced.stage == "more")
+        waits = own.where(own.activity == "waiting")
+        assert waits.step.tolist() == list(range(TRACED)), side
+        assert (own.begin[1:] >= own.end[:-1]).all(), side
+        assert (own.activity == "recording").sum() < TRACED // 2, side
+
+
 SHORT = "large strain, clumps"
 CASES = {
     "two windows, paper's mapping, combined damping, histories of every third step": {
@@ -70,7 +84,7 @@ CASES = {
         "damping": {"combined": 0.8},
         "record__history": 3,
     },
-    SHORT: {"grid__large_strain": True, "stones": STONES, "discs__stone": STONE},
+    SHORT: {"grid__large_strain": True, "stones": STONES, "discs__stone": STONE, "record__trace": TRACED},
     "real time, Rayleigh damping, large strain": {
         "grid__large_strain": True,
         "stage__3__time": "real",
@@ -98,6 +112,8 @@ def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
         assert row["plain_steps"] >= row["steps"] - 6 - row["steps"] // 60, (row, history)
         assert "one_by_one_discrete" not in row
         assert all(plain >= row["steps"] - 6 - row["steps"] // 60 for plain in row["plain_steps_discrete"]), row
+    if "record__trace" in CASES[case]:
+        waits_are_traced(tmp_path / "lane")
 
 
 @pytest.mark.parametrize("until", [{"ratio": 3e-2, "steps": 900}, {"displacement": 8.5e-5, "steps": 900}])
