@@ -14,10 +14,13 @@ from coupler_protocol.compiled.system_calls import nanoseconds
 from coupler_protocol.interface.mapping import forces_to_nodes
 from coupler_protocol.wire.messages import Answer, Order
 from dem_server.coupling.look import look
-from dem_server.coupling.rim import move_ring, ring_power
+from dem_server.coupling.rim import move_ring
 from dem_server.effects.histories import PairHistory
 from dem_server.effects.parameter_table import Parameters
 from dem_server.model import CAPS, FX, FY, MOMENT, SPIN, VX, VY, Listed, X, Y
+from dem_server.observe.energy import ring_power, stored_kernel
+from dem_server.observe.energy_ledger import book_bodies, book_pairs, copy_before, note_energies
+from dem_server.observe.pair_work import copy_springs
 from dem_server.step import scratch_rows
 from dem_server.step.clumps import move_clumps
 from dem_server.step.contact_pass import add_list, farthest
@@ -131,10 +134,11 @@ def largest_square(v):
 
 
 @jit
-def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history, parameters, counters, sight, marks):
+def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history, parameters, counters, sight, ledger, marks):
     """Takes steps, each from FORCE to the contacts after VELOCITY; returns (steps done, why it ended, fast discs or sub-step).
 
     begun: FORCE of the first step is sent, and what precedes it is seen. sight: a Sight, with room for what MOST steps show.
+    ledger: the Book of the stage's energies with such room, or None.
     The step that is not completed has: prepared FORCE (INFINITE: which is not finite; UNSENT), or sent it (NOTICED: what was seen
     then has to be judged), or also moved the free discs (UNHEARD; FAST: too fast without a cap), or also received VELOCITY, which
     is not for one step (ODD), or also moved the ring in a sub-step (FAST_RIM: too fast; CONTACTS: a new list of pairs is due, or
@@ -168,6 +172,8 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
         talk.gravity[0] = gravity
         for sub in range(substeps):
             fast, quickest = 0, 0.0
+            if ledger is not None:
+                copy_before(disc, load, weight, clumps, gravity, kick, ledger)
             if clumps is not None:
                 fast, quickest = move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
             more, other = move(R, count, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
@@ -195,8 +201,19 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
                 moved = farthest(disc, listed_at)
             if talk.order[FLAGS] != 0.0 or not moved <= talk.leeway:
                 return step, CONTACTS, sub
+            if ledger is not None:
+                book_bodies(disc, load, weight, clumps, R, gravity, dt, ledger)
+                if sub == 0 and done % sight.every == 0:
+                    stored = stored_kernel(
+                        disc, named.first, named.second, named.kind, past.normal, past.shear, past.rolled, past.parallel,
+                        sight.spring, sight.parallel_bond,
+                    )  # fmt: skip
+                    note_energies(done, stored, ledger)
+                copy_springs(past, ledger.before)
             if sub == 0 and (done + 1) % sight.every == 0:
                 sight.power[0] = ring_power(ring.carried, disc)
             add_list(disc, load, named, past, law, dt, counters, None, scratch)
+            if ledger is not None:
+                book_pairs(disc, named, past, sight.spring, sight.parallel_bond, dt, ledger)
         gravity = talk.order[GRAVITY]
     return MOST, DONE, 0

@@ -45,7 +45,6 @@ def obstacle(side):
     found = {
         "messages of steps use the link": lanes is None or not lanes.whole,
         "exchange_every": side.scene.coupling.exchange_every > 1,
-        "energies are recorded": side.ledger is not None,
         "a plugin is called": side.plugin is not None,
         "the discs have several threads": len(shares(side.model)) > 1,
         "walls": side.state.walls is not None,
@@ -122,13 +121,24 @@ class PlainSteps:
         side, gravity = self.side, float(self.gravity[0])
         if sub == 0:
             side.measure_power(order)
-        contact_forces(side.model, side.state)
+        self._contacts(gravity, sub == 0)
         for _ in range(side.substeps - 1 - sub):
+            if side.ledger:
+                side.ledger.copy_before_step(side.state, gravity)
             side.refuse_fast(move_free(side.model, side.state, gravity))
             side.rim.move(side.state, side.talk.velocity)
             side.refuse_fast_rim()
-            contact_forces(side.model, side.state)
+            self._contacts(gravity, False)
         side.check_step()
+
+    def _contacts(self, gravity, begins):
+        """Computes contacts after the ring has moved; begins: in the first sub-step."""
+        side = self.side
+        if side.ledger:
+            side.book_energy(gravity, begins)
+        contact_forces(side.model, side.state)
+        if side.ledger:
+            side.ledger.book_contacts(side.model, side.state)
 
     def _see_completed(self):
         """Looks at the completed step if histories have a point there, as the loop step by step does."""
@@ -178,6 +188,7 @@ class PlainSteps:
         said = Talk(self.answer, self.order, self.gravity, side.steps, 0.5 * skin(model), time.monotonic_ns() + lanes.LONGEST)
         self.sight.rows[0], self.sight.power[0] = 0, side.power
         self.sight.fresh[0] = not side.guard.knows_list(state)
+        self.book = None if side.ledger is None else side.ledger.book_of_rows(state, len(self.sight.steps))
         longest = SPEED_CAP * model.smallest_radius
         kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
         agreed = dt if side.step is None else side.step
@@ -185,7 +196,8 @@ class PlainSteps:
         return (
             self.lanes.wire, ring, said, motion, begun,
             (state.disc, state.load, state.weight, state.angle, state.listed_at), state.clumps,
-            tuple(state.listed), tuple(history_of(state)), tuple(model.parameters), state.counters, self.sight, self.marks,
+            tuple(state.listed), tuple(history_of(state)), tuple(model.parameters), state.counters, self.sight, self.book,
+            self.marks,
         )  # fmt: skip
 
     def _count(self, steps):
@@ -198,6 +210,8 @@ class PlainSteps:
             side.time += side.step
             times.append(side.time)
         side.watch.stages[-1].steps += steps
+        if self.book is not None and self.book.noted[0]:
+            side.recorder.histories(*side.ledger.histories(self.book))
         rows = int(self.sight.rows[0])
         if rows:
             side.watch.add_to("computing")

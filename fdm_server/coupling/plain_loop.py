@@ -16,6 +16,8 @@ from fdm_server.coupling.look import look, note
 from fdm_server.coupling.rim import apply_forces
 from fdm_server.coupling.rim_growth import NOTICED as GROWS
 from fdm_server.coupling.rim_growth import watch_growth, watch_power
+from fdm_server.observe.energy import strain_kernel
+from fdm_server.observe.energy_ledger import book_points, book_zones, copy_before, note_energies
 from fdm_server.step.gridpoint_pass import velocity_kernel
 from fdm_server.step.masses import add_static_masses
 from fdm_server.step.zone_pass import move_kernel, zones_kernel
@@ -158,18 +160,19 @@ def count_step(renewal, displacement, mass):
 
 
 @jit
-def plain_loop(wire, rims, course, points, resistance, always, effects, renewal, midway, sight, marks):
+def plain_loop(wire, rims, course, points, resistance, always, effects, renewal, midway, sight, ledger, marks):
     """Takes the steps of `course`; returns (steps completed, rims heard in the step that is not, why it ended).
 
     points: applied, added_mass, mass, weight_mass, fixed, static_mass (None in static mode); resistance: damping, half_combined,
     previous, half_drag of `velocity_kernel`; always, effects: of fdm_server.step.zone_pass.zone_arguments; renewal: a Renewal in
-    static large strain, else None; sight: the Sight of the stage. midway: the first step has sent its velocities and looked
-    already. marks (n,2): times [ns] between which each step waits for FORCE, None without a trace.
+    static large strain, else None; sight: the Sight of the stage; ledger: the Book of its energies, or None. midway: the first
+    step has sent its velocities and looked already. marks (n,2): times [ns] between which each step waits for FORCE, None
+    without a trace.
     """
     applied, added_mass, mass, weight_mass, fixed, static_mass = points
     damping, half_combined, previous, half_drag = resistance
     geometry, gather, stiffness, arrays = always
-    velocity, displacement, _, _, force = arrays
+    velocity, displacement, stress, _, force = arrays
     mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy = effects
     windows, count, strips = len(wire.fd), velocity.shape[0], len(gather[1]) - 2
     all_from = np.int64(0)  # for a literal number numba would compile the kernels once more
@@ -192,6 +195,8 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
             )  # fmt: skip
             if too_long(rims, mass, added_mass, static_mass, dt):
                 return step, windows, TOO_LONG
+            if ledger is not None:
+                copy_before(velocity, stress, ledger)
             velocity_kernel(
                 all_from, count, force, applied, mass, added_mass, weight_mass, fixed, gravity,
                 damping, half_combined, previous, half_drag, dt, velocity,
@@ -202,9 +207,18 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
                     return step, w, INFINITE
                 unsent |= not put(wire, w)
                 wire.sequence[w] += 1
+            if ledger is not None:
+                book_points(
+                    force, applied, weight_mass, mass, added_mass, fixed, gravity, course.seconds, velocity, None,
+                    rims.nodes, rims.force, ledger,
+                )  # fmt: skip
             noticed = watch_rims(rims, number, course.seconds)
-            if (number - 1) % sight.every == 0:
+            looks = (number - 1) % sight.every == 0
+            if looks:
                 noticed |= look(number - 1, rims, points, gather, arrays, gravity, course.seconds, sight)
+            if ledger is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                if looks:
+                    note_energies(number - 1, strain_kernel(geometry, stiffness, stress, displacement, xy), ledger)
             if unsent or noticed:
                 return step, windows, UNSENT if unsent else NOTICED
         midway = False
@@ -215,6 +229,8 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
         )  # fmt: skip
         if inverted > 0:
             return step, windows, INVERTED
+        if ledger is not None:
+            book_zones(geometry, stiffness, velocity, course.seconds, stress, None, ledger)
         if renewal is not None:
             count_step(renewal, displacement, mass)
         if number % sight.every == 0 and number <= course.noted:

@@ -43,7 +43,6 @@ def obstacle(side, stage):
     found = {
         "messages of steps use the link": lanes is None or not lanes.whole,
         "exchange_every": side.scene.coupling.exchange_every > 1,
-        "energies are recorded": stage.ledger is not None,
         "a plugin is called": side.plugin is not None,
         "volumetric strain is averaged at gridpoints": side.model.nodal is not None,
         "the grid has several threads": len(parts.points) > 1 or len(parts.strips) > 1,
@@ -67,6 +66,7 @@ class PlainSteps:
             self.renewal = _renewal(side.model, side.state)
             self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
             self.sight, self.names = look.sight_of(side, stage, MOST)
+            self.book = None if stage.ledger is None else stage.ledger.book_of_rows(len(self.sight.looks))
 
     def take(self):
         """Takes all plain steps from the present one on; returns before the first step that has to be taken by itself."""
@@ -100,7 +100,7 @@ class PlainSteps:
         side, stage, record = self.side, self.stage, self.stage.record
         if stage.ended_by or any(rim.talk.strain_asked for rim in stage.rims) or not stage.step_is_known:
             return 0
-        if stage.checkpoint_due(side.steps + 1):
+        if stage.checkpoint_due(side.steps + 1) or (stage.ledger and not stage.ledger.begun):
             return 0
         count = min(MOST, record.every - 1 - side.steps % record.every, side.clock.steps_before(side.steps + 1))
         if side.state.driven is not None:  # movements of boundaries are recorded in Python
@@ -126,11 +126,13 @@ class PlainSteps:
                     rim.heard = True
                 return False
             if why in (INFINITE, TOO_LONG, INVERTED):
+                self._record_energies()
                 self._refuse(why, heard)
             if why == UNSENT:
                 for rim in stage.rims:
                     rim.talk.conversation.send_by_link()
             stage.judge_plain_step(looked=side.steps % stage.record.history == 0)
+            self._record_energies()
             course, midway = _after(course, steps), True
             if stage.ended_by:  # this step is completed, the next one is the last
                 course = course._replace(gravity=course.gravity[:2], factor=course.factor[:2], share=course.share[:1])
@@ -187,7 +189,8 @@ class PlainSteps:
         points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
         drag, (always, effects) = resistance(model, state, state.dt), zone_arguments(model, state)
         return (
-            self.lanes.wire, self.rims, course, points, drag, always, effects, self.renewal, midway, self.sight, self.marks
+            self.lanes.wire, self.rims, course, points, drag, always, effects, self.renewal, midway, self.sight, self.book,
+            self.marks,
         )  # fmt: skip
 
     def _count(self, steps, noted):
@@ -199,6 +202,7 @@ class PlainSteps:
         before = side.steps - stage.done
         if len(rows):
             stage.note_looks((int(done) - before, (ratio, largest), far) for done, ratio, largest, far in rows.tolist())
+        self._record_energies(side.steps)
         if self.renewal is not None:
             side.state.mass_age = int(self.renewal.age[0])
         elif side.state.mass is not None and steps:
@@ -214,6 +218,13 @@ class PlainSteps:
             side.watch.add_to("computing")
             side.record(stage, stage.plain_order())
             side.watch.add_to("recording")
+
+    def _record_energies(self, below=np.inf):
+        """Records the energies noted of steps `below` a number; the last look is judged before its energies are recorded."""
+        if self.book is not None and self.book.noted[0]:
+            self.side.watch.add_to("computing")
+            self.side.recorder.histories(*self.stage.ledger.histories(self.book, True, below))
+            self.side.watch.add_to("recording")
 
 
 def _renewal(model, state):

@@ -218,10 +218,8 @@ class StageRun(Kept):
         self.energy.check(model, state, self.gravity)
         self._say(self.stretch.check(state.displacement) if self.stretch else "")
         if self.ledger:
-            values = {f"energy_{name}": value for name, value in self.ledger.values(model, state).items()}
-            if self.rims:
-                values |= {"interface_power": self.ledger.power, "interface_work": self.ledger.work_of_discs}
-            self.side.recorder.history(self.side.steps, **values)
+            self.ledger.note(self.side.steps, model, state)
+            self.side.recorder.histories(*self.ledger.histories(self.ledger.book, bool(self.rims)))
 
     def _judge(self, model, state):
         self._unjudged = False

@@ -96,6 +96,19 @@ CASES = {
         "stones": STONES,
         "discs__stone": STONE,
     },
+    "energies, two windows, histories of every third step": {
+        "window": [{"name": "a", "polygon": SMALL}, {"name": "b", "polygon": OTHER}],
+        "record__energy": True,
+        "record__history": 3,
+    },
+    "energies, real time, Rayleigh damping, three sub-steps of the discs, clumps": {
+        "record__energy": True,
+        "stage__3__time": "real",
+        "stage__3__damping": {"rayleigh": {"fraction": 0.05, "frequency": 20.0}},
+        "coupling__substeps": 3,
+        "stones": STONES,
+        "discs__stone": STONE,
+    },
 }
 
 
@@ -157,7 +170,6 @@ def test_a_lane_that_breaks_leaves_its_steps_to_the_link(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("more", "why"),
     [
-        ({"record__energy": True}, "energies are recorded"),
         ({"grid__mixed": "nodal"}, "volumetric strain is averaged at gridpoints"),
         ({"coupling__exchange_every": 2}, "exchange_every"),
     ],
