@@ -27,7 +27,11 @@ from dem_server.step.contact_pass import add_list, farthest
 from dem_server.step.motion import move
 
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
-STEP, GRAVITY, DT, INTERVAL, FLAGS = (Order._fields.index(name) for name in ("step", "gravity", "dt", "interval", "flags"))
+STEP, GRAVITY, FACTOR, DT, INTERVAL, FLAGS = (
+    Order._fields.index(name) for name in ("step", "gravity", "gravity_factor", "dt", "interval", "flags")
+)
+NOW, NEXT = range(2)  # of Talk.gravity
+LEFT, OF, FROM, SAID = range(4)  # of Talk.pause
 DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM, NOTICED = range(9)  # why the loop ended
 MOST = 2000  # steps of a call
 Numbers = NDArray[np.float64]
@@ -52,14 +56,17 @@ class Ring(NamedTuple):
 
 
 class Talk(NamedTuple):
-    """answer (8,): of the next FORCE; order (7,): of the last VELOCITY; gravity (1,) [m/s2]: of the step under way.
+    """answer (8,): of the next FORCE; order (7,): of the last VELOCITY; gravity (2,) [m/s2]: of the step under way, of the next.
 
-    first: number of steps done in the run; leeway [m] until the next list; until: monotonic time [ns] after which no step begins.
+    pause (4,): steps until the next exchange, of how many, gravity [m/s2] in the first of them, and whether FORCE was sent in
+    this call. first: number of steps done in the run; leeway [m] until the next list; until: monotonic time [ns] after which no
+    step begins.
     """
 
     answer: Numbers
     order: Numbers
     gravity: Numbers
+    pause: Numbers
     first: int
     leeway: float
     until: int
@@ -69,7 +76,8 @@ class Motion(NamedTuple):
     """gravity [m/s2] of the first step; ring: number of control discs; kick [s]: time of its forces; dt [s]: of every sub-step.
 
     agreed [s]: length of a step with the continuum, of `substeps`; fastest [m/s]: limit of the speed, longest [m]: of the way
-    in a sub-step; cap: whether faster bodies are slowed down, as in static mode, where dt = 1.
+    in a sub-step; cap: whether faster bodies are slowed down, as in static mode, where dt = 1. most: steps of a VELOCITY;
+    full [m/s2]: gravity of the stage at factor 1.
     """
 
     gravity: float
@@ -81,6 +89,8 @@ class Motion(NamedTuple):
     fastest: float
     longest: float
     cap: bool
+    most: int
+    full: float
 
 
 @jit(borrows=True)
@@ -114,6 +124,16 @@ def read_velocities(wire, ring, order):
 
 
 @jit(borrows=True)
+def gravity_after(talk, full):
+    """Gravity [m/s2] of the step after the one under way, within the steps of a VELOCITY as in grid_talk.steps_between."""
+    order, pause = talk.order, talk.pause
+    if pause[LEFT] == 1.0:
+        return order[GRAVITY]
+    last = full * order[FACTOR]
+    return pause[FROM] + (last - pause[FROM]) * ((pause[OF] - pause[LEFT] + 1.0) / (pause[OF] - 1.0))
+
+
+@jit(borrows=True)
 def too_fast(v, dt, longest):
     """Whether a component of the velocities (R,2) is more than `longest` [m] in a step; false for NaN."""
     fastest = 0.0
@@ -141,35 +161,39 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
     ledger: the Book of the stage's energies with such room, or None.
     The step that is not completed has: prepared FORCE (INFINITE: which is not finite; UNSENT), or sent it (NOTICED: what was seen
     then has to be judged), or also moved the free discs (UNHEARD; FAST: too fast without a cap), or also received VELOCITY, which
-    is not for one step (ODD), or also moved the ring in a sub-step (FAST_RIM: too fast; CONTACTS: a new list of pairs is due, or
-    somebody has to see the step). bodies, listed, history, parameters: plain tuples, as for `cycle` and `force_pass`.
-    marks (MOST,2): times [ns] between which each step waits for VELOCITY, None without a trace.
+    is not for the steps that follow (ODD), or also moved the ring in a sub-step (FAST_RIM: too fast; CONTACTS: a new list of
+    pairs is due, or somebody has to see the step). If a VELOCITY is for several steps, those before its last one send no FORCE.
+    bodies, listed, history, parameters: plain tuples, as for `cycle` and `force_pass`. marks (MOST,2): times [ns] between which
+    each step waits for VELOCITY, None without a trace.
     """
     disc, load, weight, angle, listed_at = bodies
     named, past, law = Listed(*listed), PairHistory(*history), Parameters(*parameters)
     scratch = np.empty(scratch_rows.SIZE)
-    gravity, R, kick, dt, agreed, substeps, fastest, longest, cap = motion
+    gravity, R, kick, dt, agreed, substeps, fastest, longest, cap, most, full = motion
+    order, pause = talk.order, talk.pause
     x, v, spin = disc[:R, X : Y + 1], disc[:R, VX : VY + 1], disc[:R, SPIN]
     count, alpha = disc.shape[0], law.alpha
     force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
     moved = talk.leeway  # no disc has moved farther than the sum of the largest speeds (as in dem_server/step/cycle.py)
     for step in range(MOST):
         done = talk.first + step
+        talk.gravity[NOW] = talk.gravity[NEXT] = gravity
         if step > 0 and nanoseconds(wire.asked) > talk.until:
             return step, DONE, 0
-        if not begun:
+        if not begun and pause[LEFT] == 0.0:
             forces_to_nodes(ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, x, force, moment, ring.force, ring.paper)
             for p in range(R):  # by number: what numba compiles for arrays of two shapes takes seconds
                 ring.carried[p, 0], ring.carried[p, 1], ring.carried[p, 2] = load[p, FX], load[p, FY], load[p, MOMENT]
             if not write_forces(wire, ring, talk.answer):
                 return step, INFINITE, 0
+            pause[SAID] = 1.0
             if not put(wire, 0):
                 return step, UNSENT, 0
+        if not begun:
             due = done % sight.every == 0
             if due and look(done, disc, load, weight, named, past, clumps, R, gravity, counters, talk.answer, sight):
                 return step, NOTICED, 0
         begun = False
-        talk.gravity[0] = gravity
         for sub in range(substeps):
             fast, quickest = 0, 0.0
             if ledger is not None:
@@ -182,24 +206,27 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
                 counters[CAPS] += fast
             elif fast > 0:
                 return step, FAST, fast
-            if sub == 0:
+            if pause[LEFT] == 0.0:
                 if marks is not None:
                     marks[step, 0] = nanoseconds(wire.asked)
                 if take(wire, 0) != HERE:
                     return step, UNHEARD, 0
                 if marks is not None:
                     marks[step, 1] = nanoseconds(wire.asked)
-                read_velocities(wire, ring, talk.order)
+                read_velocities(wire, ring, order)
                 wire.sequence[0] += 1
-                if talk.order[DT] != agreed or talk.order[INTERVAL] != 1.0 or talk.order[STEP] != done + 1:
+                steps = order[INTERVAL]
+                if order[DT] != agreed or not 1.0 <= steps <= most or steps % 1.0 != 0.0 or order[STEP] != done + steps:
                     return step, ODD, 0
+                pause[LEFT], pause[OF], pause[FROM] = steps, steps, gravity
             move_ring(ring.nodes, ring.velocity, ring.seg0, ring.seg1, ring.w0, ring.node, x, v, spin, ring.paper, dt)
             if not cap and too_fast(v, dt, longest):
                 return step, FAST_RIM, sub
             moved += max(quickest, largest_square(v)) ** 0.5 * dt
             if not moved < 0.999 * talk.leeway:
                 moved = farthest(disc, listed_at)
-            if talk.order[FLAGS] != 0.0 or not moved <= talk.leeway:
+            talk.gravity[NEXT] = gravity_after(talk, full)
+            if (order[FLAGS] != 0.0 and pause[LEFT] == 1.0) or not moved <= talk.leeway:
                 return step, CONTACTS, sub
             if ledger is not None:
                 book_bodies(disc, load, weight, clumps, R, gravity, dt, ledger)
@@ -215,5 +242,6 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
             add_list(disc, load, named, past, law, dt, counters, None, scratch)
             if ledger is not None:
                 book_pairs(disc, named, past, sight.spring, sight.parallel_bond, dt, ledger)
-        gravity = talk.order[GRAVITY]
+        gravity = talk.gravity[NEXT]
+        pause[LEFT] -= 1.0
     return MOST, DONE, 0

@@ -11,6 +11,7 @@ import numpy as np
 from coupler_protocol.compiled.cache_files import is_compiled
 from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.scene.ending import least_steps
+from coupler_protocol.scene.schedule import plan
 from coupler_protocol.wire import lanes, messages
 from coupler_protocol.wire.lockstep import PATIENCE
 from dem_server.coupling import look
@@ -20,9 +21,13 @@ from dem_server.coupling.plain_loop import (
     FAST,
     FAST_RIM,
     INFINITE,
+    LEFT,
     MOST,
+    NEXT,
     NOTICED,
+    NOW,
     ODD,
+    SAID,
     UNHEARD,
     UNSENT,
     Motion,
@@ -44,7 +49,6 @@ def obstacle(side):
     lanes = side.conversation.transport.lanes
     found = {
         "messages of steps use the link": lanes is None or not lanes.whole,
-        "exchange_every": side.scene.coupling.exchange_every > 1,
         "a plugin is called": side.plugin is not None,
         "the discs have several threads": len(shares(side.model)) > 1,
         "walls": side.state.walls is not None,
@@ -64,7 +68,7 @@ class PlainSteps:
         if not self.why_not:
             self.lanes = side.conversation.transport.lanes
             self.order, self.answer = np.zeros(len(messages.Order._fields)), np.zeros(len(messages.Answer._fields))
-            self.gravity = np.zeros(1)
+            self.gravity, self.pause = np.zeros(2), np.zeros(4)
             self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
             self.sight = look.sight_of(side, MOST)
 
@@ -97,11 +101,11 @@ class PlainSteps:
             if why == UNHEARD:
                 return RECEIVE, None
             if why in (ODD, FAST_RIM, CONTACTS):
-                order = messages.Order(*self.order.tolist())
                 if why == ODD:
-                    return ACCEPT, order
+                    return ACCEPT, messages.Order(*self.order.tolist())
                 if why == FAST_RIM:
                     side.refuse_fast_rim()
+                order = self._order_of_step()
                 self._complete(order, found)
                 if order.flags:
                     return COMPLETED, order
@@ -116,9 +120,16 @@ class PlainSteps:
         if not self.taken:
             times.one_by_one = self.why_not or ("" if self._begun else "the stage was short, and no cache had the loop")
 
+    def _order_of_step(self):
+        """The Order for the step under way, of a VELOCITY that may be for several."""
+        order = messages.Order(*self.order.tolist())
+        if self.pause[LEFT] > 1.0:
+            order = order._replace(step=self.side.steps + 1.0, gravity=float(self.gravity[NEXT]), flags=0.0)
+        return order
+
     def _complete(self, order, sub):
         """Completes a step from the contacts of its sub-step `sub` on."""
-        side, gravity = self.side, float(self.gravity[0])
+        side, gravity = self.side, float(self.gravity[NOW])
         if sub == 0:
             side.measure_power(order)
         self._contacts(gravity, sub == 0)
@@ -130,6 +141,7 @@ class PlainSteps:
             side.refuse_fast_rim()
             self._contacts(gravity, False)
         side.check_step()
+        self.pause[LEFT] -= 1.0
 
     def _contacts(self, gravity, begins):
         """Computes contacts after the ring has moved; begins: in the first sub-step."""
@@ -168,12 +180,9 @@ class PlainSteps:
         self.checked = fresh and not self.sight.fresh[0]  # whether discs outside the ring were looked for
         if steps or why not in (INFINITE, UNSENT, NOTICED):
             state.dt = state.next_dt
-        talk.continue_from(int(wire.sequence[0]), None if begun and not steps else self.lanes.said(0))
+        talk.continue_from(int(wire.sequence[0]), self.lanes.said(0) if self.pause[SAID] else None)
         side.watch.add_plain_steps(steps, 1e-9 * float(wire.waited[0]), self.marks)
-        if why == ODD:
-            side.gravity = float(self.gravity[0])
-        elif steps or why == CONTACTS:
-            side.gravity = float(self.order[messages.Order._fields.index("gravity")])
+        side.gravity = float(self.gravity[NEXT])
         side.power = float(self.sight.power[0])
         return steps, why, fast
 
@@ -185,14 +194,19 @@ class PlainSteps:
         ring = Ring(
             rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
         )
-        said = Talk(self.answer, self.order, self.gravity, side.steps, 0.5 * skin(model), time.monotonic_ns() + lanes.LONGEST)
+        until, self.pause[SAID] = time.monotonic_ns() + lanes.LONGEST, 0.0
+        said = Talk(self.answer, self.order, self.gravity, self.pause, side.steps, 0.5 * skin(model), until)
         self.sight.rows[0], self.sight.power[0] = 0, side.power
         self.sight.fresh[0] = not side.guard.knows_list(state)
         self.book = None if side.ledger is None else side.ledger.book_of_rows(state, len(self.sight.steps))
         longest = SPEED_CAP * model.smallest_radius
         kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
         agreed = dt if side.step is None else side.step
-        motion = Motion(side.gravity, model.ring, kick, dt, agreed, side.substeps, longest / dt, longest, not model.in_real_time)
+        static = not model.in_real_time
+        motion = Motion(
+            side.gravity, model.ring, kick, dt, agreed, side.substeps, longest / dt, longest, static,
+            side.scene.coupling.exchange_every if static else 1, float(plan(side.scene)[side.stage].gravity),
+        )  # fmt: skip
         return (
             self.lanes.wire, ring, said, motion, begun,
             (state.disc, state.load, state.weight, state.angle, state.listed_at), state.clumps,

@@ -12,7 +12,8 @@ from coupler_protocol.compiled.jit import jit
 from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
 from coupler_protocol.compiled.system_calls import nanoseconds
 from coupler_protocol.wire.messages import Answer, Order
-from fdm_server.coupling.look import look, note
+from fdm_server.coupling.exchange_pauses import BEGINS, add_path, due, judges_now, note_forces, note_velocities
+from fdm_server.coupling.look import compare, look, note
 from fdm_server.coupling.rim import apply_forces
 from fdm_server.coupling.rim_growth import NOTICED as GROWS
 from fdm_server.coupling.rim_growth import watch_growth, watch_power
@@ -103,19 +104,43 @@ def read_forces(wire, w, rims):
 
 
 @jit(borrows=True)
-def write_velocities(wire, w, rims, velocity, course, step):
+def copy_velocities(rims, velocity):
+    """Sets the rims' velocities to those (N,2) of the step."""
+    for k in range(len(rims.nodes)):
+        for axis in range(2):
+            rims.velocity[k, axis] = velocity[rims.nodes[k], axis]
+
+
+@jit
+def pause(rims, velocity, number, pauses):
+    """Decides whether an exchange follows the step with this number: returns the steps since the last one, or 0.
+
+    Sets the rims' velocities to the means of these steps.
+    """
+    pace, path = pauses
+    add_path(rims.nodes, velocity, path, pace)
+    note_velocities(rims.nodes, rims.velocity, velocity, pace)
+    interval = due(number, False, pace)
+    if interval > 0:
+        for k in range(len(rims.nodes)):
+            for axis in range(2):
+                rims.velocity[k, axis] = path[k, axis] / interval
+    return interval
+
+
+@jit(borrows=True)
+def write_velocities(wire, w, rims, course, step, interval):
     """Writes VELOCITY for window w into the outbox; returns whether all velocities are finite."""
     at, said = (wire.out_at[w] >> 3) + HEADER_NUMBERS, wire.said
     said[at + STAGE], said[at + STEP] = course.stage, course.first + step
     said[at + GRAVITY], said[at + FACTOR] = course.gravity[step + 1], course.factor[step]
-    said[at + DT], said[at + INTERVAL], said[at + FLAGS] = course.seconds, 1.0, 0.0
+    said[at + DT], said[at + INTERVAL], said[at + FLAGS] = course.seconds, interval, 0.0
     at += ORDER
     total = 0.0
     for k in range(rims.begin[w], rims.begin[w + 1]):
-        n = rims.nodes[k]
         for axis in range(2):
-            v = velocity[n, axis]
-            rims.velocity[k, axis] = said[at] = v
+            v = rims.velocity[k, axis]
+            said[at] = v
             total += v
             at += 1
     return np.isfinite(total)
@@ -160,13 +185,14 @@ def count_step(renewal, displacement, mass):
 
 
 @jit
-def plain_loop(wire, rims, course, points, resistance, always, effects, renewal, midway, sight, ledger, marks):
+def plain_loop(wire, rims, course, points, resistance, always, effects, renewal, midway, sight, pauses, ledger, marks):
     """Takes the steps of `course`; returns (steps completed, rims heard in the step that is not, why it ended).
 
     points: applied, added_mass, mass, weight_mass, fixed, static_mass (None in static mode); resistance: damping, half_combined,
     previous, half_drag of `velocity_kernel`; always, effects: of fdm_server.step.zone_pass.zone_arguments; renewal: a Renewal in
-    static large strain, else None; sight: the Sight of the stage; ledger: the Book of its energies, or None. midway: the first
-    step has sent its velocities and looked already. marks (n,2): times [ns] between which each step waits for FORCE, None
+    static large strain, else None; sight: the Sight of the stage; ledger: the Book of its energies, or None. pauses: (Pauses of
+    its Pace, path (K,2) [m] of the rims since the last exchange), None with an exchange in every step. midway: the first step has
+    sent its velocities and looked already. marks (n,2): times [ns] between which each step waits for FORCE, None
     without a trace.
     """
     applied, added_mass, mass, weight_mass, fixed, static_mass = points
@@ -181,9 +207,12 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
             return step, 0, DONE
         number, gravity = course.first + step, course.gravity[step]
         if not midway:
+            begins, interval = True, 1
+            if pauses is not None:
+                begins = pauses[0].now[BEGINS] != 0.0
             if marks is not None:
                 marks[step, 0] = nanoseconds(wire.asked)
-            for w in range(windows):
+            for w in range(windows if begins else 0):
                 if take(wire, w) != HERE:
                     return step, w, UNHEARD
                 read_forces(wire, w, rims)
@@ -195,15 +224,22 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
             )  # fmt: skip
             if too_long(rims, mass, added_mass, static_mass, dt):
                 return step, windows, TOO_LONG
+            if pauses is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                if begins:
+                    note_forces(rims.nodes, rims.sums, mass, pauses[0])
             if ledger is not None:
                 copy_before(velocity, stress, ledger)
             velocity_kernel(
                 all_from, count, force, applied, mass, added_mass, weight_mass, fixed, gravity,
                 damping, half_combined, previous, half_drag, dt, velocity,
             )  # fmt: skip
-            unsent = False
-            for w in range(windows):
-                if not write_velocities(wire, w, rims, velocity, course, step):
+            if pauses is None:
+                copy_velocities(rims, velocity)
+            else:
+                interval = pause(rims, velocity, number, pauses)
+            sends, unsent = interval > 0, False
+            for w in range(windows if sends else 0):
+                if not write_velocities(wire, w, rims, course, step, interval):
                     return step, w, INFINITE
                 unsent |= not put(wire, w)
                 wire.sequence[w] += 1
@@ -212,13 +248,17 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
                     force, applied, weight_mass, mass, added_mass, fixed, gravity, course.seconds, velocity, None,
                     rims.nodes, rims.force, ledger,
                 )  # fmt: skip
-            noticed = watch_rims(rims, number, course.seconds)
-            looks = (number - 1) % sight.every == 0
+            noticed = sends and watch_rims(rims, number, course.seconds)
+            looks = judged = (number - 1) % sight.every == 0
             if looks:
-                noticed |= look(number - 1, rims, points, gather, arrays, gravity, course.seconds, sight)
+                noticed |= look(rims, points, arrays, gravity, course.seconds, sight)
             if ledger is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
                 if looks:
                     note_energies(number - 1, strain_kernel(geometry, stiffness, stress, displacement, xy), ledger)
+            if pauses is not None:
+                judged = judges_now(looks, pauses[0])
+            if judged:
+                noticed |= compare(number - 1, rims, points, gather, arrays, gravity, sight)
             if unsent or noticed:
                 return step, windows, UNSENT if unsent else NOTICED
         midway = False

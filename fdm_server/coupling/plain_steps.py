@@ -42,7 +42,6 @@ def obstacle(side, stage):
     parts = side.model.partition
     found = {
         "messages of steps use the link": lanes is None or not lanes.whole,
-        "exchange_every": side.scene.coupling.exchange_every > 1,
         "a plugin is called": side.plugin is not None,
         "volumetric strain is averaged at gridpoints": side.model.nodal is not None,
         "the grid has several threads": len(parts.points) > 1 or len(parts.strips) > 1,
@@ -63,6 +62,7 @@ class PlainSteps:
         if not self.why_not:
             self.lanes = side.hub.transport.lanes
             self.rims = _side_by_side(stage, side.state.in_real_time)
+            self.pauses = None if stage.pace.every == 1 else (stage.pace.pauses, _paths(stage.rims))
             self.renewal = _renewal(side.model, side.state)
             self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
             self.sight, self.names = look.sight_of(side, stage, MOST)
@@ -170,6 +170,9 @@ class PlainSteps:
         wire.waited[0] = 0
         self.sight.rows[:] = 0
         self.sight.ratio[0] = self.stage.ratio
+        if self.pauses is not None:  # the first step may be one under forces that were received step by step
+            self.rims.sums[:] = np.concatenate([rim.sums for rim in self.stage.rims])
+            self.rims.answer[:] = [rim.answer for rim in self.stage.rims]
         found = plain_loop(*self._arguments(course, midway))
         for row, talk in enumerate(conversations):
             sequence = int(wire.sequence[row])
@@ -177,6 +180,7 @@ class PlainSteps:
         for row, rim in enumerate(self.stage.rims):
             rim.answer = messages.Answer(*self.rims.answer[row].tolist())
             rim.sums = self.rims.sums[slice(*self.rims.begin[row : row + 2])].copy()
+        self.stage.pace.note_fall_back()
         self.side.watch.add_plain_steps(found[0], 1e-9 * float(wire.waited[0]), self.marks)
         return found
 
@@ -189,8 +193,8 @@ class PlainSteps:
         points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
         drag, (always, effects) = resistance(model, state, state.dt), zone_arguments(model, state)
         return (
-            self.lanes.wire, self.rims, course, points, drag, always, effects, self.renewal, midway, self.sight, self.book,
-            self.marks,
+            self.lanes.wire, self.rims, course, points, drag, always, effects, self.renewal, midway, self.sight,
+            self.pauses, self.book, self.marks,
         )  # fmt: skip
 
     def _count(self, steps, noted):
@@ -264,6 +268,15 @@ def _side_by_side(stage, in_real_time):
         watch.growth.before, watch.growth.size = of_all.before[own], of_all.size[row]
         watch.power.awaited, watch.power.verdict = of_all.awaited[row], of_all.verdict[row]
     return of_all
+
+
+def _paths(rims):
+    """Paths (K,2) [m] of all rims since the last exchange in one array; those of the rims become views of it."""
+    path, first = np.concatenate([rim.path for rim in rims]), 0
+    for rim in rims:
+        rim.path = path[first : first + len(rim.nodes)]
+        first += len(rim.nodes)
+    return path
 
 
 def _after(course, steps):
