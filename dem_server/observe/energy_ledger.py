@@ -282,12 +282,12 @@ class Ledger(Kept):
 
     def note(self, done, model, state):
         """Notes the energies of the last whole step, the `done`-th of the run, before its contacts change."""
+        self.book.noted[0] = 0  # there is one row
         note_energies(done, energy.stored(model, state), self.book)
 
     def values(self, model, state):
         """Energies {name: [J]} of the last whole step, before its contacts change: NAMES."""
         self.note(0, model, state)
-        self.book.noted[0] = 0
         return {name: column[0] for name, column in columns(self.book.rows).items()}
 
     def histories(self, book=None):

@@ -276,12 +276,12 @@ class Ledger(Kept):
 
     def note(self, done, model, state):
         """Notes the energies of the last whole step, the `done`-th of the run."""
+        self.book.noted[0] = 0  # there is one row
         note_energies(done, strain_energy(model, state), self.book)
 
     def values(self, model, state):
         """Energies {name: [J]} of the last whole step: NAMES; `averaging` also with nodal mixed discretisation."""
         self.note(0, model, state)
-        self.book.noted[0] = 0
         return {name: column[0] for name, column in self.columns(self.book.rows).items()}
 
     def histories(self, book, coupled, below=np.inf):
