@@ -5,8 +5,8 @@ moves to another place in the file. If the writer is killed before the index of 
 earlier frames are lost. So a chunk with rows of an earlier frame is either not compressed and is rewritten in
 place with the same bytes (`Rows`), or is not changed again, because every block begins a new chunk (`Blocks`).
 
-Chunks are compressed here and handed to HDF5 as they are to lie in the file: the filters are HDF5's own (shuffle, gzip), which every
-reader of the format has, but ISA-L needs an eighth of the time of the zlib within HDF5. The loop of the steps needs these cores.
+Chunks are compressed here and handed to HDF5 as they are to lie in the file. The filters are HDF5's own (shuffle, gzip), which
+every reader of the format has, but ISA-L needs an eighth of the time of the zlib within HDF5, and the steps need these cores.
 """
 
 import h5py
