@@ -3,15 +3,21 @@
 Source: ISO/IEC 9899, hypot of the C library, which numpy calls as well.
 """
 
-import numba
+from typing import Any
+
 import numpy as np
 from numba import types
 
-if numba.config.DISABLE_JIT:
+from coupler_protocol.compiled.ahead import ENABLED
+from coupler_protocol.compiled.jit import jit
 
-    def hypot(x: float, y: float) -> float:
-        """Length of (x, y)."""
-        return float(np.hypot(x, y))
-
+if ENABLED:
+    _hypot: Any = types.ExternalFunction("hypot", types.float64(types.float64, types.float64))
 else:
-    hypot = types.ExternalFunction("hypot", types.float64(types.float64, types.float64))
+    _hypot = np.hypot
+
+
+@jit(forceinline=True)
+def hypot(x: float, y: float) -> float:
+    """Length of (x, y)."""
+    return _hypot(x, y)
