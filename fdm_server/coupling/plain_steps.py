@@ -10,6 +10,7 @@ import time
 import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
+from coupler_protocol.process.plugin import interval_of
 from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.wire import lanes, messages
 from coupler_protocol.wire.lockstep import PATIENCE
@@ -45,7 +46,7 @@ def obstacle(side, stage):
         "messages of steps use the link": lanes is None or not lanes.whole,
         "exchange_every": side.scene.coupling.exchange_every > 1,
         "energies are recorded": stage.ledger is not None,
-        "a plugin is called": side.plugin is not None,
+        "a plugin is called after every step": interval_of(side.plugin) == 1,
         "the grid has several threads": len(parts.points) > 1 or len(parts.strips) > 1,
     }
     return next((words for words, there in found.items() if there), "")
@@ -97,13 +98,15 @@ class PlainSteps:
         return {"plain_steps": self.taken} | ({"one_by_one": why} if why else {})
 
     def _ahead(self):
-        """Number of plain steps up to the next frame, change of masses, or end."""
+        """Number of plain steps up to the next frame, call of a plugin, change of masses, or end."""
         side, stage, record = self.side, self.stage, self.stage.record
         if stage.ended_by or any(rim.talk.strain_asked for rim in stage.rims) or not stage.step_is_known:
             return 0
         if stage.checkpoint_due(side.steps + 1):
             return 0
         count = min(MOST, record.every - 1 - side.steps % record.every, side.clock.steps_before(side.steps + 1))
+        if every := interval_of(side.plugin):
+            count = min(count, every - 1 - side.steps % every)
         if side.state.mass is not None and side.state.in_real_time:  # the step may change with the masses
             count = min(count, shape.MASS_STEPS - side.state.mass_age)
         if stage.stage.until.steps is not None:

@@ -7,6 +7,7 @@ import pytest
 from colluvium import open_run
 from colluvium.results.timeline import intervals
 from colluvium.running.threads import run
+from coupler_protocol.process.plugin import from_functions, interval_of
 from coupler_protocol.scene.reader import build_scene
 from coupler_protocol.wire import lanes
 from coupler_protocol.wire.lanes import Lanes
@@ -43,14 +44,14 @@ def scene(**more):
     return data
 
 
-def both_ways(tmp_path, data):
+def both_ways(tmp_path, data, plugin=None):
     """Runs of a scene in one process, over a lane and without one: the first one's rows of coupled stages in run.json."""
     for name, lane in (("lane", None), ("link", False)):
         (tmp_path / name).mkdir()
         own = copy.deepcopy(data)
         if lane is not None:
             own["link"] = {"lane": lane}
-        run(build_scene(own), tmp_path / name)
+        run(build_scene(own), tmp_path / name, plugin=plugin)
     with open_run(tmp_path / "lane") as found, open_run(tmp_path / "link") as other:
         rows, plain = ([row for row in one.info["stages"] if "plain_steps" in row] for one in (found, other))
     assert all(row["plain_steps"] == 0 and row["one_by_one"] for row in plain)
@@ -179,6 +180,35 @@ def test_a_lane_that_breaks_leaves_its_steps_to_the_link(tmp_path, monkeypatch):
     rows = both_ways(tmp_path, scene(link__timeout=0.2, **CASES[SHORT]))
     assert same_files(tmp_path) == []
     assert 0 < sum(row["plain_steps"] for row in rows) < 150
+
+
+@pytest.mark.parametrize("every", [7, 1])
+def test_a_plugin_is_called_between_plain_steps(tmp_path, every):
+    """It sees and changes the same states after the same steps; if it is called after every step, there are no plain ones."""
+    assert interval_of(from_functions(on_stage=print)) == interval_of(None) == 0
+    seen = {0: [], 1: []}
+
+    def push(moment):
+        state = moment.state
+        seen[moment.rank].append((moment.step, moment.stage, state.velocity.sum() if moment.rank == 0 else state.v.sum()))
+        if moment.rank == 0:
+            state.applied[30] += (5.0, -20.0)
+        else:
+            state.load[-1, :3] += (0.0, -3.0, 0.1)
+
+    rows = both_ways(tmp_path, scene(), from_functions(on_step=(every, push)))
+    assert same_files(tmp_path) == []
+    for rank, calls in seen.items():
+        half = len(calls) // 2
+        assert calls[:half] == calls[half:], rank
+        coupled = [step for step, stage, _ in calls[:half] if stage in ("couple", "more")]
+        assert coupled == [step for step in range(51, 276) if step % every == 0], rank
+    for row in rows:
+        most = row["steps"] - row["steps"] // every if every > 1 else 0
+        for plain in (row["plain_steps"], *row["plain_steps_discrete"]):
+            assert most - 10 <= plain <= most
+        said = [row.get("one_by_one"), *row.get("one_by_one_discrete", [None])]
+        assert said == [None if every > 1 else "a plugin is called after every step"] * 2
 
 
 @pytest.mark.parametrize(
