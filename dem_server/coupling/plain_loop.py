@@ -51,13 +51,15 @@ class Ring(NamedTuple):
 class Talk(NamedTuple):
     """answer (8,): of the next FORCE; order (7,): of the last VELOCITY; gravity (1,) [m/s2]: of the step under way.
 
-    first: number of steps done in the run; leeway [m] until the next list; until: monotonic time [ns] after which no step begins.
+    first: number of steps done in the run; called: steps between calls of a plugin; leeway [m] until the next list; until:
+    monotonic time [ns] after which no step begins.
     """
 
     answer: Numbers
     order: Numbers
     gravity: Numbers
     first: int
+    called: int
     leeway: float
     until: int
 
@@ -203,7 +205,7 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
             moved += max(quickest, largest_square(v)) ** 0.5 * dt
             if not moved < 0.999 * talk.leeway:
                 moved = farthest(disc, listed_at)
-            if talk.order[FLAGS] != 0.0 or not moved <= talk.leeway:
+            if talk.order[FLAGS] != 0.0 or (done + 1) % talk.called == 0 or not moved <= talk.leeway:
                 return step, CONTACTS, sub
             if sub == 0 and (done + 1) % sight.every == 0:
                 sight.power[0] = ring_power(ring.carried, disc)
