@@ -15,6 +15,8 @@ from coupler_protocol import exits
 from coupler_protocol.compiled import threads
 from coupler_protocol.files.restart import Origin
 from coupler_protocol.problems import Problem, SceneError
+from coupler_protocol.process.log_lines import PlacedFormatter
+from coupler_protocol.process.progress import Progress
 from coupler_protocol.scene.named_files import KEYS
 
 if TYPE_CHECKING:
@@ -172,10 +174,10 @@ class _LogFile(logging.FileHandler):
             super().handleError(record)
 
 
-def log_to(path: str | Path) -> None:
-    """Writes the log of this process to a file."""
+def log_to(path: str | Path, progress: Progress) -> None:
+    """Writes the log of this process to a file; progress: where the process is, for every line."""
     handler = _LogFile(path, mode="a", encoding="utf-8")
-    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    handler.setFormatter(PlacedFormatter(progress))
     root = logging.getLogger()
     root.addHandler(handler)
     root.setLevel(logging.INFO)
