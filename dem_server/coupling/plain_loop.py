@@ -23,7 +23,7 @@ from dem_server.observe.energy_ledger import book_bodies, book_pairs, copy_befor
 from dem_server.observe.pair_work import copy_springs
 from dem_server.step import scratch_rows
 from dem_server.step.clumps import move_clumps
-from dem_server.step.contact_pass import add_list, farthest
+from dem_server.step.contact_pass import add_inside, add_list, add_ring, farthest
 from dem_server.step.motion import move
 
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
@@ -32,7 +32,7 @@ STEP, GRAVITY, FACTOR, DT, INTERVAL, FLAGS = (
 )
 NOW, NEXT = range(2)  # of Talk.gravity
 LEFT, OF, FROM, SAID = range(4)  # of Talk.pause
-DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM, NOTICED = range(9)  # why the loop ended
+DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM, NOTICED, SENT = range(10)  # why the loop ended; FORCE is sent
 MOST = 2000  # steps of a call
 Numbers = NDArray[np.float64]
 
@@ -59,8 +59,8 @@ class Talk(NamedTuple):
     """answer (8,): of the next FORCE; order (7,): of the last VELOCITY; gravity (2,) [m/s2]: of the step under way, of the next.
 
     pause (4,): steps until the next exchange, of how many, gravity [m/s2] in the first of them, and whether FORCE was sent in
-    this call. first: number of steps done in the run; leeway [m] until the next list; until: monotonic time [ns] after which no
-    step begins.
+    this call. first: number of steps done in the run; called: steps between calls of a plugin; leeway [m] until the next list;
+    until: monotonic time [ns] after which no step begins.
     """
 
     answer: Numbers
@@ -68,6 +68,7 @@ class Talk(NamedTuple):
     gravity: Numbers
     pause: Numbers
     first: int
+    called: int
     leeway: float
     until: int
 
@@ -109,6 +110,21 @@ def write_forces(wire, ring, answer):
         said[at] = ring.sums[k]
         at += 1
     return np.isfinite(total)
+
+
+@jit(borrows=True)
+def send_forces(wire, ring, disc, load, answer):
+    """Maps the loads of the ring to its nodes and sends FORCE; returns SENT, INFINITE or UNSENT."""
+    R = len(ring.carried)
+    force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
+    forces_to_nodes(
+        ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, disc[:R, X : Y + 1], force, moment, ring.force, ring.paper
+    )
+    for p in range(R):  # by number: what numba compiles for arrays of two shapes takes seconds
+        ring.carried[p, 0], ring.carried[p, 1], ring.carried[p, 2] = load[p, FX], load[p, FY], load[p, MOMENT]
+    if not write_forces(wire, ring, answer):
+        return INFINITE
+    return SENT if put(wire, 0) else UNSENT
 
 
 @jit(borrows=True)
@@ -172,24 +188,19 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
     gravity, R, kick, dt, agreed, substeps, fastest, longest, cap, most, full = motion
     order, pause = talk.order, talk.pause
     x, v, spin = disc[:R, X : Y + 1], disc[:R, VX : VY + 1], disc[:R, SPIN]
-    count, alpha = disc.shape[0], law.alpha
-    force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
+    count, alpha, said = disc.shape[0], law.alpha, SENT
     moved = talk.leeway  # no disc has moved farther than the sum of the largest speeds (as in dem_server/step/cycle.py)
     for step in range(MOST):
         done = talk.first + step
         talk.gravity[NOW] = talk.gravity[NEXT] = gravity
-        if step > 0 and nanoseconds(wire.asked) > talk.until:
-            return step, DONE, 0
-        if not begun and pause[LEFT] == 0.0:
-            forces_to_nodes(ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, x, force, moment, ring.force, ring.paper)
-            for p in range(R):  # by number: what numba compiles for arrays of two shapes takes seconds
-                ring.carried[p, 0], ring.carried[p, 1], ring.carried[p, 2] = load[p, FX], load[p, FY], load[p, MOMENT]
-            if not write_forces(wire, ring, talk.answer):
-                return step, INFINITE, 0
-            pause[SAID] = 1.0
-            if not put(wire, 0):
-                return step, UNSENT, 0
+        last = step + 1 == MOST or nanoseconds(wire.asked) > talk.until
         if not begun:
+            if pause[LEFT] == 0.0:
+                if step == 0:
+                    pause[SAID] = 1.0
+                    said = send_forces(wire, ring, disc, load, talk.answer)
+                if said != SENT:
+                    return step, said, 0
             due = done % sight.every == 0
             if due and look(done, disc, load, weight, named, past, clumps, R, gravity, counters, talk.answer, sight):
                 return step, NOTICED, 0
@@ -226,7 +237,8 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
             if not moved < 0.999 * talk.leeway:
                 moved = farthest(disc, listed_at)
             talk.gravity[NEXT] = gravity_after(talk, full)
-            if (order[FLAGS] != 0.0 and pause[LEFT] == 1.0) or not moved <= talk.leeway:
+            seen = (order[FLAGS] != 0.0 and pause[LEFT] == 1.0) or (done + 1) % talk.called == 0
+            if seen or not moved <= talk.leeway:
                 return step, CONTACTS, sub
             if ledger is not None:
                 book_bodies(disc, load, weight, clumps, R, gravity, dt, ledger)
@@ -239,9 +251,17 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
                 copy_springs(past, ledger.before)
             if sub == 0 and (done + 1) % sight.every == 0:
                 sight.power[0] = ring_power(ring.carried, disc)
-            add_list(disc, load, named, past, law, dt, counters, None, scratch)
+            if last or sub + 1 < substeps or pause[LEFT] != 1.0:
+                add_list(disc, load, named, past, law, dt, counters, None, scratch)
+            else:  # the grid needs no more than the ring's pairs for its next step
+                add_ring(disc, load, named, past, law, dt, counters, scratch)
+                pause[SAID] = 1.0
+                said = send_forces(wire, ring, disc, load, talk.answer)
+                add_inside(disc, load, named, past, law, dt, counters, scratch)
             if ledger is not None:
                 book_pairs(disc, named, past, sight.spring, sight.parallel_bond, dt, ledger)
         gravity = talk.gravity[NEXT]
         pause[LEFT] -= 1.0
+        if last:
+            return step + 1, DONE, 0
     return MOST, DONE, 0

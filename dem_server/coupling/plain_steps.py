@@ -1,7 +1,7 @@
 """Plain steps of the discs: as many as possible in one compiled call (plain_loop.py), beside the loop step by step.
 
-A step is plain if nothing outside the kernels has to see it: the continuum orders nothing after it, and the list of pairs still
-holds. Histories need no step of their own: compiled code computes their values (look.py).
+A step is plain if nothing outside the kernels has to see it: the continuum orders nothing after it, no plugin is called, and the
+list of pairs still holds. Histories need no step of their own: compiled code computes their values (look.py).
 """
 
 import time
@@ -10,6 +10,7 @@ import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
 from coupler_protocol.exits import PhysicsFailed
+from coupler_protocol.process.plugin import interval_of
 from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.scene.schedule import plan
 from coupler_protocol.wire import lanes, messages
@@ -41,6 +42,7 @@ from dem_server.step.motion import SPEED_CAP, move_free
 from dem_server.step.neighbours import skin
 from dem_server.step.thread_shares import shares
 
+NEVER = 1 << 62  # steps between calls of a plugin that there is not
 MOVE, RECEIVE, ACCEPT, COMPLETED = range(4)  # how a step goes on, see `take`
 
 
@@ -49,9 +51,8 @@ def obstacle(side):
     lanes = side.conversation.transport.lanes
     found = {
         "messages of steps use the link": lanes is None or not lanes.whole,
-        "a plugin is called": side.plugin is not None,
+        "a plugin is called after every step": interval_of(side.plugin) == 1,
         "the discs have several threads": len(shares(side.model)) > 1,
-        "walls": side.state.walls is not None,
     }
     return next((words for words, there in found.items() if there), "")
 
@@ -65,6 +66,7 @@ class PlainSteps:
         self.taken = 0
         self._known = None  # whether plain steps may begin at once, if it was asked
         self._begun = False
+        self.every = interval_of(side.plugin)
         if not self.why_not:
             self.lanes = side.conversation.transport.lanes
             self.order, self.answer = np.zeros(len(messages.Order._fields)), np.zeros(len(messages.Answer._fields))
@@ -107,11 +109,16 @@ class PlainSteps:
                     side.refuse_fast_rim()
                 order = self._order_of_step()
                 self._complete(order, found)
-                if order.flags:
+                called = bool(self.every) and order.step % self.every == 0
+                if called and self.pause[LEFT]:
+                    self._let_plugin_see(order)
+                    begun = True
+                elif called or order.flags:
                     return COMPLETED, order
-                side.count_step(order)
-                self.taken += 1
-                begun = False
+                else:
+                    side.count_step(order)
+                    self.taken += 1
+                    begun = False
 
     def report(self):
         """Adds to the times of the stage how many plain steps there were, or why none."""
@@ -119,6 +126,15 @@ class PlainSteps:
         times.plain_steps = self.taken
         if not self.taken:
             times.one_by_one = self.why_not or ("" if self._begun else "the stage was short, and no cache had the loop")
+
+    def _let_plugin_see(self, order):
+        """Observes and records a completed step after which no exchange follows."""
+        side = self.side
+        side.observe(order)
+        side.watch.add_to("computing")
+        side.record(order)
+        side.watch.add_to("recording")
+        side.answer = side.looked
 
     def _order_of_step(self):
         """The Order for the step under way, of a VELOCITY that may be for several."""
@@ -195,7 +211,9 @@ class PlainSteps:
             rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
         )
         until, self.pause[SAID] = time.monotonic_ns() + lanes.LONGEST, 0.0
-        said = Talk(self.answer, self.order, self.gravity, self.pause, side.steps, 0.5 * skin(model), until)
+        said = Talk(
+            self.answer, self.order, self.gravity, self.pause, side.steps, self.every or NEVER, 0.5 * skin(model), until
+        )  # fmt: skip
         self.sight.rows[0], self.sight.power[0] = 0, side.power
         self.sight.fresh[0] = not side.guard.knows_list(state)
         self.book = None if side.ledger is None else side.ledger.book_of_rows(state, len(self.sight.steps))
