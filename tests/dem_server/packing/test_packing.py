@@ -64,7 +64,7 @@ def test_stiffer_discs_come_closer_to_the_isostatic_coordination():
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_stiff_discs_reach_their_confinement(seed):
-    """27 times as stiff as the paper's soil: a loose disc that grew by 1 % sent the stress beyond 100 kPa in every other round."""
+    """27 times the stiffness of the paper's soil: loose discs that grew by 1 % sent the stress beyond 100 kPa."""
     discs = soil_discs(radius=0.035)
     discs.soil.spring = Spring(normal=1.35e9, shear=5.4e8)
     ring = build_ring(rim_of([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0]], 0.14), discs.radius)
