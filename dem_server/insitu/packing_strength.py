@@ -9,9 +9,9 @@ contact: biaxial tests with mu = 0.55 give phi = 24 degrees, hence the factor in
 tension at which all bonds would break together (branch x force over area, all contacts at their strength).
 
 Eq (3) is the sine of a mixture with the content C of stones, averaged over the area: a rigid stone carries every stress without
-tension, so its sine is 1. For C = 0.45 it gives 33, 43 and 45 degrees for soils of 10, 25 and 28 degrees. Tests of such mixtures gave
-26, 42 and 50 degrees (biaxial, direct shear, biaxial). While a packing is brought to its stress its stones are not rigid yet,
-so Eq (2) limits the rounds without bonds, and Eq (3) the stress that the window shall have.
+tension, so its sine is 1. For C = 0.45 it gives 33, 43 and 45 degrees for soils of 10, 25 and 28 degrees. Tests of such
+mixtures gave 26, 42 and 50 degrees (biaxial, direct shear, biaxial). While a packing is brought to its stress its stones are not
+rigid yet, so Eq (2) limits the rounds without bonds, and Eq (3) the stress that the window shall have.
 """
 
 import numpy as np
