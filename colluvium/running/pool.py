@@ -64,7 +64,7 @@ def run_all(jobs: Iterable[Job], at_once: int, report: Callable[[str], None]) ->
                 if process.code() is not None:
                     code, ended = process.end(GRACE) or 0, ended + 1
                     del running[name]
-                    failed += [Failed(name, code, (process.errors or ["without a word"])[-1])] if code else []
+                    failed += [Failed(name, code, _last_words(process))] if code else []
                     report(f"{ended} of {total}: {name} {'failed' if code else _how(job)}")
     except KeyboardInterrupt:
         for _, process in running.values():
@@ -92,3 +92,8 @@ def _how(job: Job) -> str:
         seconds = run_json.read(job.out / run_json.NAME).get("seconds")
         return f"done, {seconds:.1f} s" if seconds is not None else "done"
     return "done"
+
+
+def _last_words(process: Process) -> str:
+    """Last line of a process on standard error that says anything."""
+    return next((line for line in reversed(process.errors) if line.strip()), "no message")

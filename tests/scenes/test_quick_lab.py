@@ -39,7 +39,7 @@ def oedometer(tmp_path_factory, configs):
 
 
 def test_the_modulus_is_that_of_the_contacts_and_the_work_is_given_back(oedometer, configs):
-    """Bonds hold: no energy is lost, and both moduli agree but for contacts that close. Below the estimate: discs have 3.3 contacts."""
+    """Bonds hold: no energy is lost, both moduli agree but for contacts that close, below those of 4.2 contacts a disc."""
     (row,) = json.loads((oedometer / "answers.json").read_text())["trials"]
     expected = estimate(read_scene(configs / "quick_lab.toml").discs)
     assert row["bonds_broken"] == 0
