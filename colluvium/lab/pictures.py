@@ -82,7 +82,9 @@ def draw_strength(kind: str, own: dict[str, Any], rows: list[dict[str, Any]]) ->
     for when, colour in zip(("peak", "residual"), COLOURS, strict=False):
         side, axial = (np.array([row[f"{when}_{name}"] for row in rows]) for name in ("side", "axial"))
         axes.plot(side / 1e3, axial / 1e3, ".", color=colour)
-        line, ends = own[when], np.array(own[when]["window"])
+        if not (line := own[when]):
+            continue
+        ends = np.array(line["window"])
         label = f"{when}: c {line['c'] / 1e3:.1f} kPa, phi {line['phi']:.1f} deg"
         axes.plot(
             ends / 1e3, strength_on(kind, Line(line["c"], line["phi"]), ends) / 1e3, color=colour, linewidth=1.0, label=label

@@ -16,6 +16,7 @@ from coupler_protocol import exits
 from coupler_protocol.files import run_json
 
 LOOK = 0.1  # seconds between looks at the processes
+LINES = 3  # of the message of a failed process: place, problem, remedy
 
 
 class Job(NamedTuple):
@@ -95,5 +96,5 @@ def _how(job: Job) -> str:
 
 
 def _last_words(process: Process) -> str:
-    """Last line of a process on standard error that says anything."""
-    return next((line for line in reversed(process.errors) if line.strip()), "no message")
+    """The last lines of a process on standard error, as one."""
+    return " ".join([line.strip() for line in process.errors if line.strip()][-LINES:]) or "no message"

@@ -89,6 +89,18 @@ def test_an_interrupted_laboratory_continues(oedometer, configs, tmp_path):
 
 
 @pytest.mark.long
+def test_stones_stiffen_the_soil_of_a_coupled_scene(configs, tmp_path):
+    """Rigid stones carry 45 % of the area: clumps are stiffer than the soil alone, clusters of stiff discs as well."""
+    lab = {"seeds": "[1]", "confinement": "[1e5]", "width": "40.0", "samples": '["soil", "clump", "cluster"]'}
+    words = [word for key, value in lab.items() for word in ("--set", f"lab.{key}={value}")]
+    done = run_colluvium("lab", "oedometer", configs / "paper_slope.toml", "--out", tmp_path, "--no-pictures", *words)
+    assert done.returncode == 0, done.stderr
+    modulus = {row["sample"]: row["M"] for row in json.loads((tmp_path / "answers.json").read_text())["trials"]}
+    assert modulus["clump"] > 1.2 * modulus["soil"]
+    assert modulus["cluster"] > 1.2 * modulus["soil"]
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["biaxial", "shear", "brazilian"])
 def test_the_other_tests(kind, configs, tmp_path):
     """Confining stress kept within 2 % on average, work spent on what there is, more strength under more stress."""

@@ -48,5 +48,10 @@ def test_a_curved_envelope_has_a_misfit():
     assert abs(strength_of("shear", curved, "peak")["misfit"]) > 0.01
 
 
+def test_strength_that_falls_with_the_stress_gives_no_line():
+    assert line_of("biaxial", SIDE, 3e5 - 0.5 * SIDE) is None
+    assert line_of("biaxial", SIDE, 3e5 + 0.5 * SIDE).friction < 0.0
+
+
 def test_one_stress_gives_no_line():
     assert strength_of("biaxial", rows("biaxial", [1.0])[:1], "peak") is None
