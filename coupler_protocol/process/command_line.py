@@ -1,6 +1,8 @@
 """Common parts of the command lines of both servers: options, log file, and one exit code for each kind of end."""
 
 import argparse
+import atexit
+import gc
 import logging
 import sys
 import traceback
@@ -202,6 +204,7 @@ def _into_log(name: str, text: str) -> None:
 
 def exit_code_of(name: str, work: Callable[[], Any]) -> int:
     """Runs `work()`; returns the exit code of its end, and prints the error and whose fault it is to standard error."""
+    atexit.register(gc.freeze)  # the process would look for garbage among all that numba has made, for .3 s
     try:
         work()
     except SceneError as error:
