@@ -75,6 +75,15 @@ class Direction:
         return not self.reading and not self.under_way
 
 
+def rest(queues, last):
+    """How long a relay may sleep [s]; queues of (when it is due [s], data), last: when data came [s]."""
+    now = time.perf_counter()
+    due = [queue[0][0] for queue in queues if queue]
+    if due:
+        return max(0.0, min(due) - now - NEAR)
+    return ASLEEP if now - last > AWAKE else 0.0
+
+
 class Relay:
     """Listens on `address` and connects every caller with `target` (host, port); latency [s] in each direction."""
 
@@ -106,11 +115,7 @@ class Relay:
 
     def _rest(self):
         """How long it may sleep [s]."""
-        now = time.perf_counter()
-        due = [direction.under_way[0][0] for line in self._lines for direction in line if direction.under_way]
-        if due:
-            return max(0.0, min(due) - now - NEAR)
-        return ASLEEP if now - self._last > AWAKE else 0.0
+        return rest([direction.under_way for line in self._lines for direction in line], self._last)
 
     def _wait(self, rest):
         sources = [direction.source for line in self._lines for direction in line if direction.reading]

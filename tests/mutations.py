@@ -2,15 +2,17 @@
 
     python -m tests.mutations [--cases N] [--seed S] [KIND ...]
 
-KIND: packets, handshakes, conversations, scenes, discs, outlines, run_json, checkpoints. A case that crashes, computes without
-end or is accepted with another meaning ends the program with its number; memory must not grow. tests/test_mutations.py runs some
-thousands.
+KIND: packets, handshakes, gates, conversations, scenes, discs, outlines, run_json, checkpoints. A case that crashes, computes
+without end or is accepted with another meaning ends the program with its number; memory must not grow. tests/test_mutations.py
+runs some thousands.
 """
 
 import argparse
 import contextlib
 import copy
 import json
+import logging
+import os
 import random
 import resource
 import signal
@@ -28,11 +30,14 @@ from coupler_protocol.exits import EnvironmentFailed, PeerLost
 from coupler_protocol.files import checkpoint, disc_csv, run_json
 from coupler_protocol.problems import SceneError
 from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.scene.moments import Moment
 from coupler_protocol.scene.reader import build_scene, read_scene
 from coupler_protocol.scene.scene import Link
 from coupler_protocol.wire import frames, handshake, messages
+from coupler_protocol.wire import gate_words as words
+from coupler_protocol.wire.admission import Pass, SecretRule
 from coupler_protocol.wire.clocks import Clocks
-from coupler_protocol.wire.lockstep import Hub
+from coupler_protocol.wire.lockstep import Conversation, Hub
 from dem_server.stones.outlines import OutlineError, read_outlines
 from tests.commands import ROOT
 from tests.coupler_protocol.wire import conversation as talk
@@ -154,30 +159,98 @@ class Said:
     def departed(self, rank=0):
         return not self.arriving
 
+    def enter(self, offer):
+        assert isinstance(offer["port"], int)
+        assert isinstance(offer["token"], bytes)
+
+
+OURS = [Moment(7, 1, 300), Moment(7, 2, 900), Moment(7, 2, 0)]  # moments that this side has saved
+
+
+def sealed_control(kind, session, content):
+    """A control frame of rank 1 with any content; OverflowError: msgpack has no larger integers."""
+    frame = bytearray(40) + msgpack.packb(content)
+    frames.HEADER.pack_into(frame, 0, frames.MAGIC, messages.PROTOCOL_VERSION, kind, session, 1, 0, 0, 0, 0)
+    return resealed(frame)
+
+
+def changed_control(kind, session, right, rng):
+    """The frame of a control message with changed content or changed bytes, with a checksum that fits."""
+    if rng.random() < 0.3:
+        return resealed(changed_bytes(sealed_control(kind, session, right), rng))
+    return sealed_control(kind, session, changed_value(right, rng))
+
 
 def handshakes(folder):
-    """HELLO with other content: it is answered with REJECT, or it means the same."""
-    link, right = Link(lane=False), {"package": handshake.version("colluvium"), "float": "<f8"}
-    scene = SimpleNamespace(link=link, coupling=SimpleNamespace(exchange_every=1), resolved=lambda: exchange.SCENE)
-    right["scene"] = exchange.SCENE
+    """HELLO and WELCOME with other content: refused, or they mean the same; the continuum goes on from a moment it has saved."""
+    link = Link(lane=False)
+    stages = [SimpleNamespace(name=name) for name in ("a", "b", "c")]
+    scene = SimpleNamespace(
+        link=link, coupling=SimpleNamespace(exchange_every=1), resolved=lambda: exchange.SCENE, stage=stages,
+        name_of_stage=lambda number: stages[number].name,
+    )  # fmt: skip
+    hello = {"package": handshake.version("colluvium"), "float": "<f8", "scene": exchange.SCENE}
+    welcome = exchange.WELCOME_CONTENT | {"dt": 1.0, "exchange_every": 1, "lane": {"port": 5, "token": bytes(32)}}
 
     def case(rng):
-        with contextlib.suppress(OverflowError):  # msgpack has no larger integers
-            wrong = changed_value(right, rng)
-            frame = resealed(changed_bytes(packed(right), rng)) if rng.random() < 0.3 else packed(wrong)
-            transport = Said([frame], "stranger")
-            hub = Hub(transport, [1], Clocks(link), StopRequest())
-            try:
-                handshake.welcome_all(hub, scene, {1: exchange.RIM})
-                same = frames.content_of(frame)
-                assert [repr(same[key]) for key in right] == [repr(right[key]) for key in right], "another HELLO was welcome"
-            except PeerLost:
-                assert all(frames.kind_of(said) == messages.REJECT for said in transport.sent)
+        own = OURS if rng.random() < 0.5 else []
+        with contextlib.suppress(OverflowError):
+            (heard if rng.random() < 0.5 else told)(rng, own)
 
-    def packed(content):
-        frame = bytearray(40) + msgpack.packb(content)
-        frames.HEADER.pack_into(frame, 0, frames.MAGIC, messages.PROTOCOL_VERSION, messages.HELLO, 0, 1, 0, 0, 0, 0)
-        return resealed(frame)
+    def heard(rng, own):
+        right = hello | ({"checkpoints": [moment._asdict() for moment in own]} if own else {})
+        frame = changed_control(messages.HELLO, 0, right, rng)
+        transport = Said([frame], "stranger")
+        transport.proves = rng.random() < 0.5
+        try:
+            choice = handshake.Choice(own, lambda moment: moment.step > 300)
+            begin = handshake.welcome_all(Hub(transport, [1], Clocks(link), StopRequest()), scene, {1: exchange.RIM}, choice)
+            same = frames.content_of(frame)
+            assert [repr(same[key]) for key in hello] == [repr(hello[key]) for key in hello], "another HELLO was welcome"
+            assert begin in (own or [None])
+        except PeerLost:
+            assert all(frames.kind_of(said) == messages.REJECT for said in transport.sent)
+
+    def told(rng, own):
+        right = welcome | ({"resume": own[1]._asdict()} if own else {})
+        transport = Said([changed_control(messages.WELCOME, exchange.SESSION, right, rng)])
+        talk = Conversation(transport, 1, 0, Clocks(link), StopRequest())
+        with contextlib.suppress(PeerLost):
+            rim, begin = handshake.join(talk, scene, own)
+            assert rim.shape[1] == 2
+            assert len(rim) >= 3
+            assert np.isfinite(rim).all()
+            assert begin is None or all(isinstance(number, int) and number >= 0 for number in begin)
+            talk.send_control(messages.PACKED, {})
+            assert frames.open_header(transport.sent[-1])[:3] == (messages.PACKED, talk.session, 1)
+
+    return case
+
+
+def gates(folder):
+    """GREETING, CLAIM and VERDICT at the gate: only the right bytes, or bytes that no proof covers, let a connection in."""
+    secret, number, public = bytes(range(32)), bytes(range(16)), bytes(range(32, 64))
+    tickets = [Pass(words.OPEN, b""), Pass(words.LOCAL, secret), Pass(words.KEYED, secret, number, public)]
+
+    def case(rng):
+        ticket, nonce = rng.choice(tickets), rng.randbytes(words.NONCE)
+        greeting = words.greeting(ticket.kind, ticket.number, nonce)
+        claim = words.claim(greeting, ticket.kind, ticket.number, ticket.public, nonce, ticket.secret)
+        verdict = words.verdict(words.WELCOME, greeting, words.read_claim(claim), ticket.secret)
+        right = [greeting, claim, verdict]
+        said = list(right)
+        place = rng.randrange(3)
+        said[place] = changed_bytes(said[place], rng)[: len(right[place])]  # a reader takes no more
+        if len(said[place]) < len(right[place]):
+            said[place] += rng.randbytes(len(right[place]) - len(said[place]))
+        with contextlib.suppress(words.ForeignError):
+            kind, expected = words.read_greeting(said[0])
+            heard = words.read_claim(said[1])
+            found = SecretRule(ticket.kind, ticket.secret).judge(heard, greeting)
+            assert (found.verdict == words.WELCOME) <= (said[1] == claim), "another claim was welcome"
+            what, proved = words.read_verdict(said[2], said[0], claim, ticket.secret)
+            welcome = (kind, expected, what) == (ticket.kind, ticket.number, words.WELCOME) and proved
+            assert welcome <= (said[0] == greeting and said[2] == verdict), "another verdict was believed"
 
     return case
 
@@ -295,8 +368,8 @@ def checkpoints(folder):
 
 
 KINDS = {
-    "packets": packets, "handshakes": handshakes, "conversations": conversations, "scenes": scenes, "discs": discs,
-    "outlines": outlines, "run_json": run_jsons, "checkpoints": checkpoints,
+    "packets": packets, "handshakes": handshakes, "gates": gates, "conversations": conversations, "scenes": scenes,
+    "discs": discs, "outlines": outlines, "run_json": run_jsons, "checkpoints": checkpoints,
 }  # fmt: skip
 
 
@@ -334,6 +407,7 @@ if __name__ == "__main__":
     parser.add_argument("--cases", type=int, default=1_000_000, help="of each kind (default 1,000,000)")
     parser.add_argument("--seed", type=int, default=0, help="number of the first case")
     options = parser.parse_args()
+    logging.basicConfig(stream=open(os.devnull, "w"))  # noqa: SIM115 - written and read by nobody: what is refused is logged
     for name in options.kinds or KINDS:
         run(name, options.cases, options.seed)
         print(f"{name}: {options.cases} cases, all refused in words or unchanged", flush=True)

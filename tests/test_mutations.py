@@ -5,8 +5,8 @@ import pytest
 from tests import mutations
 
 CASES = {
-    "packets": 4000, "handshakes": 1000, "conversations": 300, "scenes": 60, "discs": 400, "outlines": 300, "run_json": 1000,
-    "checkpoints": 400,
+    "packets": 4000, "handshakes": 4000, "gates": 4000, "conversations": 300, "scenes": 60,
+    "discs": 400, "outlines": 300, "run_json": 1000, "checkpoints": 400,
 }  # fmt: skip
 
 

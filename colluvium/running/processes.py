@@ -28,8 +28,7 @@ def own_files(out: str | Path) -> list[str]:
     """Names of files of an earlier run in `out`."""
     out = Path(out)
     patterns = ["*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run*.json", "dem.rank*.json", "scene.json", "scene.toml", "endpoint"]
-    patterns += [f"*.{status_file.ENDING}"]
-    patterns += ["*.partial", "*.json.new"]
+    patterns += [f"*.{status_file.ENDING}", "*.partial", "*.json.new", "*.undo", "*.damaged"]
     return [path.name for pattern in patterns for path in sorted(out.glob(pattern))] if out.is_dir() else []
 
 

@@ -89,7 +89,7 @@ def this_process() -> dict[str, Any]:
     """Identity of this process: machine, its present start, number of the process, and when it began."""
     since = time.strftime("%Y-%m-%d %H:%M:%S")
     pid = os.getpid()
-    return {"host": platform.node(), "boot": _boot(), "pid": pid, "began": began(pid), "since": since}
+    return {"host": platform.node(), "boot": boot_id(), "pid": pid, "began": began(pid), "since": since}
 
 
 def _holder(path: Path, now: Callable[[], float] | None = None) -> dict[str, Any] | None:
@@ -108,7 +108,7 @@ def _holder(path: Path, now: Callable[[], float] | None = None) -> dict[str, Any
     except (ValueError, KeyError, TypeError):
         return {"silent": silent} if silent < BEAT else None  # it is being written, or was never completed
     if found.get("host") == platform.node() and os.name == "posix":  # elsewhere os.kill(pid, 0) ends processes
-        alive = found.get("boot") == _boot() and is_alive(pid, found.get("began"))
+        alive = found.get("boot") == boot_id() and is_alive(pid, found.get("began"))
     else:
         alive = silent < SILENT
     return found | {"silent": silent} if alive else None
@@ -136,7 +136,7 @@ def began(pid: int) -> str | None:
     return None
 
 
-def _boot() -> str:
+def boot_id() -> str:
     """Identity of the present run of this machine; "" where the system does not say."""
     with suppress(OSError):
         return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 from coupler_protocol import exits
 from coupler_protocol.files.proof import require
+from coupler_protocol.files.undo_log import roll_back
 from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.scene import run_number
 from coupler_protocol.scene.differences import differences
@@ -235,8 +236,14 @@ def _bound(resolved, index):
 
 
 def part_file(folder, name):
-    """Path of the file for frames of the process `name`: earlier files in the folder stay, and the new one is a further part."""
+    """Path of the file for frames of the process `name`: earlier files in the folder stay, and the new one is a further part.
+
+    Earlier files are made what they were at their last fsync if the machine was started again since (undo_log.py).
+    """
     first, taken = Path(folder) / f"{name}.vtkhdf", [0]
+    for path in (first, *sorted(Path(folder).glob(f"{name}.part*.vtkhdf"))):
+        if done := roll_back(path):
+            log.warning("%s", done)
     for path in Path(folder).glob(f"{name}.part*.vtkhdf"):
         number = path.name[len(name) + len(".part") : -len(".vtkhdf")]
         taken += [int(number)] if number.isdecimal() else []

@@ -150,6 +150,8 @@ def write_json(path: str | Path, content: Any) -> None:
         with open(new, "r+b" if new.exists() else "wb") as file:
             file.write(text)
             file.truncate()
+            file.flush()
+            os.fsync(file.fileno())  # else a power cut could leave the new name without the content
         os.replace(new, path)
     except OSError as error:
         new.unlink(missing_ok=True)

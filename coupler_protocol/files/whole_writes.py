@@ -8,13 +8,15 @@ HDF5 writes into memory. `commit` brings that to the disk in two steps:
    Where that fails, the earlier bytes are put back.
 
 So an error leaves the content of the last commit, and HDF5 does not notice errors at all. A kill during step 2 leaves what HDF5
-itself would leave after a kill (vtkhdf.py says why frames survive that). The file has its name from the first commit on.
+itself would leave after a kill (vtkhdf.py says why frames survive that). A power cut leaves what `to_disk` brought to the disk
+(undo_log.py). The file has its name from the first commit on.
 """
 
 import os
 from pathlib import Path
 
 from coupler_protocol.files.room import not_written, to_disk
+from coupler_protocol.files.undo_log import UndoLog
 
 
 class WholeWrites:
@@ -23,6 +25,7 @@ class WholeWrites:
     def __init__(self, path: Path) -> None:
         self._path, self._partial = path, path.with_name(path.name + ".partial")
         try:
+            self._undo = UndoLog(path)
             self._file = open(self._partial, "w+b", buffering=0)  # noqa: SIM115 (closed by `close`)
         except OSError as error:
             raise not_written(path, "the file", 0, error) from error
@@ -85,6 +88,7 @@ class WholeWrites:
         """Brings everything to the disk; `what`: the new content in words, for the EnvironmentFailed of a full disk."""
         grown, replaced = self._sorted()
         try:
+            self._undo.keep(self._file.fileno(), [*replaced, (self._size, self._on_disk - self._size)])
             self._put(self._on_disk, grown)
             self._replace(replaced)
             if self._size < self._on_disk:
@@ -100,11 +104,15 @@ class WholeWrites:
     def to_disk(self) -> None:
         """Waits until the content of the last commit is on the disk, with the name of the file."""
         os.fsync(self._file.fileno())
+        self._undo.forget(self._on_disk)
         to_disk(self._path.parent)
 
     def close(self) -> None:
-        """Closes the file as it is on the disk; one without a commit is gone."""
+        """Closes the file as the last commit left it, and waits until that is on the disk; one without a commit is gone."""
+        if self._named:
+            self.to_disk()
         self._file.close()
+        self._undo.close()
         if not self._named:
             self._partial.unlink(missing_ok=True)
 

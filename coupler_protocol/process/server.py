@@ -18,7 +18,7 @@ from coupler_protocol.process.progress import Progress
 from coupler_protocol.scene.tables.stages import STOPPED
 from coupler_protocol.wire import messages
 
-OWN_FILES = ("vtkhdf", "log", "trace.csv", "json")  # endings of the files that every process writes under its name
+OWN_FILES = ("vtkhdf", "vtkhdf.undo", "vtkhdf.damaged", "log", "trace.csv", "json")  # endings of files that every process writes
 OF_CONDUCTOR = ("run.json", "run.earlier.json", "scene.json")  # further files of the process that conducts the stages
 
 log = logging.getLogger(__name__)
@@ -103,7 +103,8 @@ def begun_anew(
 
 def files_of(out: Path, process: str) -> list[str]:
     """Names of the files that a process of this name has written: parts and checkpoints, which readers and resume would take."""
-    found = [path.name for ending in ("vtkhdf", "h5") for path in sorted(out.glob(f"{process}.*.{ending}"))]
+    endings = (*(ending for ending in OWN_FILES if ending.startswith("vtkhdf")), "h5")
+    found = [path.name for ending in endings for path in sorted(out.glob(f"{process}.*.{ending}"))]
     return [*(f"{process}.{ending}" for ending in (*OWN_FILES, status_file.ENDING)), *found]
 
 

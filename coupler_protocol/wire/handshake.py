@@ -6,7 +6,8 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from importlib.metadata import version
+from functools import cache
+from importlib import metadata
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,8 @@ from coupler_protocol.wire.clocks import ARRIVAL, Waiting
 from coupler_protocol.wire.frames import Buffer
 from coupler_protocol.wire.lanes import Lanes, Peer
 from coupler_protocol.wire.lockstep import MAX_HELLO, REASON, Conversation, Hub
+
+version = cache(metadata.version)  # read once: reading it costs more than all else that a stranger's HELLO asks for
 
 
 def takes_lanes(scene: Any, transport: Any) -> bool:

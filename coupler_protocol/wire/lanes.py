@@ -9,6 +9,7 @@ import logging
 import os
 import socket
 from collections.abc import Iterable
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from coupler_protocol.wire.frames import HEADER, MAGIC, Buffer
 log = logging.getLogger(__name__)
 EARLIEST = 5000  # steps of a stage before which compiling a loop of plain steps, if no cache has it, costs more than it saves
 LONGEST = 200_000_000  # [ns] of a row of plain steps, after which stop requests are obeyed
+checksum_table = cache(lane.checksum_table)
 ROOM = 4  # frames that fit into the buffer of a socket: two can be under way
 
 
@@ -62,7 +64,7 @@ class Lanes:
             np.zeros(count, dtype=np.int64),
             np.zeros(1, dtype=np.int64),
             np.zeros(1, dtype=np.int64),
-            lane.checksum_table(),
+            checksum_table(),
             np.zeros(2, dtype=np.int64),
         )
         self._bytes = memoryview(inbox.data).cast("B")

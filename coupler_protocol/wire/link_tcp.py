@@ -23,11 +23,9 @@ import ipaddress
 import logging
 import os
 import re
-import shutil
 import socket
 import stat
 import struct
-import tempfile
 import time
 from collections.abc import Callable
 from typing import Any
@@ -44,6 +42,7 @@ from coupler_protocol.wire.gate_words import OPEN
 from coupler_protocol.wire.lane_door import Door, enter
 from coupler_protocol.wire.lanes import Lanes
 from coupler_protocol.wire.passage import Passage
+from coupler_protocol.wire.socket_folder import SocketFolder
 
 log = logging.getLogger(__name__)
 
@@ -59,6 +58,9 @@ _MONITORED = struct.Struct("=hi")  # event and its value, first frame of a monit
 LOCAL = "local"  # address of a continuum that only processes of its user on its machine can reach
 DOMAIN = "colluvium"  # of ZAP
 HANDSHAKE = 5000  # ms
+# First byte of the routing ids that ZeroMQ makes: of clients without one, and of what a broken connection still carried when its
+# process came back. Such a HELLO would claim the rank for a name that nobody can answer; the process sends it again in its own.
+NAMELESS = b"\0"
 _REFUSALS = zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL  # after which ZeroMQ does not try again
 # No more events than needed: a full monitor stops ZeroMQ's thread.
 _EVENTS = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_DISCONNECTED | _REFUSALS
@@ -82,7 +84,8 @@ class _Socket:
         self.lanes: Lanes | None = None  # set by the handshake
         self.proves = True
         self.endpoint = endpoint
-        self.folder = tempfile.mkdtemp(prefix="colluvium-")  # of this user only (0700)
+        self._folder = SocketFolder()
+        self.folder = self._folder.path
         self._guard: Gate | Passage | None = None
 
     def _await(self, seconds: float) -> tuple[int, memoryview] | None:
@@ -163,7 +166,7 @@ class _Socket:
         self.context.term()
         if self._guard is not None:
             self._guard.close()
-        shutil.rmtree(self.folder, ignore_errors=True)
+        self._folder.remove()
 
 
 class HubTransport(_Socket):
@@ -253,6 +256,8 @@ class HubTransport(_Socket):
         frame = self._take()
         while self.socket.getsockopt(zmq.RCVMORE):
             self.socket.recv()
+        if sender.startswith(NAMELESS):
+            return None
         rank = self._rank.get(sender)
         if not isinstance(first, bytes):
             self._heard = (sender, str(first.get("User-Id")))

@@ -21,6 +21,7 @@ TIMES = (
     "plain_steps_discrete",
     "one_by_one_discrete",
     "compiled",
+    "run",
 )
 
 

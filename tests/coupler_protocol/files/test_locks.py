@@ -18,7 +18,7 @@ LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /
 def planted(folder, silent=0.0, **more):
     """A lock in the folder that another process has left, with its last heartbeat `silent` seconds ago."""
     path = folder / "run.lock"
-    path.write_text(json.dumps({"host": platform.node(), "boot": locks._boot(), "pid": os.getpid(), "since": "noon"} | more))
+    path.write_text(json.dumps({"host": platform.node(), "boot": locks.boot_id(), "pid": os.getpid(), "since": "noon"} | more))
     then = time.time() - silent
     os.utime(path, (then, then))
     return path

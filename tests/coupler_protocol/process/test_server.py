@@ -144,7 +144,8 @@ def begun(tmp_path, more=None, **given):
 
 def test_a_process_begins_in_a_folder_without_files_of_another_run(tmp_path):
     kept = ["other.log", "dem.rank2.log"]
-    for name in (*kept, "run.json", "dem.rank1.vtkhdf"):
+    gone = ["run.json", "dem.rank1.vtkhdf", "dem.rank1.vtkhdf.undo", "dem.rank1.part2.vtkhdf", "dem.rank1.part1.vtkhdf.damaged"]
+    for name in (*kept, *gone):
         (tmp_path / name).write_text("earlier")
     with pytest.raises(exits.EnvironmentFailed, match="holds results already"):
         begun(tmp_path, server.OF_CONDUCTOR)

@@ -167,6 +167,26 @@ def test_a_line_that_breaks_and_comes_back_costs_nothing_but_time(lines):
 # -- strangers -----------------------------------------------------------------------------------------------------------
 
 
+def test_what_a_broken_connection_still_carried_does_not_come_from_a_stranger():
+    """A HELLO that was not read yet when its connection broke must not claim the rank in a name that nobody can answer."""
+    hub, context, name = link_tcp.HubTransport(link_tcp.LOCAL), zmq.Context(), b"\1" + bytes(15)
+    try:
+        for text in (b"HELLO", b"HELLO again"):
+            end = context.socket(zmq.DEALER)
+            end.routing_id, end.linger = name, 5000
+            end.connect(hub.endpoint)
+            end.send(text)
+            time.sleep(0.3)
+            if text == b"HELLO":
+                end.close()
+                time.sleep(0.3)
+        found = [(sender, bytes(frame)) for sender, frame in filter(None, (hub.receive(0.5) for _ in range(4)))]
+        assert found == [(name, b"HELLO again")]
+    finally:
+        context.destroy(0)
+        hub.close()
+
+
 def test_a_second_claim_of_a_rank_is_turned_away_while_its_holder_lives(lines):
     hub_end, (holder, thief) = lines(2)
     grid, discs = conversations(hub_end, holder, step=0.3)
