@@ -78,10 +78,13 @@ class StageRow(_Part):
     plain_steps: int | None = quantity(
         None, meaning="coupled: steps that the grid took in compiled calls of many steps ([performance](performance.md))"
     )
-    one_by_one: str | None = quantity(None, meaning="coupled: why all steps, or those after the lane closed, came one by one")
+    one_by_one: str | None = quantity(
+        None,
+        meaning="coupled: why all steps, or those after the lane closed, came one by one ([list](performance.md))",
+    )
     plain_steps_discrete: list[int] | None = quantity(None, meaning="coupled: such steps of the discs, by window")
     one_by_one_discrete: list[str] | None = quantity(
-        None, meaning="coupled: why the discs took no step in such a call, by window; empty text where they did"
+        None, meaning="coupled: why the discs took no step in such a call, by window; empty text if they did"
     )
     changes: Changes | None = quantity(None, meaning="if materials, discs, ring or record change in this stage")
     exchanges: int | None = quantity(None, meaning="with coupling.exchange_every above 1: exchanges of the stage")
@@ -137,6 +140,7 @@ class RunJson(_Part):
     exit_code: int = quantity(meaning="0: all stages done; otherwise why the run ended (`coupler_protocol/exits.py`)")
     reason: str = quantity(meaning="why the run ended")
     stages: list[StageRow] = quantity(meaning="one row a stage, in order; with those before a continuation")
+    run: str = quantity("", meaning="number of the run, the same on both sides and after it was continued")
     title: str = quantity("", meaning="title of the scene")
     scene_hash: str = quantity("", meaning="hash of the resolved scene")
     seed: int = quantity(0, meaning="seed of the scene")

@@ -61,6 +61,11 @@ class Plugin(NamedTuple):
             raise EnvironmentFailed(f"the plugin failed ({where}): {type(error).__name__}: {error}") from error
 
 
+def interval_of(plugin: Plugin | None) -> int:
+    """Steps between calls of on_step; 0: it is never called."""
+    return 0 if plugin is None or plugin.on_step is None else plugin.every
+
+
 def from_functions(on_stage: Function | None = None, on_step: tuple[int, Function] | None = None) -> Plugin | None:
     """Plugin of `colluvium.run`, None without functions: on_stage a function, on_step a pair (steps between calls, function)."""
     if on_stage is None and on_step is None:

@@ -20,12 +20,12 @@ from dem_server.effects.parameter_table import Parameters
 from dem_server.model import CAPS, FX, FY, MOMENT, SPIN, VX, VY, Listed, X, Y
 from dem_server.step import scratch_rows
 from dem_server.step.clumps import move_clumps
-from dem_server.step.contact_pass import add_list, farthest
+from dem_server.step.contact_pass import add_inside, add_list, add_ring, farthest
 from dem_server.step.motion import move
 
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
 STEP, GRAVITY, DT, INTERVAL, FLAGS = (Order._fields.index(name) for name in ("step", "gravity", "dt", "interval", "flags"))
-DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM, NOTICED = range(9)  # why the loop ended
+DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM, NOTICED, SENT = range(10)  # why the loop ended; FORCE is sent
 MOST = 2000  # steps of a call
 Numbers = NDArray[np.float64]
 
@@ -51,13 +51,15 @@ class Ring(NamedTuple):
 class Talk(NamedTuple):
     """answer (8,): of the next FORCE; order (7,): of the last VELOCITY; gravity (1,) [m/s2]: of the step under way.
 
-    first: number of steps done in the run; leeway [m] until the next list; until: monotonic time [ns] after which no step begins.
+    first: number of steps done in the run; called: steps between calls of a plugin; leeway [m] until the next list; until:
+    monotonic time [ns] after which no step begins.
     """
 
     answer: Numbers
     order: Numbers
     gravity: Numbers
     first: int
+    called: int
     leeway: float
     until: int
 
@@ -96,6 +98,21 @@ def write_forces(wire, ring, answer):
         said[at] = ring.sums[k]
         at += 1
     return np.isfinite(total)
+
+
+@jit(borrows=True)
+def send_forces(wire, ring, disc, load, answer):
+    """Maps the loads of the ring to its nodes and sends FORCE; returns SENT, INFINITE or UNSENT."""
+    R = len(ring.carried)
+    force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
+    forces_to_nodes(
+        ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, disc[:R, X : Y + 1], force, moment, ring.force, ring.paper
+    )
+    for p in range(R):  # by number: what numba compiles for arrays of two shapes takes seconds
+        ring.carried[p, 0], ring.carried[p, 1], ring.carried[p, 2] = load[p, FX], load[p, FY], load[p, MOMENT]
+    if not write_forces(wire, ring, answer):
+        return INFINITE
+    return SENT if put(wire, 0) else UNSENT
 
 
 @jit(borrows=True)
@@ -146,21 +163,16 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
     scratch = np.empty(scratch_rows.SIZE)
     gravity, R, kick, dt, agreed, substeps, fastest, longest, cap = motion
     x, v, spin = disc[:R, X : Y + 1], disc[:R, VX : VY + 1], disc[:R, SPIN]
-    count, alpha = disc.shape[0], law.alpha
-    force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
+    count, alpha, said = disc.shape[0], law.alpha, SENT
     moved = talk.leeway  # no disc has moved farther than the sum of the largest speeds (as in dem_server/step/cycle.py)
     for step in range(MOST):
         done = talk.first + step
-        if step > 0 and nanoseconds(wire.asked) > talk.until:
-            return step, DONE, 0
+        last = step + 1 == MOST or nanoseconds(wire.asked) > talk.until
         if not begun:
-            forces_to_nodes(ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, x, force, moment, ring.force, ring.paper)
-            for p in range(R):  # by number: what numba compiles for arrays of two shapes takes seconds
-                ring.carried[p, 0], ring.carried[p, 1], ring.carried[p, 2] = load[p, FX], load[p, FY], load[p, MOMENT]
-            if not write_forces(wire, ring, talk.answer):
-                return step, INFINITE, 0
-            if not put(wire, 0):
-                return step, UNSENT, 0
+            if step == 0:
+                said = send_forces(wire, ring, disc, load, talk.answer)
+            if said != SENT:
+                return step, said, 0
             due = done % sight.every == 0
             if due and look(done, disc, load, weight, named, past, clumps, R, gravity, counters, talk.answer, sight):
                 return step, NOTICED, 0
@@ -193,10 +205,17 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
             moved += max(quickest, largest_square(v)) ** 0.5 * dt
             if not moved < 0.999 * talk.leeway:
                 moved = farthest(disc, listed_at)
-            if talk.order[FLAGS] != 0.0 or not moved <= talk.leeway:
+            if talk.order[FLAGS] != 0.0 or (done + 1) % talk.called == 0 or not moved <= talk.leeway:
                 return step, CONTACTS, sub
             if sub == 0 and (done + 1) % sight.every == 0:
                 sight.power[0] = ring_power(ring.carried, disc)
-            add_list(disc, load, named, past, law, dt, counters, None, scratch)
+            if last or sub + 1 < substeps:
+                add_list(disc, load, named, past, law, dt, counters, None, scratch)
+            else:  # the grid needs no more than the ring's pairs for its next step
+                add_ring(disc, load, named, past, law, dt, counters, scratch)
+                said = send_forces(wire, ring, disc, load, talk.answer)
+                add_inside(disc, load, named, past, law, dt, counters, scratch)
         gravity = talk.order[GRAVITY]
+        if last:
+            return step + 1, DONE, 0
     return MOST, DONE, 0

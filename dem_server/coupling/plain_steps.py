@@ -1,7 +1,7 @@
 """Plain steps of the discs: as many as possible in one compiled call (plain_loop.py), beside the loop step by step.
 
-A step is plain if nothing outside the kernels has to see it: the continuum orders nothing after it, and the list of pairs still
-holds. Histories need no step of their own: compiled code computes their values (look.py).
+A step is plain if nothing outside the kernels has to see it: the continuum orders nothing after it, no plugin is called, and the
+list of pairs still holds. Histories need no step of their own: compiled code computes their values (look.py).
 """
 
 import time
@@ -10,6 +10,7 @@ import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
 from coupler_protocol.exits import PhysicsFailed
+from coupler_protocol.process.plugin import interval_of
 from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.wire import lanes, messages
 from coupler_protocol.wire.lockstep import PATIENCE
@@ -36,6 +37,7 @@ from dem_server.step.motion import SPEED_CAP, move_free
 from dem_server.step.neighbours import skin
 from dem_server.step.thread_shares import shares
 
+NEVER = 1 << 62  # steps between calls of a plugin that there is not
 MOVE, RECEIVE, ACCEPT, COMPLETED = range(4)  # how a step goes on, see `take`
 
 
@@ -46,9 +48,8 @@ def obstacle(side):
         "messages of steps use the link": lanes is None or not lanes.whole,
         "exchange_every": side.scene.coupling.exchange_every > 1,
         "energies are recorded": side.ledger is not None,
-        "a plugin is called": side.plugin is not None,
+        "a plugin is called after every step": interval_of(side.plugin) == 1,
         "the discs have several threads": len(shares(side.model)) > 1,
-        "walls": side.state.walls is not None,
     }
     return next((words for words, there in found.items() if there), "")
 
@@ -62,6 +63,7 @@ class PlainSteps:
         self.taken = 0
         self._known = None  # whether plain steps may begin at once, if it was asked
         self._begun = False
+        self.every = interval_of(side.plugin)
         if not self.why_not:
             self.lanes = side.conversation.transport.lanes
             self.order, self.answer = np.zeros(len(messages.Order._fields)), np.zeros(len(messages.Answer._fields))
@@ -104,7 +106,7 @@ class PlainSteps:
                 if why == FAST_RIM:
                     side.refuse_fast_rim()
                 self._complete(order, found)
-                if order.flags:
+                if order.flags or (self.every and order.step % self.every == 0):
                     return COMPLETED, order
                 side.count_step(order)
                 self.taken += 1
@@ -175,7 +177,8 @@ class PlainSteps:
         ring = Ring(
             rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
         )
-        said = Talk(self.answer, self.order, self.gravity, side.steps, 0.5 * skin(model), time.monotonic_ns() + lanes.LONGEST)
+        until = time.monotonic_ns() + lanes.LONGEST
+        said = Talk(self.answer, self.order, self.gravity, side.steps, self.every or NEVER, 0.5 * skin(model), until)
         self.sight.rows[0], self.sight.power[0] = 0, side.power
         self.sight.fresh[0] = not side.guard.knows_list(state)
         longest = SPEED_CAP * model.smallest_radius

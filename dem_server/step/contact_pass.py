@@ -79,8 +79,8 @@ def add_list(disc, load, listed, history, parameters, dt, counters, crew, f):
     """`force_pass` with scratch memory f (scratch_rows.SIZE,)."""
     parts = number_of_parts(listed)
     if crew is None:
-        load[:] = 0.0
-        add_parts(0, parts, disc, load, listed, history, counters, parameters, dt, f)
+        add_ring(disc, load, listed, history, parameters, dt, counters, f)
+        add_inside(disc, load, listed, history, parameters, dt, counters, f)
     else:
         begin, end = part_of(crew, 0, len(load))
         load[begin:end] = 0.0
@@ -92,3 +92,16 @@ def add_list(disc, load, listed, history, parameters, dt, counters, crew, f):
             if shared or crew.rank == 0:
                 add_parts(begin, end, disc, load, listed, history, counters, parameters, dt, f)
             meet(crew)
+
+
+@jit(borrows=True)
+def add_ring(disc, load, listed, history, parameters, dt, counters, f):
+    """First half of `add_list` by one thread: the pairs of the ring, after which its loads are complete."""
+    load[:] = 0.0
+    add_parts(np.int64(0), np.int64(1), disc, load, listed, history, counters, parameters, dt, f)
+
+
+@jit(borrows=True)
+def add_inside(disc, load, listed, history, parameters, dt, counters, f):
+    """Second half: all other pairs."""
+    add_parts(np.int64(1), number_of_parts(listed), disc, load, listed, history, counters, parameters, dt, f)

@@ -43,8 +43,20 @@ class Sight(NamedTuple):
     ratio: NDArray[np.float64]
 
 
+class Moved(NamedTuple):
+    """Displacements of the H held boundaries of a Sight, P components in all, where boundaries move or have moved.
+
+    driven (N,2) [m/step]: of State. displacement (n,P) [m]: of the held components at the points of histories; moves (n,H):
+    whether a boundary is driven or not at its place. The means are left to Python, whose sums have an order of their own.
+    """
+
+    driven: NDArray[np.float64]
+    displacement: NDArray[np.float64]
+    moves: NDArray[np.bool_]
+
+
 def sight_of(side, stage, most):
-    """The Sight of a coupled stage and the names of its boundaries' histories; `most`: steps of a call."""
+    """The Sight of a coupled stage and (boundary, axis) of its Held; `most`: steps of a call."""
     names, held = held_components(side.model.fixed, stage.sides.holders)
     every, until = stage.record.history, stage.stage.until
     count = most // every + 2
@@ -53,7 +65,15 @@ def sight_of(side, stage, most):
         every, float(side.model.extent), np.array(limits), stage.energy.balance, stage.stretch.stretch, held,
         np.zeros((count, LOOKED)), np.zeros((count, REACTIONS + len(names))), np.zeros(2, dtype=np.int64), np.zeros(1),
     )  # fmt: skip
-    return sight, [f"reaction_{'xy'[axis]}:{label}" for label, axis in names]
+    return sight, names
+
+
+def moved_of(sight, driven):
+    """The Moved beside a Sight; driven (N,2): of State, None: no boundary has moved yet, and there is no Moved."""
+    if driven is None:
+        return None
+    rows, held = len(sight.points), sight.held
+    return Moved(driven, np.zeros((rows, len(held.points))), np.zeros((rows, len(held.axis)), dtype=np.bool_))
 
 
 @jit
@@ -94,8 +114,36 @@ def note(done, factor, points, arrays, gravity, sight):
     sight.rows[1] += 1
 
 
+@jit
+def note_moved(moved, displacement, sight):
+    """Notes the displacements (N,2) [m] of held boundaries in the row that `note` has filled; moved: a Moved or None."""
+    if moved is not None:
+        points, begin, axes = sight.held
+        row = sight.rows[1] - 1
+        for h in range(len(axes)):
+            moves = False
+            for i in range(begin[h], begin[h + 1]):
+                at = displacement[points[i], axes[h]]
+                moved.displacement[row, i] = at
+                moves |= at != 0.0 or moved.driven[points[i], axes[h]] != 0.0
+            moved.moves[row, h] = moves
+
+
 def values(sight, names):
-    """Steps, and values {name: list} of the histories noted at them; names: of the boundaries' histories."""
+    """Steps, and values {name: list} of the histories noted at them; names: (boundary, axis) of the Held."""
     found = sight.points[: sight.rows[1]]
-    columns = NAMES | {name: REACTIONS + row for row, name in enumerate(names)}
+    columns = NAMES | {f"reaction_{'xy'[axis]}:{label}": REACTIONS + row for row, (label, axis) in enumerate(names)}
     return found[:, STEP].astype(int).tolist(), {name: found[:, column].tolist() for name, column in columns.items()}
+
+
+def movements(sight, moved, names):
+    """Steps and mean displacements {name: (list, list [m])} of boundaries that move, as fdm_server.observe.record.movements."""
+    count, begin = int(sight.rows[1]), sight.held.begin
+    steps = sight.points[:count, STEP].astype(int)
+    found = {}
+    for h, (label, axis) in enumerate(names):
+        rows = np.flatnonzero(moved.moves[:count, h])
+        means = [float(np.mean(moved.displacement[row, begin[h] : begin[h + 1]])) for row in rows]
+        if means:
+            found[f"moved_{'xy'[axis]}:{label}"] = steps[rows].tolist(), means
+    return found

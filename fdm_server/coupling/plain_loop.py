@@ -12,12 +12,15 @@ from coupler_protocol.compiled.jit import jit
 from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
 from coupler_protocol.compiled.system_calls import nanoseconds
 from coupler_protocol.wire.messages import Answer, Order
-from fdm_server.coupling.look import look, note
+from fdm_server.coupling.look import look, note, note_moved
 from fdm_server.coupling.rim import apply_forces
 from fdm_server.coupling.rim_growth import NOTICED as GROWS
 from fdm_server.coupling.rim_growth import watch_growth, watch_power
+from fdm_server.ground.boundaries_in_time import drive_sides
+from fdm_server.ground.quiet_sides import absorb_all
 from fdm_server.step.gridpoint_pass import velocity_kernel
 from fdm_server.step.masses import add_static_masses
+from fdm_server.step.nodal_pass import average_changes, average_strains
 from fdm_server.step.zone_pass import move_kernel, zones_kernel
 
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
@@ -70,8 +73,9 @@ class Renewal(NamedTuple):
 class Course(NamedTuple):
     """n plain steps ahead: gravity (n+1,) [m/s2], its factor (n+1,), share (n,) of the discs in the rims' forces.
 
-    stage: its number; first, noted: numbers of the first step, and of the last one after which histories are noted; seconds:
-    length of a step, 1 in static mode; until: monotonic time [ns] after which no step begins.
+    stage: its number; first, noted: numbers of the first step, and of the last one after which histories are noted; done: steps
+    of the stage before the first; seconds: length of a step, 1 in static mode; until: monotonic time [ns] after which no step
+    begins.
     """
 
     gravity: Numbers
@@ -80,6 +84,7 @@ class Course(NamedTuple):
     stage: float
     first: int
     noted: int
+    done: int
     seconds: float
     until: int
 
@@ -158,18 +163,21 @@ def count_step(renewal, displacement, mass):
 
 
 @jit
-def plain_loop(wire, rims, course, points, resistance, always, effects, renewal, midway, sight, marks):
+def plain_loop(wire, rims, course, points, resistance, always, effects, renewal, nodal, sides, midway, sight, marks):
     """Takes the steps of `course`; returns (steps completed, rims heard in the step that is not, why it ended).
 
     points: applied, added_mass, mass, weight_mass, fixed, static_mass (None in static mode); resistance: damping, half_combined,
     previous, half_drag of `velocity_kernel`; always, effects: of fdm_server.step.zone_pass.zone_arguments; renewal: a Renewal in
-    static large strain, else None; sight: the Sight of the stage. midway: the first step has sent its velocities and looked
-    already. marks (n,2): times [ns] between which each step waits for FORCE, None without a trace.
+    static large strain, else None; nodal: (Nodal, Averages, its `trial`) as plain tuples if volumetric strain is averaged at
+    gridpoints, else None; sides: the arguments of `drive_sides` and `absorb_all`, and the Moved of histories, each may be None;
+    sight: the Sight of the stage. midway: the first step has sent its velocities and looked already. marks (n,2): times [ns]
+    between which each step waits for FORCE, None without a trace.
     """
     applied, added_mass, mass, weight_mass, fixed, static_mass = points
     damping, half_combined, previous, half_drag = resistance
     geometry, gather, stiffness, arrays = always
-    velocity, displacement, _, _, force = arrays
+    velocity, displacement, stress, corner_force, force = arrays
+    drive, quiet, moved = sides
     mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy = effects
     windows, count, strips = len(wire.fd), velocity.shape[0], len(gather[1]) - 2
     all_from = np.int64(0)  # for a literal number numba would compile the kernels once more
@@ -196,6 +204,7 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
                 all_from, count, force, applied, mass, added_mass, weight_mass, fixed, gravity,
                 damping, half_combined, previous, half_drag, dt, velocity,
             )  # fmt: skip
+            drive_sides(drive, course.done + step, velocity)
             unsent = False
             for w in range(windows):
                 if not write_velocities(wire, w, rims, velocity, course, step):
@@ -209,14 +218,25 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
                 return step, windows, UNSENT if unsent else NOTICED
         midway = False
         move_kernel(all_from, count, velocity, dt, displacement)
+        if nodal is not None:
+            joints, averages, trial = nodal
+            average_strains(
+                strips, joints, averages, geometry, stiffness, velocity, displacement, dt, xy, stress, trial
+            )  # fmt: skip
         inverted = zones_kernel(
             all_from, strips, geometry, gather, stiffness, arrays,
             mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy,
         )  # fmt: skip
+        if nodal is not None:
+            average_changes(
+                strips, joints, averages, geometry, gather, displacement, xy, stress, trial, corner_force, force
+            )  # fmt: skip
         if inverted > 0:
             return step, windows, INVERTED
         if renewal is not None:
             count_step(renewal, displacement, mass)
+        absorb_all(quiet, velocity, applied)
         if number % sight.every == 0 and number <= course.noted:
             note(number, course.factor[step], points, arrays, gravity, sight)
+            note_moved(moved, displacement, sight)
     return len(course.share), 0, DONE

@@ -10,6 +10,7 @@ import time
 import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
+from coupler_protocol.process.plugin import interval_of
 from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.wire import lanes, messages
 from coupler_protocol.wire.lockstep import PATIENCE
@@ -30,6 +31,7 @@ from fdm_server.coupling.plain_loop import (
 from fdm_server.step import clock
 from fdm_server.step import present_shape as shape
 from fdm_server.step.gridpoint_pass import resistance
+from fdm_server.step.nodal_pass import averages_of
 from fdm_server.step.safety import Unstable, check_zones
 from fdm_server.step.zone_pass import zone_arguments
 
@@ -44,10 +46,8 @@ def obstacle(side, stage):
         "messages of steps use the link": lanes is None or not lanes.whole,
         "exchange_every": side.scene.coupling.exchange_every > 1,
         "energies are recorded": stage.ledger is not None,
-        "a plugin is called": side.plugin is not None,
-        "volumetric strain is averaged at gridpoints": side.model.nodal is not None,
+        "a plugin is called after every step": interval_of(side.plugin) == 1,
         "the grid has several threads": len(parts.points) > 1 or len(parts.strips) > 1,
-        "boundaries move or are quiet": stage.sides.drive is not None or bool(stage.sides.dashpots),
     }
     return next((words for words, there in found.items() if there), "")
 
@@ -67,6 +67,8 @@ class PlainSteps:
             self.renewal = _renewal(side.model, side.state)
             self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
             self.sight, self.names = look.sight_of(side, stage, MOST)
+            self.moved = look.moved_of(self.sight, side.state.driven)
+            self.averages = None if side.model.nodal is None else averages_of(side.model)
 
     def take(self):
         """Takes all plain steps from the present one on; returns before the first step that has to be taken by itself."""
@@ -96,15 +98,15 @@ class PlainSteps:
         return {"plain_steps": self.taken} | ({"one_by_one": why} if why else {})
 
     def _ahead(self):
-        """Number of plain steps up to the next frame, change of masses, or end."""
+        """Number of plain steps up to the next frame, call of a plugin, change of masses, or end."""
         side, stage, record = self.side, self.stage, self.stage.record
         if stage.ended_by or any(rim.talk.strain_asked for rim in stage.rims) or not stage.step_is_known:
             return 0
         if stage.checkpoint_due(side.steps + 1):
             return 0
         count = min(MOST, record.every - 1 - side.steps % record.every, side.clock.steps_before(side.steps + 1))
-        if side.state.driven is not None:  # movements of boundaries are recorded in Python
-            count = min(count, record.history - side.steps % record.history)
+        if every := interval_of(side.plugin):
+            count = min(count, every - 1 - side.steps % every)
         if side.state.mass is not None and side.state.in_real_time:  # the step may change with the masses
             count = min(count, shape.MASS_STEPS - side.state.mass_age)
         if stage.stage.until.steps is not None:
@@ -151,14 +153,10 @@ class PlainSteps:
         factor = stage.leg.factors(stage.done, count + 1)
         gravity, share = stage.leg.gravity * factor, stage.shares(stage.done, count)
         last = side.steps + count
-        if side.state.driven is not None:
-            noted = 0
-        elif side.state.mass is not None and side.state.in_real_time:
-            noted = last - 1  # after the last step the masses may change, then histories follow
-        else:
-            noted = last
-        until = time.monotonic_ns() + lanes.LONGEST
-        return Course(gravity, factor, share, float(stage.index), side.steps + 1, noted, clock.seconds(side.state), until)
+        # after the last step the masses of large strain in real time may change, then histories follow
+        noted = last - 1 if side.state.mass is not None and side.state.in_real_time else last
+        number, until = float(stage.index), time.monotonic_ns() + lanes.LONGEST
+        return Course(gravity, factor, share, number, side.steps + 1, noted, stage.done, clock.seconds(side.state), until)
 
     def _loop(self, course, midway):
         """One compiled call."""
@@ -186,8 +184,11 @@ class PlainSteps:
             self.renewal.age[0] = state.mass_age
         points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
         drag, (always, effects) = resistance(model, state, state.dt), zone_arguments(model, state)
+        nodal = self.averages and (tuple(model.nodal), tuple(self.averages), self.averages.trial)
+        sides = *self.stage.sides.arguments(state), self.moved
         return (
-            self.lanes.wire, self.rims, course, points, drag, always, effects, self.renewal, midway, self.sight, self.marks
+            self.lanes.wire, self.rims, course, points, drag, always, effects, self.renewal, nodal, sides, midway, self.sight,
+            self.marks,
         )  # fmt: skip
 
     def _count(self, steps, noted):
@@ -209,6 +210,9 @@ class PlainSteps:
             if side.state.in_real_time:
                 values["time"] = stage.times(time, [number - begun for number in numbers])
             side.recorder.histories(numbers, values)
+            moved = look.movements(self.sight, self.moved, self.names) if self.moved else {}
+            for name, (at, means) in moved.items():
+                side.recorder.histories(at, {name: means})
             side.watch.add_to("recording")
         if steps and side.steps > noted and side.steps % stage.record.history == 0:
             side.watch.add_to("computing")
@@ -258,4 +262,5 @@ def _side_by_side(stage, in_real_time):
 def _after(course, steps):
     """The Course after `steps` of its steps."""
     gravity, factor, share = course.gravity[steps:], course.factor[steps:], course.share[steps:]
-    return course._replace(gravity=gravity, factor=factor, share=share, first=course.first + steps)
+    first, done = course.first + steps, course.done + steps
+    return course._replace(gravity=gravity, factor=factor, share=share, first=first, done=done)

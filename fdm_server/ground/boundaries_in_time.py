@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from coupler_protocol.compiled.jit import jit
 from coupler_protocol.scene.schedule import acting_boundaries, new_boundaries
 from fdm_server.ground.even_loads import forces_of_even_loads
 from fdm_server.ground.load_steps import Ramp, ramp_of
@@ -22,6 +23,24 @@ from fdm_server.ground.quiet_sides import Dashpots, dashpots, keep_reaction
 from fdm_server.mesh.grid_sides import edges_of, fixed_components, motion_of, points_in, sides_of
 from fdm_server.mesh.zone_sides import boundary_edges
 from fdm_server.step import present_shape
+
+
+@jit
+def drive_kernel(component, start, end, over, done, velocity, driven):
+    """Sets the velocities (N,2) of the step after `done` steps of the stage, and `driven` (N,2); other arguments: of Drive."""
+    v, prescribed = velocity.reshape(velocity.size), driven.reshape(driven.size)
+    for i in range(len(component)):
+        share = (done + 1) / over[i]
+        now = start[i] + share * (end[i] - start[i]) if share < 1.0 else end[i]
+        v[component[i]] = prescribed[component[i]] = now
+
+
+@jit
+def drive_sides(drive, done, velocity):
+    """`drive_kernel` for a tuple of its arguments before `done` and `driven` after them, or None."""
+    if drive is not None:
+        component, start, end, over, driven = drive
+        drive_kernel(component, start, end, over, done, velocity, driven)
 
 
 class Drive(NamedTuple):
@@ -34,10 +53,7 @@ class Drive(NamedTuple):
 
     def apply(self, state, done):
         """Sets the velocities of the step after `done` steps of the stage."""
-        share = np.minimum((done + 1) / self.over, 1.0)
-        now = np.where(share < 1.0, self.start + share * (self.end - self.start), self.end)
-        state.velocity.reshape(-1)[self.component] = now
-        state.driven.reshape(-1)[self.component] = now
+        drive_kernel(*self, done, state.velocity, state.driven)
 
 
 class Load(NamedTuple):
@@ -107,6 +123,11 @@ class Sides(NamedTuple):
         """Actions that depend on the State with which the stage began, for a checkpoint inside of the stage."""
         push = self.push and self.push._asdict() | {"loads": [load.saved() for load in self.push.loads]}
         return {"drive": self.drive and self.drive._asdict(), "push": push}
+
+    def arguments(self, state):
+        """Arguments of `drive_sides` and `absorb_all`: (drive, quiet)."""
+        drive = self.drive and (*self.drive, state.driven)
+        return drive, tuple(side.arguments(state) for side in self.dashpots) or None
 
     @property
     def act(self):

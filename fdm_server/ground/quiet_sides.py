@@ -13,9 +13,29 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from coupler_protocol.compiled.jit import jit
 from fdm_server.mesh.grid_sides import edges_of, points_in, sides_of
 
 WAVES = " waves"  # added to the name of a place: the dashpots' part of its forces
+
+
+@jit
+def absorb(nodes, resistance, last, velocity, applied):
+    """Updates the forces of dashpots for the present velocities: `last` (N,2) [N], which are part of `applied` (N,2) [N]."""
+    for i in range(len(nodes)):
+        n = nodes[i]
+        for axis in range(2):
+            now = -(resistance[i, axis, 0] * velocity[n, 0] + resistance[i, axis, 1] * velocity[n, 1])
+            applied[n, axis] += now - last[n, axis]
+            last[n, axis] = now
+
+
+@jit
+def absorb_all(quiet, velocity, applied):
+    """`absorb` for all quiet sides: a tuple of their arguments, or None."""
+    if quiet is not None:
+        for nodes, resistance, last in quiet:
+            absorb(nodes, resistance, last, velocity, applied)
 
 
 class Dashpots(NamedTuple):
@@ -27,10 +47,11 @@ class Dashpots(NamedTuple):
 
     def apply(self, state):
         """Updates the applied forces for the present velocities."""
-        now = -np.einsum("nij,nj->ni", self.resistance, state.velocity[self.nodes])
-        last = state.loads[self.place + WAVES]
-        state.applied[self.nodes] += now - last[self.nodes]
-        last[self.nodes] = now
+        absorb(*self.arguments(state), state.velocity, state.applied)
+
+    def arguments(self, state):
+        """Arguments `nodes`, `resistance`, `last` of `absorb`."""
+        return self.nodes, self.resistance, state.loads[self.place + WAVES]
 
 
 def keep_reaction(model, state, boundary, gravity):

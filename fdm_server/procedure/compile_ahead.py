@@ -90,6 +90,7 @@ def _gridpoints(side, stage):
 
 
 def _rims(side, stage):
+    stage.set_velocities(side.state)
     stage.watch_rims(side.state)
 
 

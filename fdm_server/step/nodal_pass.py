@@ -16,7 +16,7 @@ from coupler_protocol.compiled.jit import jit
 from coupler_protocol.geometry import corner_joints, corner_weights
 from fdm_server.step import present_shape as shape
 from fdm_server.step.blocks import LANES, to_blocks
-from fdm_server.step.forces import sum_all
+from fdm_server.step.forces import sum_all, sum_at_gridpoints
 from fdm_server.step.large_strain import middle_shape, present_shape
 from fdm_server.step.strain import C0, C1, C2, C3, V, gather_increments, gather_velocities
 from fdm_server.step.stress import SM, ZZ, pressure_increment
@@ -31,6 +31,21 @@ class Nodal(NamedTuple):
     start: NDArray[np.uint32]  # (J+1,) corners of joint j are at start[j]:start[j + 1] of the next two
     zone: NDArray[np.uint32]  # (4Z,) zone of a corner
     share: NDArray[np.float64]  # (4Z,) its share of the zone
+
+
+class Averages(NamedTuple):
+    """Scratch memory of the passes of one step.
+
+    trial (B,32) [Pa]: sm and zz that follow from elasticity alone, or None if no other law acts.
+    """
+
+    area: NDArray[np.float64]  # (B,16) [m2] of the zones
+    value: NDArray[np.float64]  # (B,16) area times what is averaged
+    mean: NDArray[np.float64]  # (J,) at joints
+    excess: NDArray[np.float64]  # (B,16) averaged strains minus those of the zones [-]
+    change_sm: NDArray[np.float64]  # (B,16) [Pa] averaged changes minus those of the zones
+    change_zz: NDArray[np.float64]  # (B,16) [Pa]
+    trial: NDArray[np.float64] | None
 
 
 def build_nodal(zones, material):
@@ -153,6 +168,45 @@ def correct_kernel(first, last, corner, x, y, xy, displacement, change_sm, chang
                     dy = xy[q, 1] + displacement[q, 1] - xy[p, 1] - displacement[p, 1]
                 corner_force[b, o + i] -= half * dy
                 corner_force[b, V + o + i] += half * dx
+
+
+@jit
+def average_strains(strips, nodal, averages, geometry, stiffness, velocity, displacement, dt, xy, stress, trial):
+    """`NodalPass.before` in one thread; strips: their number; nodal, averages, geometry, stiffness: plain tuples."""
+    joint, weight, start, zone, share = nodal
+    area, value, mean, excess, _, _, _ = averages
+    corner, x, y, inverse_double_area, grid_share = geometry
+    pattern, elastic = stiffness
+    first = np.int64(0)  # for a literal number numba would compile the kernels once more
+    volume_kernel(first, strips, corner, x, y, inverse_double_area, velocity, dt, xy, displacement, grid_share, area, value)
+    joint_kernel(first, len(mean), start, zone, share, area, value, mean)
+    excess_kernel(first, strips, joint, weight, mean, area, value, excess)
+    load_kernel(first, strips, pattern, elastic, area, value, excess, stress, trial)
+
+
+@jit
+def average_changes(strips, nodal, averages, geometry, gather, displacement, xy, stress, trial, corner_force, force):
+    """`NodalPass.after` in one thread; arguments as for `average_strains`."""
+    if trial is not None:
+        joint, weight, start, zone, share = nodal
+        area, value, mean, _, change_sm, change_zz, _ = averages
+        corner, x, y, _, _ = geometry
+        order, _, begin, place = gather
+        first = np.int64(0)
+        for row, change in ((first + SM, change_sm), (first + ZZ, change_zz)):
+            change_kernel(first, strips, row, area, trial, stress, value)
+            joint_kernel(first, len(mean), start, zone, share, area, value, mean)
+            excess_kernel(first, strips, joint, weight, mean, area, value, change)
+        correct_kernel(first, strips, corner, x, y, xy, displacement, change_sm, change_zz, stress, corner_force)
+        sum_at_gridpoints(order, first, len(order), begin, place, corner_force, force)
+
+
+def averages_of(model):
+    """Averages for the zones of the model."""
+    zones = (len(model.geometry.corner), LANES)
+    area, value, excess, change_sm, change_zz = (np.empty(zones) for _ in range(5))
+    trial = np.empty((zones[0], 2 * LANES)) if model.law.path_dependent else None
+    return Averages(area, value, np.empty(len(model.nodal.start) - 1), excess, change_sm, change_zz, trial)
 
 
 class NodalPass:

@@ -7,6 +7,7 @@ import pytest
 from colluvium import open_run
 from colluvium.results.timeline import intervals
 from colluvium.running.threads import run
+from coupler_protocol.process.plugin import from_functions, interval_of
 from coupler_protocol.scene.reader import build_scene
 from coupler_protocol.wire import lanes
 from coupler_protocol.wire.lanes import Lanes
@@ -43,14 +44,14 @@ def scene(**more):
     return data
 
 
-def both_ways(tmp_path, data):
+def both_ways(tmp_path, data, plugin=None):
     """Runs of a scene in one process, over a lane and without one: the first one's rows of coupled stages in run.json."""
     for name, lane in (("lane", None), ("link", False)):
         (tmp_path / name).mkdir()
         own = copy.deepcopy(data)
         if lane is not None:
             own["link"] = {"lane": lane}
-        run(build_scene(own), tmp_path / name)
+        run(build_scene(own), tmp_path / name, plugin=plugin)
     with open_run(tmp_path / "lane") as found, open_run(tmp_path / "link") as other:
         rows, plain = ([row for row in one.info["stages"] if "plain_steps" in row] for one in (found, other))
     assert all(row["plain_steps"] == 0 and row["one_by_one"] for row in plain)
@@ -77,6 +78,8 @@ def waits_are_traced(folder):
 
 
 SHORT = "large strain, clumps"
+SIDES = "averages at gridpoints, quiet sides, a side that moves"
+QUIET = [{"on": "left", "quiet": True}, {"on": "bottom", "quiet": True}]
 CASES = {
     "two windows, paper's mapping, combined damping, histories of every third step": {
         "window": [{"name": "a", "polygon": SMALL}, {"name": "b", "polygon": OTHER}],
@@ -85,6 +88,31 @@ CASES = {
         "record__history": 3,
     },
     SHORT: {"grid__large_strain": True, "stones": STONES, "discs__stone": STONE, "record__trace": TRACED},
+    SIDES: {
+        "grid__mixed": "nodal",
+        "stage__2__time": "real",
+        "stage__2__boundary": [*QUIET, {"on": "top", "velocity": {"x": 2e-3, "y": -3e-3}, "over": 90}],
+        "stage__3__time": "real",
+        "stage__3__boundary": [{"on": "top", "velocity": {"x": 0.0, "y": 1e-3}, "over": 70}],
+    },
+    "large strain, averages of elastic zones at gridpoints": {
+        "grid__large_strain": True,
+        "grid__mixed": "nodal",
+        "material__0__mohr_coulomb": None,
+    },
+    "quiet sides, Rayleigh damping": {
+        "stage__3__time": "real",
+        "stage__3__boundary": QUIET,
+        "stage__3__damping": {"rayleigh": {"fraction": 0.05, "frequency": 20.0}},
+    },
+    "sides that move one after the other, come back and rest, histories of every step": {
+        "record__history": 1,
+        "stage__2__boundary": [
+            {"on": "top", "x": [2.0, 5.0], "name": "plate", "velocity": {"y": -2e-6}, "over": 30},
+            {"on": "left", "velocity": {"x": 1e-6, "y": 0.0}},
+        ],
+        "stage__3__boundary": [{"on": "left", "fix": "xy"}, {"on": "top", "name": "plate", "velocity": {"y": 1e-6}, "over": 50}],
+    },
     "real time, Rayleigh damping, large strain": {
         "grid__large_strain": True,
         "stage__3__time": "real",
@@ -99,10 +127,10 @@ CASES = {
 }
 
 
-LONG = [case for case in CASES if case != SHORT]
+LONG = [case for case in CASES if case not in (SHORT, SIDES)]
 
 
-@pytest.mark.parametrize("case", [SHORT, *(pytest.param(case, marks=pytest.mark.long) for case in LONG)])
+@pytest.mark.parametrize("case", [SHORT, SIDES, *(pytest.param(case, marks=pytest.mark.long) for case in LONG)])
 def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
     rows = both_ways(tmp_path, scene(**CASES[case]))
     assert same_files(tmp_path) == []
@@ -154,11 +182,39 @@ def test_a_lane_that_breaks_leaves_its_steps_to_the_link(tmp_path, monkeypatch):
     assert 0 < sum(row["plain_steps"] for row in rows) < 150
 
 
+@pytest.mark.parametrize("every", [7, 1])
+def test_a_plugin_is_called_between_plain_steps(tmp_path, every):
+    """It sees and changes the same states after the same steps; if it is called after every step, there are no plain ones."""
+    assert interval_of(from_functions(on_stage=print)) == interval_of(None) == 0
+    seen = {0: [], 1: []}
+
+    def push(moment):
+        state = moment.state
+        seen[moment.rank].append((moment.step, moment.stage, state.velocity.sum() if moment.rank == 0 else state.v.sum()))
+        if moment.rank == 0:
+            state.applied[30] += (5.0, -20.0)
+        else:
+            state.load[-1, :3] += (0.0, -3.0, 0.1)
+
+    rows = both_ways(tmp_path, scene(), from_functions(on_step=(every, push)))
+    assert same_files(tmp_path) == []
+    for rank, calls in seen.items():
+        half = len(calls) // 2
+        assert calls[:half] == calls[half:], rank
+        coupled = [step for step, stage, _ in calls[:half] if stage in ("couple", "more")]
+        assert coupled == [step for step in range(51, 276) if step % every == 0], rank
+    for row in rows:
+        most = row["steps"] - row["steps"] // every if every > 1 else 0
+        for plain in (row["plain_steps"], *row["plain_steps_discrete"]):
+            assert most - 10 <= plain <= most
+        said = [row.get("one_by_one"), *row.get("one_by_one_discrete", [None])]
+        assert said == [None if every > 1 else "a plugin is called after every step"] * 2
+
+
 @pytest.mark.parametrize(
     ("more", "why"),
     [
         ({"record__energy": True}, "energies are recorded"),
-        ({"grid__mixed": "nodal"}, "volumetric strain is averaged at gridpoints"),
         ({"coupling__exchange_every": 2}, "exchange_every"),
     ],
 )
@@ -167,7 +223,4 @@ def test_stages_say_why_their_steps_are_taken_one_by_one(tmp_path, more, why):
     with open_run(tmp_path) as found:
         rows = [row for row in found.info["stages"] if "plain_steps" in row]
     assert [(row["one_by_one"], row["plain_steps"]) for row in rows] == [(why, 0)] * 2
-    for row in rows:  # averages at gridpoints concern the grid alone
-        assert (
-            (row["plain_steps_discrete"] == [0]) is (row.get("one_by_one_discrete", [""]) == [why]) is ("grid__mixed" not in more)
-        )
+    assert [(row["one_by_one_discrete"], row["plain_steps_discrete"]) for row in rows] == [([why], [0])] * 2

@@ -14,6 +14,7 @@ from fdm_server.ground.boundaries_in_time import holders
 from fdm_server.ground.reactions import reactions
 from fdm_server.mesh.grid import build_grid
 from fdm_server.model import build_model, new_state
+from fdm_server.observe import record
 from fdm_server.observe.energy_growth import EnergyWatch
 from fdm_server.step.gridpoint_pass import farthest, kinetic_energy, unbalanced_ratio
 from fdm_server.step.present_shape import masses
@@ -97,3 +98,28 @@ def test_points_of_histories_are_those_of_the_loop_step_by_step(seen):
     expected = {"unbalanced_ratio": 0.25, "gravity_factor": 1.5, "max_displacement": farthest(state.displacement)} | forces
     assert {name: column[1] for name, column in values.items()} == expected | {"kinetic_energy": kinetic_energy(model, state)}
     assert values["kinetic_energy"][0] == pytest.approx(0.25 * values["kinetic_energy"][1])
+
+
+def test_movements_at_points_are_those_of_the_loop_step_by_step(seen):
+    """Boundaries that are driven, that have moved, and that come back: only at points at which they do, they have a value."""
+    side, stage, *_ = seen
+    model, state, holders = side.model, side.state, stage.sides.holders
+    sight, names = look.sight_of(side, stage, 100)
+    assert look.moved_of(sight, None) is None
+    driven = state.driven = np.zeros_like(state.velocity)
+    moved = look.moved_of(sight, driven)
+    points = sight.held.points[slice(*sight.held.begin[:2])]  # a second boundary holds one of them as well
+    expected = {}
+    rng = np.random.default_rng(1)
+    state.displacement[model.fixed] = 0.0
+    for done, displacement, velocity in ((10, 0.0, 0.0), (20, 0.0, 1e-6), (30, rng.random(len(points)), 0.0), (40, 0.0, 0.0)):
+        state.displacement[points, sight.held.axis[0]], driven[points[0], sight.held.axis[0]] = displacement, velocity
+        sight.rows[1] += 1
+        sight.points[sight.rows[1] - 1, look.STEP] = done
+        look.note_moved(moved, state.displacement, sight)
+        for name, value in record.movements(model, state, holders).items():
+            expected.setdefault(name, ([], []))[0].append(done)
+            expected[name][1].append(value)
+    assert look.movements(sight, moved, names) == expected
+    assert len(expected) < len(names)
+    assert [steps for steps, _ in expected.values()] == [[20, 30]] * len(expected)
