@@ -4,15 +4,16 @@
                                          [--page FILE]
 
 Runs SCENE (default configs/paper_slope.toml) through the first --after steps of its last stage, in two processes as they are,
-which also compiles their kernels. Then both continue from there under callgrind through two stages of --steps and 5 times as many
-coupled steps, with histories and without frames, with gravity as in the last stage. The count of a step is the difference of both
-stages over the difference of their steps: what a stage costs once is not in it. It does not depend on the load of the machine.
+which also compiles their kernels. Then both continue from there under callgrind: after a short stage in which they load them,
+through two stages of --steps and 5 times as many coupled steps, with histories and without frames, with gravity as in the last
+stage. The count of a step is the difference of both stages over the difference of their steps: what a stage costs once is not in
+it. It does not depend on the load of the machine.
 
 Instructions are those of all threads, without those of the system. Kernels are compiled for `nehalem` (SSE4.2), because valgrind
 does not know all instructions of wider vectors. A side that waits sleeps at once: how often it looks would depend on its speed.
 
 --tree NAME=DIR: checkouts with an installation in DIR/.venv, counted one after the other with the same scene (default: this one).
-Two minutes a tree, and as long again with an empty cache of kernels. Needs valgrind and an x86-64 processor.
+Three minutes a tree, and as long again with an empty cache of kernels. Needs valgrind and an x86-64 processor.
 """
 
 import argparse
@@ -36,6 +37,7 @@ from coupler_protocol.exits import EnvironmentFailed
 
 ROOT = Path(__file__).resolve().parent.parent
 LONGER = 5  # the second counted stage over the first
+SETTLED = 200  # steps of a stage before the counted ones: some lists of pairs are built in it
 SIDES = {"grid": "fdm_server", "discs": "dem_server"}
 PROCESSOR = {"NUMBA_CPU_NAME": "nehalem", "NUMBA_CPU_FEATURES": ""}
 PATIENT = {"timeout": 60.0, "give_up": 3600.0}  # [s] of [link]: a step takes a hundred times longer
@@ -48,7 +50,7 @@ COLUMNS = {
 
 
 def counted_scene(data, after, steps):
-    """The scene `data` with its last stage in four parts: `after` steps, two counted ones, and the end.
+    """The scene `data` with its last stage in parts: `after` steps, some to load kernels, two counted ones, and the end.
 
     Gravity may change linearly in the last stage, from 1 g; the parts are steps of the same change.
     """
@@ -56,7 +58,8 @@ def counted_scene(data, after, steps):
     target = last.get("gravity_factor", 1.0)
     to, over = (target["to"], target["over"]) if isinstance(target, dict) else (target, 1)
     parts, done = [], 0
-    for name, count in (("begun", after), ("counted short", steps), ("counted long", LONGER * steps), ("end", 1)):
+    counts = {"begun": after, "settled": SETTLED, "counted short": steps, "counted long": LONGER * steps, "end": 1}
+    for name, count in counts.items():
         done += count
         part = {**last, "name": name, "kind": "overload", "until": {"steps": count}}
         if isinstance(target, dict):
