@@ -10,6 +10,7 @@ import lan
 import pytest
 from bench import lan_steps, link_ends, links
 from bench.coupled_step import coupled, with_measured_stages
+from bench.stream_loops import raw_trips
 from bench.timing_rows import row
 from bench_exchange import lan_tables, link_tables
 from pages import plain
@@ -53,7 +54,7 @@ def raw():
         end.open(end.peers[0].peer, connection)
     yield (
         ends,
-        [partial(link_ends.raw_trips, end.wire, 4, answers, True) for end, answers in zip(ends, (True, False), strict=True)],
+        [partial(raw_trips, end.wire, 4, answers, True) for end, answers in zip(ends, (True, False), strict=True)],
     )
     for end in ends:
         end.close_all()
