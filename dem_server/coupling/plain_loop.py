@@ -11,9 +11,12 @@ from numpy.typing import NDArray
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
 from coupler_protocol.compiled.system_calls import nanoseconds
+from coupler_protocol.compiled.thread_crew import order, over_all_threads, part_of
 from coupler_protocol.interface.mapping import forces_to_nodes
 from coupler_protocol.wire.messages import Answer, Order
 from dem_server.coupling.look import look
+from dem_server.coupling.plain_help import CONTACTS as CONTACT_PHASE
+from dem_server.coupling.plain_help import MOTION
 from dem_server.coupling.rim import move_ring, ring_power
 from dem_server.effects.histories import PairHistory
 from dem_server.effects.parameter_table import Parameters
@@ -133,7 +136,18 @@ def largest_square(v):
 
 
 @jit
-def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history, parameters, counters, sight, marks):
+def add_counts(counts, counters):
+    """Moves what other threads have counted, counts (size,n), to the counters (n,)."""
+    for other in range(counts.shape[0]):
+        for c in range(counts.shape[1]):
+            counters[c] += counts[other, c]
+            counts[other, c] = 0
+
+
+@jit
+def plain_loop(
+    wire, ring, talk, motion, begun, bodies, clumps, listed, history, parameters, counters, sight, marks, crew, counts
+):  # fmt: skip
     """Takes steps, each from FORCE to the contacts after VELOCITY; returns (steps done, why it ended, fast discs or sub-step).
 
     begun: FORCE of the first step is sent, and what precedes it is seen. sight: a Sight, with room for what MOST steps show.
@@ -141,7 +155,8 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
     then has to be judged), or also moved the free discs (UNHEARD; FAST: too fast without a cap), or also received VELOCITY, which
     is not for one step (ODD), or also moved the ring in a sub-step (FAST_RIM: too fast; CONTACTS: a new list of pairs is due, or
     somebody has to see the step). bodies, listed, history, parameters: plain tuples, as for `cycle` and `force_pass`.
-    marks (MOST,2): times [ns] between which each step waits for VELOCITY, None without a trace.
+    marks (MOST,2): times [ns] between which each step waits for VELOCITY, None without a trace. crew: a Crew whose other threads
+    run `help_discs`, None for one thread; counts (size,n): counters of these threads.
     """
     disc, load, weight, angle, listed_at = bodies
     named, past, law = Listed(*listed), PairHistory(*history), Parameters(*parameters)
@@ -150,6 +165,9 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
     x, v, spin = disc[:R, X : Y + 1], disc[:R, VX : VY + 1], disc[:R, SPIN]
     count, alpha = disc.shape[0], law.alpha
     force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
+    first, last = R, count
+    if crew is not None:
+        first, last = part_of(crew, R, count)
     moved = talk.leeway  # no disc has moved farther than the sum of the largest speeds (as in dem_server/step/cycle.py)
     for step in range(MOST):
         done = talk.first + step
@@ -170,9 +188,13 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
         talk.gravity[0] = gravity
         for sub in range(substeps):
             fast, quickest = 0, 0.0
+            if crew is not None:
+                order(crew, MOTION, gravity, kick)
             if clumps is not None:
                 fast, quickest = move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
-            more, other = move(R, count, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
+            more, other = move(first, last, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
+            if crew is not None:
+                more, other, _ = over_all_threads(crew, more, other, False)
             fast, quickest, kick = fast + more, max(quickest, other), dt
             if cap:
                 counters[CAPS] += fast
@@ -199,6 +221,10 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
                 return step, CONTACTS, sub
             if sub == 0 and (done + 1) % sight.every == 0:
                 sight.power[0] = ring_power(ring.carried, disc)
-            add_list(disc, load, named, past, law, dt, counters, None, scratch)
+            if crew is not None:
+                order(crew, CONTACT_PHASE, 0.0, 0.0)
+            add_list(disc, load, named, past, law, dt, counters, crew, scratch)
+            if crew is not None:
+                add_counts(counts, counters)
         gravity = talk.order[GRAVITY]
     return MOST, DONE, 0

@@ -8,12 +8,12 @@ for any number of threads.
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.compiled.thread_crew import meet, part_of, work_together
 from dem_server.effects.histories import PairHistory, history_of
 from dem_server.effects.parameter_table import Parameters
 from dem_server.model import Listed, X, Y
 from dem_server.step import neighbours, scratch_rows, walls
 from dem_server.step.contact_blocks import add_parts
-from dem_server.step.thread_crew import meet, part_of, work_together
 from dem_server.step.thread_shares import shares
 from dem_server.step.walls import wall_pass_of
 

@@ -7,10 +7,13 @@ import pytest
 from colluvium import open_run
 from colluvium.results.timeline import intervals
 from colluvium.running.threads import run
+from coupler_protocol.compiled import threads
 from coupler_protocol.process.plugin import from_functions, interval_of
 from coupler_protocol.scene.reader import build_scene
 from coupler_protocol.wire import lanes
 from coupler_protocol.wire.lanes import Lanes
+from dem_server.step import thread_shares
+from fdm_server.step import thread_parts
 from tests.same_bits import differing
 from tests.window_scenes import BOX, uniform
 
@@ -163,6 +166,32 @@ def test_plain_steps_follow_a_load_that_has_come_to_its_end(tmp_path):
     assert same_files(tmp_path) == []
     assert 80 <= rows[-1]["plain_steps"] <= 90
     assert "one_by_one" not in rows[-1]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("case", ["static", "real time, clumps, large strain"])
+def test_several_threads_share_plain_steps(tmp_path, monkeypatch, case):
+    """Two threads of both sides, although they gain nothing in three runs of discs and three strips: steps are plain."""
+    for module in (thread_shares, thread_parts):
+        monkeypatch.setattr(module, "FEWEST", 1)
+    more = {"grid__length": 15.0, "grid__height": 13.0, "grid__zone_size": 0.25, "discs__radius": 0.0155}
+    if case != "static":
+        more |= {"grid__large_strain": True, "stage__3__time": "real", "coupling__substeps": 2}
+        more |= {"stones": STONES, "discs__stone": STONE}
+    data = scene(**more)
+    monkeypatch.setattr(threads, "_size", 2)
+    rows = both_ways(tmp_path, data)
+    assert same_files(tmp_path) == []
+    for row in rows:
+        assert "one_by_one" not in row
+        assert "one_by_one_discrete" not in row
+        assert all(plain > row["steps"] - 12 for plain in (row["plain_steps"], *row["plain_steps_discrete"])), row
+    monkeypatch.setattr(threads, "_size", 1)
+    (tmp_path / "one").mkdir()
+    run(build_scene(copy.deepcopy(data)), tmp_path / "one")
+    (tmp_path / "link").rename(tmp_path / "two")
+    (tmp_path / "one").rename(tmp_path / "link")
+    assert same_files(tmp_path) == []
 
 
 def test_a_lane_that_breaks_leaves_its_steps_to_the_link(tmp_path, monkeypatch):
