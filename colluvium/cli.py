@@ -4,6 +4,7 @@ import argparse
 import json
 import signal
 import sys
+import time
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from importlib.metadata import version
@@ -87,9 +88,14 @@ def parser() -> argparse.ArgumentParser:
     )
     export.set_defaults(work=export_command)
 
-    status = commands.add_parser("status", help="print how a run ended, or its last frame")
-    status.add_argument("run_dir", metavar="RUN_DIR")
-    status.add_argument("--json", nargs="?", const="-", metavar="FILE", help="run.json to FILE or standard output")
+    status = commands.add_parser("status", help="print where a run is, how fast, for whom it waits, or how it ended")
+    status.add_argument("run_dir", metavar="RUN_DIR", help="folder of the run, or of one of its sides")
+    status.add_argument(
+        "--watch", nargs="?", const=2.0, type=command_line.not_negative, metavar="SECONDS", help="again until the end (default 2)"
+    )
+    status.add_argument(
+        "--json", nargs="?", const="-", metavar="FILE", help="run.json and `processes` to FILE or standard output"
+    )
     status.set_defaults(work=status_command)
 
     _add_keys(commands)
@@ -381,17 +387,23 @@ def _check_export(options: argparse.Namespace) -> None:
 
 
 def status_command(options: argparse.Namespace) -> int:
-    """Prints how a run ended, or its last frame."""
-    path = Path(options.run_dir) / "run.json"
-    if path.exists():
-        _conclude(Path(options.run_dir), options.json)
-        return 0
-    from colluvium.results.run import open_run
+    """Prints where a run is, or how it ended; with --watch again until its end."""
+    from colluvium import status
 
-    frames = open_run(options.run_dir).frames
-    last = frames[-1] if frames else None
-    print("not finished" + (f"; last frame: step {last.step}, stage {last.stage}, {last.gravity_factor:.2f} g" if last else ""))
-    return 0
+    while True:
+        info = status.of_folder(options.run_dir)
+        if options.json:
+            _write_json(info, options.json)
+        else:
+            print("\n".join(status.lines(options.run_dir, info)), flush=True)
+        if options.watch is None or status.is_over(info):
+            break
+        time.sleep(max(options.watch, 0.1))
+        if not options.json:
+            print()
+    if not options.json and status.is_over(info):
+        _conclude(Path(options.run_dir), None)
+    return exits.DONE
 
 
 def new_key_command(options: argparse.Namespace) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 from colluvium.html import player
 from colluvium.results.run import Run, open_run
+from coupler_protocol.exits import EnvironmentFailed
 
 FIGURES = (  # file name, module of colluvium.figures, function
     ("mesostructure", "mesostructure", "draw"),
@@ -42,7 +43,9 @@ def write(
     folder = Path(out) if out is not None else Path(run_dir) / "report"
     with open_run(run_dir, other_path) as run:
         if not run.frames:
-            raise ValueError(f"{run_dir}: no frame was recorded, so there is nothing to draw")
+            raise EnvironmentFailed(f"{run_dir}: no frame was recorded, so there is nothing to draw")
+        if run.cut and skipped is not None:
+            skipped(f"frames after step {run.frames[-1].step:,}", run.cut)
         folder.mkdir(parents=True, exist_ok=True)
         paths = []
         for path in _files(run, folder, skipped or (lambda name, why: None)):

@@ -36,6 +36,7 @@ def serve(scene, options, stop):
             from dem_server.procedure import discs_alone
 
             return discs_alone.compute(scene, context)
+        context.progress("start", f"connects with {options.connect}", now=True)
         endpoint = link_tcp.endpoint_from(options.connect, scene.link.arrival, stop.check)
         ticket = admission.pass_of(endpoint, link_tcp.is_loopback(endpoint), options.key, options.insecure)
         command_line.show_warnings("dem-server", "coupler_protocol.wire.passage")
@@ -54,6 +55,7 @@ def compute(scene, rank, transport, context):
     from dem_server.procedure.window_side import DiscreteSide
 
     conversation = Conversation(transport, rank, 0, Clocks(scene.link), context.stop)
+    context.progress.wait = conversation.waiting
 
     def side():
         return DiscreteSide(scene, rank, conversation, context.out, context.progress, context.origin, context.plugin)

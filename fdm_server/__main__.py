@@ -70,6 +70,7 @@ def compute(scene, transport, context):
     from fdm_server.procedure.grid_side import ContinuumSide
 
     hub = Hub(transport, range(1, len(scene.window) + 1), Clocks(scene.link), context.stop)
+    context.progress.wait = hub.waiting
 
     def side():
         return ContinuumSide(scene, hub, context.out, context.progress, context.origin, context.plugin, context.checkpoint)

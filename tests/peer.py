@@ -256,6 +256,7 @@ class Discs(Side):
         self.send("HELLO", self.hello)
         _, welcome = self.receive("WELCOME")
         self.session, self.rim = welcome["session"], pairs(numbers(welcome["rim"]))
+        assert 0 < welcome["run"] < 1 << 48
         K = len(self.rim)
         self.fitting, self.heard_by_lane = {("FORCE", 8 * (FORCE_SCALARS + 3 * K))}, 8 * (VELOCITY_SCALARS + 2 * K)
         if "lane" in welcome:
@@ -357,7 +358,8 @@ class Grid(Side):
         """HELLO and WELCOME; opens the lane. Returns the content of HELLO."""
         _, hello = self.receive("HELLO")
         self.session = session = 1 + int.from_bytes(os.urandom(7), "little")
-        content = {"session": session, "rim": array([c for node in self.rim for c in node]), "dt": 1.0, "exchange_every": 1}
+        content = {"session": session, "run": 1 + int.from_bytes(os.urandom(5), "little"), "dt": 1.0, "exchange_every": 1}
+        content["rim"] = array([c for node in self.rim for c in node])
         if not (self.offers and hello.get("lane") == 0):
             self.send("WELCOME", content)
             return hello

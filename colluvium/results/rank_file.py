@@ -81,6 +81,9 @@ class RankFile:
         self._data: dict[str, Any] = {}  # datasets that were asked for
         self._rows: dict[str, np.ndarray] = {}  # small datasets, with a few numbers for each frame or part
         self.kind = str(self._file.attrs["kind"])
+        self.run = str(self._file.attrs.get("run", ""))  # number of the run; "" before version 0.2
+        self.scene = str(self._file.attrs.get("scene_identity", ""))  # hash of the scene
+        self.written = self.path.stat().st_mtime
         kept = self._file.attrs.get("kept_stages")  # if the run continued another: names of stages that it did not compute
         self.kept_stages = None if kept is None else [str(name) for name in kept]
         step = self._file.attrs.get("kept_step")  # if it continued inside of a stage: the last step that it did not compute

@@ -19,6 +19,7 @@ class RankParts:
     def __init__(self, paths: Sequence[Path]) -> None:
         self.parts = [RankFile(path) for path in paths]
         self.path, self.kind = self.parts[0].path, self.parts[0].kind
+        self.run, self.scene, self.written = self.parts[-1].run, self.parts[-1].scene, self.parts[-1].written
         self._limits: list[float] = []  # last step of each part that counts
         self._places: dict[tuple[str, int], tuple[int, int]] = {}  # (stage, step) -> part, frame in it
         for number, part in enumerate(self.parts):

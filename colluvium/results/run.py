@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from colluvium.results import joined
 from colluvium.results.fabric import Fabric, contact_fabric
 from colluvium.results.rank_file import Fields, NotRecordedError, RankFile
 from colluvium.results.rank_parts import RankParts
@@ -31,18 +32,28 @@ _ROOM = {"continuum": "zones, gridpoints", "discrete": "discs, contacts"}
 
 
 def open_run(path: str | Path, other_path: str | Path | None = None) -> "Run":
-    """Opens a run directory, or the two directories of a run whose servers wrote to different ones."""
+    """Opens a run directory, or the two directories of a run whose servers wrote to different ones, on one machine or two.
+
+    Of two directories, frames that only one side reached are left out (`Run.cut` says so). Raises EnvironmentFailed if they are
+    not the two sides of one run.
+    """
     return Run([Path(folder) for folder in (path, other_path) if folder is not None])
 
 
 class Run:
-    """The results of one run. Negative frames count from the end; rank 0 is the continuum."""
+    """The results of one run. Negative frames count from the end; rank 0 is the continuum.
+
+    cut: of two directories, why later frames were left out, or "".
+    """
 
     def __init__(self, folders: list[Path]) -> None:
         self.folders = folders
         self._closed = False
-        paths = sorted(_rank_paths(folders).items())
-        self.files = {rank: RankFile(found[0]) if len(found) == 1 else RankParts(found) for rank, found in paths}
+        found = [_files_of(folder) for folder in folders]
+        if len(folders) > 1:
+            joined.check(folders, found)
+        merged = {rank: file for files in reversed(found) for rank, file in files.items()}  # of the first folder that has them
+        self.files = dict(sorted(merged.items()))
         if not self.files:
             raise FileNotFoundError(f"no file NAME.rankN.vtkhdf in {' or '.join(map(str, folders))}")
         self.info = _first_json(folders, "run.json")
@@ -50,14 +61,16 @@ class Run:
             if "time" in row:  # the name in runs of discs alone before version 0.2
                 row["seconds_simulated"] = row.pop("time")
         self.scene = _first_json(folders, "scene.json")
-        self.stages = self._order_stages()
-        self.frames, self._rows = self._join_frames()
+        end, self.cut = joined.cut(self.files) if len(folders) > 1 else (None, "")
+        self.stages = self._order_stages(end)
+        self.frames, self._rows = self._join_frames(end)
 
     def __repr__(self) -> str:
         name = self.info.get("title") or self.scene.get("title") or ""
         ranks = ", ".join(f"rank {rank} {file.kind}" for rank, file in self.files.items())
         end = self.info.get("reason") or "no run.json: not finished, or killed"
         parts = [f"{len(self.frames)} frames of {', '.join(self.stages) or 'no stage'}", ranks, end]
+        parts += [self.cut] if self.cut else []
         if self.frames:
             parts[0] += f" up to step {self.frames[-1].step:,}"
         closed = "closed " if self._closed else ""
@@ -224,20 +237,24 @@ class Run:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _order_stages(self) -> list[str]:
-        """Stages with frames, in the order of the scene, or else of their first steps."""
+    def _order_stages(self, end: int | None) -> list[str]:
+        """Stages with frames up to the step `end`, in the order of the scene, or else of their first steps."""
         planned = [stage["name"] for stage in self.scene.get("stage", ())]
         first: dict[str, tuple[int, int]] = {}
         for rank, file in self.files.items():
             for info in file.frames:
+                if end is not None and info.step > end:
+                    break
                 first[info.stage] = min(first.get(info.stage, (info.step, rank)), (info.step, rank))
         return sorted(first, key=lambda s: (planned.index(s) if s in planned else len(planned), first[s]))
 
-    def _join_frames(self) -> tuple[list[FrameInfo], list[dict[int, int]]]:
-        """All moments in order, and for each moment the row in the file of every rank that recorded it."""
+    def _join_frames(self, end: int | None) -> tuple[list[FrameInfo], list[dict[int, int]]]:
+        """All moments in order, up to the step `end`, and for each the row in the file of every rank that recorded it."""
         rows: dict[tuple[int, int], dict[int, int]] = {}
         for rank, file in self.files.items():
             for row, frame in enumerate(file.frames):
+                if end is not None and frame.step > end:
+                    break
                 rows.setdefault((frame.step, self.stages.index(frame.stage)), {})[rank] = row
         moments = [rows[key] for key in sorted(rows)]
         return [self.files[min(moment)].frames[moment[min(moment)]] for moment in moments], moments
@@ -262,16 +279,14 @@ class Run:
         return self._rows[frame][rank]
 
 
-def _rank_paths(folders: list[Path]) -> dict[int, list[Path]]:
-    """Files of every rank, parts in order; if both folders contain a rank, the first folder counts."""
+def _files_of(folder: Path) -> dict[int, RankFile | RankParts]:
+    """Files of every rank in a folder, parts in order."""
     ranks: dict[int, dict[int, Path]] = {}
-    for folder in reversed(folders):
-        here: dict[int, dict[int, Path]] = {}
-        for path in folder.glob("*.vtkhdf"):
-            if match := _RANK_FILE.fullmatch(path.name):
-                here.setdefault(int(match[1]), {})[int(match[2] or 0)] = path
-        ranks |= here
-    return {rank: [parts[number] for number in sorted(parts)] for rank, parts in ranks.items()}
+    for path in folder.glob("*.vtkhdf"):
+        if match := _RANK_FILE.fullmatch(path.name):
+            ranks.setdefault(int(match[1]), {})[int(match[2] or 0)] = path
+    ordered = {rank: [parts[number] for number in sorted(parts)] for rank, parts in ranks.items()}
+    return {rank: RankFile(paths[0]) if len(paths) == 1 else RankParts(paths) for rank, paths in ordered.items()}
 
 
 def _first_json(folders: list[Path], name: str) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from coupler_protocol import exits
+from coupler_protocol.files import status_file
 from coupler_protocol.files.run_json import name_the_cause, write
 
 Picture = Callable[[dict[str, Any]], None]  # called with each report of progress
@@ -27,6 +28,7 @@ def own_files(out: str | Path) -> list[str]:
     """Names of files of an earlier run in `out`."""
     out = Path(out)
     patterns = ["*.vtkhdf", "*.h5", "*.log", "*.trace.csv", "run*.json", "dem.rank*.json", "scene.json", "scene.toml", "endpoint"]
+    patterns += [f"*.{status_file.ENDING}"]
     patterns += ["*.partial", "*.json.new"]
     return [path.name for pattern in patterns for path in sorted(out.glob(pattern))] if out.is_dir() else []
 

@@ -5,6 +5,7 @@ Results are bit-identical to those of separate processes; a debugger has access 
 
 import threading
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from coupler_protocol.exits import OURSELVES, PeerLost, RunEnded
 from coupler_protocol.files import locks, saved_moments
 from coupler_protocol.files.restart import Origin, processes
 from coupler_protocol.files.run_json import name_the_cause
+from coupler_protocol.process import status
 from coupler_protocol.process.interrupt import StopRequest
 from coupler_protocol.process.plugin import Plugin
 from coupler_protocol.process.progress import Progress
@@ -34,12 +36,14 @@ def run(
     Raises the exception that ended the run, usually a RunEnded of coupler_protocol.exits.
     """
     stop = stop or StopRequest()
-
-    def context(rank: int) -> RunContext:
-        return RunContext(Path(out), Progress(rank, report), stop, origin, plugin, checkpoint)
-
-    with locks.held(out, processes(scene, len(scene.stage) - 1)):
-        _run(scene, out, context)
+    names = processes(scene, len(scene.stage) - 1)
+    with locks.held(out, names), ExitStack() as stack:
+        contexts = {}
+        for name in names:
+            progress = Progress(int(name.rpartition("rank")[2]), report)
+            stack.enter_context(status.shown(out, name, progress, scene))
+            contexts[progress.rank] = RunContext(Path(out), progress, stop, origin, plugin, checkpoint)
+        _run(scene, out, contexts.__getitem__)
 
 
 def _run(scene: Any, out: str | Path, context: Callable[[int], RunContext]) -> None:

@@ -12,7 +12,7 @@ import platform
 import secrets
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -35,7 +35,7 @@ def held(folder: str | Path, names: Sequence[str]) -> Iterator[None]:
 
 @contextmanager
 def _held(path: Path) -> Iterator[None]:
-    own = json.dumps(_this_process() | {"key": secrets.token_hex(8)}).encode()
+    own = json.dumps(this_process() | {"key": secrets.token_hex(8)}).encode()
     for _ in range(5):
         if _create(path, own):
             break
@@ -69,6 +69,15 @@ def refuse(path: Path) -> None:
     )
 
 
+def is_held(folder: str | Path, name: str) -> bool:
+    """Whether a process that lives holds the lock of this name; nothing is written for the answer."""
+    path = Path(folder) / f"{name}.{ENDING}"
+    try:
+        return _holder(path, time.time) is not None
+    except OSError:
+        return False
+
+
 def refuse_all(folder: str | Path, but: Sequence[str] = ()) -> None:
     """Raises EnvironmentFailed if a process that lives holds any lock in a folder, except those of the names `but`."""
     for path in sorted(Path(folder).glob(f"*.{ENDING}")):
@@ -76,19 +85,23 @@ def refuse_all(folder: str | Path, but: Sequence[str] = ()) -> None:
             refuse(path)
 
 
-def _this_process() -> dict[str, Any]:
+def this_process() -> dict[str, Any]:
+    """Identity of this process: machine, its present start, number of the process, and when it began."""
     since = time.strftime("%Y-%m-%d %H:%M:%S")
     pid = os.getpid()
     return {"host": platform.node(), "boot": _boot(), "pid": pid, "began": began(pid), "since": since}
 
 
-def _holder(path: Path) -> dict[str, Any] | None:
-    """The process that holds a lock, with the seconds since its last heartbeat; None without a lock or for a stale one."""
+def _holder(path: Path, now: Callable[[], float] | None = None) -> dict[str, Any] | None:
+    """The process that holds a lock, with the seconds since its last heartbeat; None without a lock or for a stale one.
+
+    now(): the time, by default that of the file system, for which a file is made for a moment.
+    """
     try:
         text, beat = path.read_bytes(), path.stat().st_mtime
     except OSError:
         return None
-    silent = max(0.0, _time_of_files(path) - beat)
+    silent = max(0.0, (_time_of_files(path) if now is None else now()) - beat)
     try:
         found = json.loads(text)
         pid = int(found["pid"])

@@ -17,11 +17,12 @@ from typing import Any, NamedTuple
 from coupler_protocol import exits
 from coupler_protocol.files.proof import require
 from coupler_protocol.problems import Problem, SceneError
+from coupler_protocol.scene import run_number
 from coupler_protocol.scene.differences import differences
 from coupler_protocol.scene.named_files import without_paths
 from coupler_protocol.scene.stage_kinds import number_of
 
-SCENE = "scene_identity"  # attribute of files for frames
+SCENE, RUN = "scene_identity", "run"  # attributes of files for frames
 MOST_TOLD = 8  # differences of two scenes that are named
 log = logging.getLogger(__name__)
 FUNCTIONS = "functions"  # name of a plugin that was made from functions, not a file
@@ -79,9 +80,13 @@ class Saved(NamedTuple):
         return value
 
 
-def attributes(scene, process, stage, phase, step, session, factor, **more):
-    """Attributes of a checkpoint of the process of this name; `factor`: the gravity factor; `more` goes in as JSON."""
+def attributes(scene, process, stage, phase, step, session, factor, run, **more):
+    """Attributes of a checkpoint of the process of this name.
+
+    factor: of gravity; run: number of the run; `more` goes in as JSON.
+    """
     named = {"process": process, "stage": stage, "phase": phase, "step": step, "session": session, "gravity_factor": factor}
+    named["run"] = run_number.as_text(run)
     named["version"] = version("colluvium")
     return named | {key: json.dumps(value) for key, value in {"scene": scene.resolved(), **more}.items()}
 
@@ -238,12 +243,12 @@ def part_file(folder, name):
     return first if not first.exists() and taken == [0] else first.with_name(f"{name}.part{max(taken) + 1}.vtkhdf")
 
 
-def kept(scene, saved, path):
-    """Attributes of the file for frames at `path`: its scene, and the results in earlier files that count.
+def kept(scene, saved, path, run):
+    """Attributes of the file for frames at `path`: its scene and run, and the results in earlier files that count.
 
-    saved: the checkpoint from which the run continues, or None.
+    saved: the checkpoint from which the run continues, or None; run: number of the run.
     """
-    about = {SCENE: identity(scene)}
+    about = {SCENE: identity(scene), RUN: run_number.as_text(run)}
     if saved is None:
         return about | ({"kept_stages": []} if ".part" in path.name else {})
     if saved.inside:

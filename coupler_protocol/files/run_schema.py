@@ -140,6 +140,7 @@ class RunJson(_Part):
     exit_code: int = quantity(meaning="0: all stages done; otherwise why the run ended (`coupler_protocol/exits.py`)")
     reason: str = quantity(meaning="why the run ended")
     stages: list[StageRow] = quantity(meaning="one row a stage, in order; with those before a continuation")
+    run: str = quantity("", meaning="number of the run, the same on both sides and after it was continued")
     title: str = quantity("", meaning="title of the scene")
     scene_hash: str = quantity("", meaning="hash of the resolved scene")
     seed: int = quantity(0, meaning="seed of the scene")

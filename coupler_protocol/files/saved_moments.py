@@ -13,6 +13,7 @@ from typing import Any
 
 from coupler_protocol import exits
 from coupler_protocol.files import checkpoint, restart, run_json
+from coupler_protocol.scene import run_number
 from coupler_protocol.scene.moments import Moment, newest_common
 from coupler_protocol.scene.tables.stages import STOPPED
 
@@ -82,6 +83,14 @@ def of_side(scene: Any, folder: str | Path, name: str, origin: restart.Origin | 
         saved = restart.load(scene, origin, name)
         ends = {Moment(int(saved.about["session"]), index, 0): saved.path}
     return ends if origin.continues(folder) else newest_first(in_folder(scene, folder, name) | ends)
+
+
+def run_of(folder: str | Path, moments: Moments) -> int:
+    """Number of the run in a folder by its newest checkpoint there; without one, a new number."""
+    own = (path for path in moments.values() if path.parent.resolve() == Path(folder).resolve())
+    newest = next(own, None)
+    found = checkpoint.attributes(newest).get(restart.RUN) if newest else None
+    return int(found, 16) if found else run_number.new()
 
 
 def common_in_folder(scene: Any, folder: str | Path) -> tuple[Path | None, str]:

@@ -1,6 +1,8 @@
 """Common parts of the command lines of both servers: options, log file, and one exit code for each kind of end."""
 
 import argparse
+import atexit
+import gc
 import logging
 import sys
 import traceback
@@ -13,6 +15,8 @@ from coupler_protocol import exits
 from coupler_protocol.compiled import threads
 from coupler_protocol.files.restart import Origin
 from coupler_protocol.problems import Problem, SceneError
+from coupler_protocol.process.log_lines import PlacedFormatter
+from coupler_protocol.process.progress import Progress
 from coupler_protocol.scene.named_files import KEYS
 
 if TYPE_CHECKING:
@@ -170,10 +174,10 @@ class _LogFile(logging.FileHandler):
             super().handleError(record)
 
 
-def log_to(path: str | Path) -> None:
-    """Writes the log of this process to a file."""
+def log_to(path: str | Path, progress: Progress) -> None:
+    """Writes the log of this process to a file; progress: where the process is, for every line."""
     handler = _LogFile(path, mode="a", encoding="utf-8")
-    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    handler.setFormatter(PlacedFormatter(progress))
     root = logging.getLogger()
     root.addHandler(handler)
     root.setLevel(logging.INFO)
@@ -200,6 +204,7 @@ def _into_log(name: str, text: str) -> None:
 
 def exit_code_of(name: str, work: Callable[[], Any]) -> int:
     """Runs `work()`; returns the exit code of its end, and prints the error and whose fault it is to standard error."""
+    atexit.register(gc.freeze)  # the process would look for garbage among all that numba has made, for .3 s
     try:
         work()
     except SceneError as error:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from coupler_protocol import exits
-from coupler_protocol.files import locks, run_json, saved_moments
+from coupler_protocol.files import locks, run_json, saved_moments, status_file
 from coupler_protocol.files.restart import Origin
-from coupler_protocol.process import command_line
+from coupler_protocol.process import command_line, status
 from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
 from coupler_protocol.process.plugin import Plugin
 from coupler_protocol.process.progress import Progress
@@ -81,9 +81,10 @@ def begun(
         elif sentence := saved_moments.finished(scene, out, process, more is not None):
             raise exits.FinishedBefore(sentence)
         saved_moments.refuse_other_scene(scene, out, process)
-        command_line.log_to(out / f"{process}.log")
         progress = Progress(rank, "none" if options.quiet else options.progress)
-        yield RunContext(out, progress, stop, options.origin, plugin, options.checkpoint)
+        command_line.log_to(out / f"{process}.log", progress)
+        with status.shown(out, process, progress, scene):
+            yield RunContext(out, progress, stop, options.origin, plugin, options.checkpoint)
 
 
 @contextmanager
@@ -95,15 +96,15 @@ def begun_anew(
     with locks.held(out, [process]):
         inputs = command_line.inputs_of(scene, options.scene, options.plugin)
         command_line.prepare_folder(out, [*files_of(out, process), *more], options.force, inputs)
-        command_line.log_to(out / f"{process}.log")
         progress = Progress(rank, "none" if options.quiet else options.progress)
+        command_line.log_to(out / f"{process}.log", progress)
         yield RunContext(out, progress, stop, options.origin, None, None)
 
 
 def files_of(out: Path, process: str) -> list[str]:
     """Names of the files that a process of this name has written: parts and checkpoints, which readers and resume would take."""
     found = [path.name for ending in ("vtkhdf", "h5") for path in sorted(out.glob(f"{process}.*.{ending}"))]
-    return [*(f"{process}.{ending}" for ending in OWN_FILES), *found]
+    return [*(f"{process}.{ending}" for ending in (*OWN_FILES, status_file.ENDING)), *found]
 
 
 def run_side(
@@ -125,6 +126,7 @@ def run_side(
         with watched(progress.note) as compiled:
             side = make_side()
             side.compiled = compiled
+            progress.follow(side)
             reason = exits.end_as_physics(side.run)
         progress("done", reason, now=True)
         return reason

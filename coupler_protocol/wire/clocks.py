@@ -61,6 +61,16 @@ class Clocks:
         self.report = min(REPORT, 0.25 * link.progress, 0.25 * link.step)
 
 
+class Waiting(NamedTuple):
+    """A wait that lasts, for people: for whom, in which phase, for which message, since when, last PROGRESS of the peer."""
+
+    peer: str
+    phase: str
+    message: str
+    since: float  # [s] since 1970
+    word: str
+
+
 class Wait:
     """One wait for a peer, from now on. kinds: of the messages that end it; name: of the peer; log: name of its log."""
 
@@ -69,12 +79,14 @@ class Wait:
         self._kinds = " or ".join(messages.NAMES[kind] for kind in kinds)
         self.begin = self.connected = self._word = time.monotonic()
         self._since, self._last_word = time.strftime("%H:%M:%S"), ""
+        self.told = Waiting(name, self.phase.name, self._kinds, time.time(), "")
 
     def note_word(self, text: str) -> None:
         """Starts the clock of the phase again after PROGRESS, if it counts in this phase."""
         if self.phase.restarts:
             self._word = time.monotonic()
             self._last_word = f"; its last word, at {time.strftime('%H:%M:%S')}: {text}"
+            self.told = self.told._replace(word=text)
 
     def over(self, now: float) -> str | None:
         """Text of why the peer counts as lost, or None. `connected` must be the last time at which it was, `now` if it is."""

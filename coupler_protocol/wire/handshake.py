@@ -13,10 +13,12 @@ import numpy as np
 
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.problems import unfit
+from coupler_protocol.scene import run_number
 from coupler_protocol.scene.differences import both_values, first_difference
 from coupler_protocol.scene.moments import Moment, as_texts, newest_common
 from coupler_protocol.scene.named_files import with_hashes_of, without_paths
 from coupler_protocol.wire import frames, messages
+from coupler_protocol.wire.clocks import ARRIVAL, Waiting
 from coupler_protocol.wire.frames import Buffer
 from coupler_protocol.wire.lanes import Lanes, Peer
 from coupler_protocol.wire.lockstep import MAX_HELLO, REASON, Conversation, Hub
@@ -30,10 +32,14 @@ def takes_lanes(scene: Any, transport: Any) -> bool:
 
 
 class Choice(NamedTuple):
-    """Moments from which the continuum can continue; needs(moment): whether the discs must have it, because they existed then."""
+    """Moments from which the continuum can continue; needs(moment): whether the discs must have it, because they existed then.
+
+    run: number of the run that it continues, or of a new one; 0: a new one is drawn.
+    """
 
     own: Sequence[Moment] = ()
     needs: Callable[[Moment], bool] = lambda moment: True
+    run: int = 0
 
     def objection(self, theirs: Sequence[Moment], scene: Any) -> str | None:
         """Reason why nothing can be continued with a discrete process that has the moments `theirs`, or None."""
@@ -81,6 +87,7 @@ def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], choice: Ch
     answered with REJECT and the reason. Raises PeerLost if a rank is missing for longer than the clock for arrivals.
     """
     choice = choice or Choice()
+    choice = choice._replace(run=choice.run or run_number.new())
     session = secrets.randbits(63) | 1
     heard: dict[int, dict[str, Any]] = {}
     lanes = Lanes(session, [Peer(rank, rank, len(xy)) for rank, xy in rims.items()], messages.FORCE, messages.VELOCITY)
@@ -100,30 +107,26 @@ def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], choice: Ch
         arrivals.note(rank)
         heard[rank] = frames.content_of(frame)
         if not choice.own:  # else the moment depends on all ranks
-            _welcome(hub, scene, rank, heard[rank], session, rims[rank], None, lanes)
+            _welcome(hub, scene, rank, heard[rank], rims[rank], lanes, {"session": session, "run": choice.run})
+    hub.arrival = None
     begin = newest_common(choice.own, [moments_of(hello) for hello in heard.values()], choice.needs)
     if begin is None and choice.own:
         raise PeerLost("the discrete processes have no common checkpoint: use --force on all sides")
     for rank, hello in heard.items() if choice.own else ():
-        _welcome(hub, scene, rank, hello, session, rims[rank], begin, lanes)
+        agreed = {"session": session, "run": choice.run} | ({"resume": begin._asdict()} if begin is not None else {})
+        _welcome(hub, scene, rank, hello, rims[rank], lanes, agreed)
     if lanes.any:
         hub.transport.lanes = lanes
     return begin
 
 
 def _welcome(
-    hub: Hub, scene: Any, rank: int, hello: Mapping[str, Any], session: int, rim: np.ndarray, begin: Moment | None, lanes: Lanes
+    hub: Hub, scene: Any, rank: int, hello: Mapping[str, Any], rim: np.ndarray, lanes: Lanes, agreed: Mapping[str, Any]
 ) -> None:
-    """Answers the HELLO of a rank with WELCOME, and opens its lane."""
+    """Answers the HELLO of a rank with WELCOME, and opens its lane. agreed: the entries that all ranks get."""
     conversation = hub.conversations[rank]
-    conversation.begin(session)
-    content = {
-        "session": session,
-        "rim": frames.pack_array(rim),
-        "dt": 1.0,
-        "exchange_every": scene.coupling.exchange_every,
-    }
-    content |= {"resume": begin._asdict()} if begin is not None else {}
+    conversation.begin(agreed["session"])
+    content = {**agreed, "rim": frames.pack_array(rim), "dt": 1.0, "exchange_every": scene.coupling.exchange_every}
     door = hub.transport.door() if _wants_lane(hello, scene, hub.transport) else None
     conversation.send_control(messages.WELCOME, content | ({"lane": door.offer} if door else {}))
     if door and (connection := door.admit(hub.stop.check)):
@@ -135,7 +138,7 @@ class Arrivals:
 
     def __init__(self, hub: Hub) -> None:
         self.hub, self._come = hub, set[int]()
-        self._begin, self._since = time.monotonic(), time.strftime("%H:%M:%S")
+        self._begin, self._since, self._at = time.monotonic(), time.strftime("%H:%M:%S"), time.time()
 
     def note(self, rank: int) -> None:
         """Starts the clock again; not for a process that takes the place of another one."""
@@ -146,6 +149,7 @@ class Arrivals:
     def check(self, missing: AbstractSet[int], departed: Sequence[int]) -> None:
         """Raises PeerLost if the clock has run out, or if a rank can no longer come. Tells those who came about the wait."""
         ranks, limit = " and ".join(map(str, sorted(missing))), self.hub.clocks.arrival
+        self.hub.arrival = Waiting(f"the discrete process of rank {ranks}", ARRIVAL.name, "HELLO", self._at, "")
         words = "".join(f"; one of rank {r} ended: {said}" for r, said in self.hub.last_words.items() if r in missing)
         if departed:
             raise PeerLost(f"the discrete process of rank {departed[0]} ended before it joined the run{words}")
@@ -171,10 +175,16 @@ def refuse_large(hello: Mapping[str, Any]) -> None:
         raise unfit("", f"it needs {size} bytes in HELLO, {MAX_HELLO} are allowed", "use files for long lists")
 
 
-def join(
-    conversation: Conversation, scene: Any, own: Iterable[Moment] = (), meanwhile: Iterator[object] | None = None
-) -> tuple[np.ndarray, Moment | None]:
-    """Sends HELLO and waits for WELCOME; returns the positions (K,2) [m] of the rim's nodes, and the moment to continue from.
+class Joined(NamedTuple):
+    """Content of WELCOME: positions (K,2) [m] of the rim's nodes, moment to continue from, number of the run."""
+
+    rim: np.ndarray
+    moment: Moment | None
+    run: int
+
+
+def join(conversation: Conversation, scene: Any, own: Iterable[Moment] = (), meanwhile: Iterator[object] | None = None) -> Joined:
+    """Sends HELLO and waits for WELCOME.
 
     own: moments of which this side has checkpoints; meanwhile: work for the time without an answer, as for Conversation.receive.
     Raises PeerLost if rejected.
@@ -192,6 +202,8 @@ def join(
         raise PeerLost(f"the continuum refused this process: {frames.one_line(content['reason'], REASON)}")
     if content["session"] == 0:
         raise PeerLost("the continuum gave no session")
+    if not 0 < content["run"] < 1 << run_number.BITS:
+        raise PeerLost(f"the continuum gave the run the number {content['run']}")
     rim = frames.unpack_array(content["rim"], columns=2)
     if len(rim) < 3:
         raise PeerLost(f"the continuum sent a rim of {len(rim)} nodes")
@@ -201,4 +213,5 @@ def join(
         conversation.transport.lanes = Lanes(conversation.session, [peer], messages.VELOCITY, messages.FORCE)
         conversation.transport.lanes.open(conversation.peer, connection)
     begin = content.get("resume")
-    return np.ascontiguousarray(rim), None if begin is None else Moment(begin["session"], begin["stage"], begin["step"])
+    moment = None if begin is None else Moment(begin["session"], begin["stage"], begin["step"])
+    return Joined(np.ascontiguousarray(rim), moment, content["run"])

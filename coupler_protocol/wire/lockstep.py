@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.wire import frames, messages
-from coupler_protocol.wire.clocks import STEPS, Clocks, Wait
+from coupler_protocol.wire.clocks import STEPS, Clocks, Wait, Waiting
 from coupler_protocol.wire.frames import Buffer
 from coupler_protocol.wire.lanes import Lanes
 from coupler_protocol.wire.sparse_log import SparseLog
@@ -94,6 +94,11 @@ class Conversation:
         self._name, self._log = ("the continuum", "fdm.rank0.log") if peer == 0 else (
             f"the discrete process of rank {rank}", f"dem.rank{rank}.log"
         )  # fmt: skip
+
+    def waiting(self) -> Waiting | None:
+        """The present wait for the peer, asked from another thread."""
+        wait = self._wait
+        return None if wait is None else wait.told
 
     def begin(self, session: int) -> None:
         """Starts with the first turn, and with the session of all later frames."""
@@ -294,6 +299,12 @@ class Hub:
         self.last_words: dict[int, str] = {}
         self._strangers = SparseLog(log)
         self._next_report = 0.0
+        self.arrival: Waiting | None = None  # while ranks are missing
+
+    def waiting(self) -> Waiting | None:
+        """The present wait for a rank, asked from another thread."""
+        found = (conversation.waiting() for conversation in self.conversations.values())
+        return self.arrival or next(filter(None, found), None)
 
     def report(self, doing: str, step: int | None = None, but: int = 0) -> None:
         """Sends PROGRESS to every rank that waits for this side, now and then. step: of a stage; but: rank that gets none.

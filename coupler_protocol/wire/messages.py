@@ -40,7 +40,7 @@ SESSIONLESS = (HELLO, REJECT, FAILURE)  # possible before a session is agreed
 # Required content of control messages: key -> type, [rows of a list]. A float may be written as an integer.
 CONTENT = {
     HELLO: {"package": str, "float": str, "scene": dict},
-    WELCOME: {"session": int, "rim": bytes, "dt": float, "exchange_every": int},
+    WELCOME: {"session": int, "run": int, "rim": bytes, "dt": float, "exchange_every": int},
     REJECT: {"reason": str},
     PACKED: {},
     FIELD: {"field": bytes, "gravity": float, "insitu": bool},

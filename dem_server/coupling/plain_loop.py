@@ -23,12 +23,12 @@ from dem_server.effects.parameter_table import Parameters
 from dem_server.model import CAPS, FX, FY, MOMENT, SPIN, VX, VY, Listed, X, Y
 from dem_server.step import scratch_rows
 from dem_server.step.clumps import move_clumps
-from dem_server.step.contact_pass import add_list, farthest
+from dem_server.step.contact_pass import add_inside, add_ring, farthest
 from dem_server.step.motion import move
 
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
 STEP, GRAVITY, DT, INTERVAL, FLAGS = (Order._fields.index(name) for name in ("step", "gravity", "dt", "interval", "flags"))
-DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM, NOTICED = range(9)  # why the loop ended
+DONE, UNHEARD, INFINITE, UNSENT, ODD, CONTACTS, FAST, FAST_RIM, NOTICED, SENT = range(10)  # why the loop ended; FORCE is sent
 MOST = 2000  # steps of a call
 Numbers = NDArray[np.float64]
 
@@ -104,6 +104,21 @@ def write_forces(wire, ring, answer):
 
 
 @jit(borrows=True)
+def send_forces(wire, ring, disc, load, answer):
+    """Maps the loads of the ring to its nodes and sends FORCE; returns SENT, INFINITE or UNSENT."""
+    R = len(ring.carried)
+    force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
+    forces_to_nodes(
+        ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, disc[:R, X : Y + 1], force, moment, ring.force, ring.paper
+    )
+    for p in range(R):  # by number: what numba compiles for arrays of two shapes takes seconds
+        ring.carried[p, 0], ring.carried[p, 1], ring.carried[p, 2] = load[p, FX], load[p, FY], load[p, MOMENT]
+    if not write_forces(wire, ring, answer):
+        return INFINITE
+    return SENT if put(wire, 0) else UNSENT
+
+
+@jit(borrows=True)
 def read_velocities(wire, ring, order):
     """Copies VELOCITY from the inbox."""
     at, heard = (wire.in_at[0] >> 3) + HEADER_NUMBERS, wire.heard
@@ -163,24 +178,19 @@ def plain_loop(
     scratch = np.empty(scratch_rows.SIZE)
     gravity, R, kick, dt, agreed, substeps, fastest, longest, cap = motion
     x, v, spin = disc[:R, X : Y + 1], disc[:R, VX : VY + 1], disc[:R, SPIN]
-    count, alpha = disc.shape[0], law.alpha
-    force, moment = load[:R, FX : FX + 2], load[:R, MOMENT]
-    first, last = R, count
+    alpha, said = law.alpha, SENT
+    first, end = R, disc.shape[0]
     if crew is not None:
-        first, last = part_of(crew, R, count)
+        first, end = part_of(crew, R, end)
     moved = talk.leeway  # no disc has moved farther than the sum of the largest speeds (as in dem_server/step/cycle.py)
     for step in range(MOST):
         done = talk.first + step
-        if step > 0 and nanoseconds(wire.asked) > talk.until:
-            return step, DONE, 0
+        last = step + 1 == MOST or nanoseconds(wire.asked) > talk.until
         if not begun:
-            forces_to_nodes(ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, x, force, moment, ring.force, ring.paper)
-            for p in range(R):  # by number: what numba compiles for arrays of two shapes takes seconds
-                ring.carried[p, 0], ring.carried[p, 1], ring.carried[p, 2] = load[p, FX], load[p, FY], load[p, MOMENT]
-            if not write_forces(wire, ring, talk.answer):
-                return step, INFINITE, 0
-            if not put(wire, 0):
-                return step, UNSENT, 0
+            if step == 0:
+                said = send_forces(wire, ring, disc, load, talk.answer)
+            if said != SENT:
+                return step, said, 0
             due = done % sight.every == 0
             if due and look(done, disc, load, weight, named, past, clumps, R, gravity, counters, talk.answer, sight):
                 return step, NOTICED, 0
@@ -192,7 +202,7 @@ def plain_loop(
                 order(crew, MOTION, gravity, kick)
             if clumps is not None:
                 fast, quickest = move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
-            more, other = move(first, last, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
+            more, other = move(first, end, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
             if crew is not None:
                 more, other, _ = over_all_threads(crew, more, other, False)
             fast, quickest, kick = fast + more, max(quickest, other), dt
@@ -223,8 +233,13 @@ def plain_loop(
                 sight.power[0] = ring_power(ring.carried, disc)
             if crew is not None:
                 order(crew, CONTACT_PHASE, 0.0, 0.0)
-            add_list(disc, load, named, past, law, dt, counters, crew, scratch)
+            add_ring(disc, load, named, past, law, dt, counters, crew, scratch)
+            if not last and sub + 1 == substeps:  # the grid needs no more than the ring's pairs for its next step
+                said = send_forces(wire, ring, disc, load, talk.answer)
+            add_inside(disc, load, named, past, law, dt, counters, crew, scratch)
             if crew is not None:
                 add_counts(counts, counters)
         gravity = talk.order[GRAVITY]
+        if last:
+            return step + 1, DONE, 0
     return MOST, DONE, 0

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
-from coupler_protocol.geometry import segment_vectors
+from coupler_protocol.compiled.lengths import hypot
 from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
 from coupler_protocol.interface.ring import node_shares
 from dem_server.coupling.ring_springs import ring_contacts
@@ -106,35 +106,13 @@ class Rim:
         """Sums (K,) [N/m] of the mass rule above; recomputed when the contact list has changed."""
         if state.builds != self._builds:
             self._builds = state.builds
-            self._sums = self._mass_rule(state, ring_contacts(model, state))
+            contacts, where = ring_contacts(model, state), (self._three, self._translation)
+            self._sums = mass_rule(contacts, state.x[: self.discs], self.nodes, *where, *self.where[:3])
         return self._sums
 
     def contacts_changed(self):
         """Marks the sums as out of date, after bonds were added or the step has changed."""
         self._builds = -1
-
-    def _mass_rule(self, state, contacts):
-        """Sums (K,) of Eq (1); a disc depends on three nodes: the ends of its segment and, if it is on a node, of the next."""
-        K, c = len(self.nodes), contacts.disc
-        node, N, L = self._three, self._translation, self._spin()
-        offset = state.x[: self.discs] - np.einsum("pj,pjx->px", N, self.nodes[node])
-        n = contacts.normal
-        t = np.column_stack([-n[:, 1], n[:, 0]])
-        along_n, along_t = (np.einsum("mx,mx->m", -t if axis is n else n, offset[c]) for axis in (n, t))
-        N, L = N[c], L[c]
-        springs = [
-            (contacts.kn, N[:, :, None] * n[:, None] + L * along_n[:, None, None]),
-            (contacts.ks, N[:, :, None] * t[:, None] + L * (along_t + contacts.lever)[:, None, None]),
-            (contacts.kr, L),
-        ]
-        A = np.zeros((K, 3))
-        for k, b in springs:
-            size = np.hypot(b[..., 0], b[..., 1])
-            weight = np.divide((k * size.sum(axis=1))[:, None], size, out=np.zeros_like(size), where=size > 0.0)
-            for column, product in enumerate((b[..., 0] ** 2, b[..., 1] ** 2, b[..., 0] * b[..., 1])):
-                A[:, column] += np.bincount(node[c].ravel(), (weight * product).ravel(), minlength=K)
-        xx, yy, xy = A.T
-        return 0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy)
 
     @cached_property
     def _three(self):
@@ -149,12 +127,68 @@ class Rim:
         between = np.column_stack([share, np.zeros(self.discs)])
         return np.where(self.ring.node[:, None] >= 0, [0.0, 1.0, 0.0], between)
 
-    def _spin(self):
-        """L (R, 3, 2) [1/m]: spin of the discs for unit velocities of the same nodes."""
-        ring, vector = self.ring, segment_vectors(self.nodes)
-        over = np.column_stack([-vector[:, 1], vector[:, 0]]) / np.einsum("kx,kx->k", vector, vector)[:, None]  # n / l
-        before, after = ring.w0[:, None] * over[ring.seg0], (1.0 - ring.w0)[:, None] * over[ring.seg1]
-        return np.stack([-before, before - after, after], axis=1)
+
+@jit
+def mass_rule(contacts, x, nodes, three, translation, seg0, seg1, w0):
+    """Sums (K,) of Eq (1); a disc depends on three nodes: the ends of its segment and, if it is on a node, of the next.
+
+    x (R,2) [m]: control discs; three, translation (R,3): these nodes, and their shares N in the translation.
+    """
+    K = len(nodes)
+    A, L, size, b = np.zeros((K, 3)), np.empty((3, 2)), np.empty(3), np.empty((3, 2))
+    for spring in range(3):
+        of_spring = np.zeros((K, 3))
+        for m in range(len(contacts.disc)):
+            c, nx, ny = contacts.disc[m], contacts.normal[m, 0], contacts.normal[m, 1]
+            spins(nodes, seg0[c], seg1[c], w0[c], L)
+            at_x = at_y = 0.0
+            for j in range(3):
+                at_x += translation[c, j] * nodes[three[c, j], 0]
+                at_y += translation[c, j] * nodes[three[c, j], 1]
+            ex, ey = x[c, 0] - at_x, x[c, 1] - at_y
+            if spring == 0:
+                k, along_x, along_y, arm = contacts.kn[m], nx, ny, ny * ex - nx * ey
+            elif spring == 1:
+                k, along_x, along_y, arm = contacts.ks[m], -ny, nx, nx * ex + ny * ey + contacts.lever[m]
+            else:
+                k, along_x, along_y, arm = contacts.kr[m], 0.0, 0.0, 1.0
+            for j in range(3):
+                b[j, 0] = translation[c, j] * along_x + L[j, 0] * arm
+                b[j, 1] = translation[c, j] * along_y + L[j, 1] * arm
+                size[j] = hypot(b[j, 0], b[j, 1])
+            w = k * (size[0] + size[1] + size[2])
+            for j in range(3):
+                if size[j] > 0.0:
+                    node, weight = three[c, j], w / size[j]
+                    of_spring[node, 0] += weight * (b[j, 0] * b[j, 0])
+                    of_spring[node, 1] += weight * (b[j, 1] * b[j, 1])
+                    of_spring[node, 2] += weight * (b[j, 0] * b[j, 1])
+        A += of_spring
+    sums = np.empty(K)
+    for node in range(K):
+        xx, yy, xy = A[node, 0], A[node, 1], A[node, 2]
+        sums[node] = 0.5 * (xx + yy) + hypot(0.5 * (xx - yy), xy)
+    return sums
+
+
+@jit
+def spins(nodes, seg0, seg1, w0, L):
+    """Sets L (3, 2) [1/m]: spin of a disc for unit velocities of the three nodes on which it depends."""
+    x0, y0 = turn(nodes, seg0)
+    x1, y1 = turn(nodes, seg1)
+    x0, y0, x1, y1 = w0 * x0, w0 * y0, (1.0 - w0) * x1, (1.0 - w0) * y1
+    L[0, 0], L[0, 1] = -x0, -y0
+    L[1, 0], L[1, 1] = x0 - x1, y0 - y1
+    L[2, 0], L[2, 1] = x1, y1
+
+
+@jit(forceinline=True)
+def turn(nodes, a):
+    """Normal of segment a over its length, n / l [1/m]."""
+    b = a + 1 if a + 1 < len(nodes) else 0
+    vx, vy = nodes[b, 0] - nodes[a, 0], nodes[b, 1] - nodes[a, 1]
+    square = vx * vx + vy * vy
+    return -vy / square, vx / square
 
 
 def _gathered(values, index, K):

@@ -20,7 +20,7 @@ from coupler_protocol.process import server
 from coupler_protocol.process.checkpoint_clock import CheckpointClock
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import Stopwatch
-from coupler_protocol.scene import rest
+from coupler_protocol.scene import rest, run_number
 from coupler_protocol.scene.changes import changes_anything_in, in_stage, record_in, words
 from coupler_protocol.scene.ending import Ending
 from coupler_protocol.scene.local_origin import about, local_origin
@@ -98,10 +98,10 @@ class DiscsAlone:
         if first == len(self.scene.stage):
             return "all stages done"  # killed between the end of the last stage and run.json
         path = restart.part_file(self.out, NAME)
-        about = restart.kept(self.scene, self.saved, path)
+        about = restart.kept(self.scene, self.saved, path, self.run_number)
         legs = plan(self.scene)
         if not self.saved:
-            self.watch.begin(self.scene.stage[0].name)
+            self._enter(self.scene.stage[0], 0)
             self._fill()
             self.watch.add_to("computing")
         constants = record.stones(self.stones.outlines, self.origin_of_places) if self.stones else None
@@ -144,6 +144,8 @@ class DiscsAlone:
     def _newest(self):
         """The newest checkpoint from which the run can continue, or None."""
         moments = saved_moments.of_side(self.scene, self.out, NAME, self.origin)
+        self.run_number = saved_moments.run_of(self.out, moments)
+        self.progress.name_run(self.run_number)
         for moment, path in moments.items():
             found = restart.read(self.scene, path, NAME, moment.stage)
             restart.check_plugin(found.about, path, self.plugin)
@@ -154,13 +156,13 @@ class DiscsAlone:
 
     def _stage(self, index, stage, leg):
         """Computes one stage from its first step, or from that after a checkpoint, to its last."""
-        self.watch.begin(stage.name)
         self.stage = run = StageAlone(stage, leg, self.time)
         if self.inside is None:
             walls_of_scene.begin_stage(self.scene, stage, self.model, self.state)
             self._begin_changes(index, stage, in_stage(self.scene, index))
         else:
             self._continue(run)
+        self._enter(stage, self.steps - run.done)
         intervals = record_in(self.scene, index)
         every, record_every = intervals.history, intervals.every
         ended_by = ""
@@ -190,6 +192,11 @@ class DiscsAlone:
         self.results.append(self._row(stage, leg, run.done, ended_by, [run.ratio], self.time - run.began))
         self.stage = None
         self._end_stage(stage.name, factor)
+
+    def _enter(self, stage, first):
+        """Starts the clock of a stage; first: step of the run before its first one."""
+        self.watch.begin(stage.name)
+        self.progress.begin(stage, first, self.time - self.stage.began if self.stage else 0.0)
 
     def _continue(self, run):
         """Continues inside of a stage: model and State are those of its last step."""
@@ -298,7 +305,7 @@ class DiscsAlone:
         path = saved_moments.path_of(self.out, NAME, stage, self.steps if inside else 0)
         more = {"report": self.report, "rows": self._rows(not inside), "warnings": self.warnings} | restart.named(self.plugin)
         more["origin"] = self.origin_of_places.tolist()
-        about = restart.attributes(self.scene, NAME, stage, phase, self.steps, 0, factor, **more)
+        about = restart.attributes(self.scene, NAME, stage, phase, self.steps, 0, factor, self.run_number, **more)
         checkpoint.save(path, AloneState(self.model, self.state, self.time, inside), about)
         return path
 
@@ -351,6 +358,7 @@ class DiscsAlone:
         warned = {"warnings": self.warnings} if self.warnings else {}
         begin = restart.begins_after(self.saved) if self.saved else {}
         compiled = self.compiled.report() if self.compiled else {}
+        begin |= {"run": run_number.as_text(self.run_number)}
         return begin | {"stages": self._rows(), "windows": [self.report] if self.report else []} | warned | compiled
 
     def _note(self, text, fraction=None):

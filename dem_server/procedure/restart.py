@@ -38,7 +38,9 @@ def save(side, stage, phase, factor):
     state = WindowState(side.model, side.state, side.rim.saved(), side.answer, side.looked, inside)
     session = side.conversation.session
     more = {"report": side.report, "limits": side.limits, "openings": side.openings, "changes": side.changes}
-    about = restart.attributes(side.scene, name(side.rank), stage, phase, side.steps, session, factor, **more)
+    about = restart.attributes(
+        side.scene, name(side.rank), stage, phase, side.steps, session, factor, side.run_number, **more
+    )  # fmt: skip
     checkpoint.save(path, state, about)
     return path
 

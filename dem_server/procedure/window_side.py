@@ -9,6 +9,7 @@ import numpy as np
 from coupler_protocol.criteria.stable_step import as_text
 from coupler_protocol.exits import PeerLost, PhysicsFailed
 from coupler_protocol.files import proof
+from coupler_protocol.files.checkpoint import attributes
 from coupler_protocol.files.kept import Kept, value_of
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.files.restart import END, INSIDE, filled, kept, part_file, read
@@ -16,6 +17,7 @@ from coupler_protocol.files.run_json import peak_memory, write_json
 from coupler_protocol.files.saved_moments import is_last, of_side, prune
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
+from coupler_protocol.scene import run_number
 from coupler_protocol.scene.changes import in_stage, record_in
 from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.schedule import plan
@@ -60,6 +62,7 @@ class DiscreteSide(Kept):
         self.watch = stopwatch(scene.record.trace)
         self.answer = self.looked = messages.Answer(1.0, *[1.0] + [0.0] * 6)  # with the next FORCE, and after it
         self.gravity = 0.0  # [m/s2] of the next step
+        self.run_number = 0  # of WELCOME
         self.steps, self.time = 0, 0.0  # time [s]; static steps count as 1
         self.step = 1.0  # [s] agreed with the continuum, 1 in static mode; None: not yet, in a stage in real time
         self.substeps = 1  # of the discs in one of them
@@ -82,12 +85,13 @@ class DiscreteSide(Kept):
 
     def run(self):
         """Runs from HELLO to FAREWELL; returns the continuum's reason for the end."""
-        nodes, moment = join(self.conversation, self.scene, self.moments, None if self.moments else libraries())
+        nodes, moment, self.run_number = join(self.conversation, self.scene, self.moments, None if self.moments else libraries())
+        self.progress.name_run(self.run_number)
         self._find(moment)
         self.stones = drawn_stones(self.scene, self.rank, nodes, self._note)
         constants = record.stones(self.stones.outlines, self.scene.origin) if self.stones else None
         path = part_file(self.out, restart.name(self.rank))
-        about = kept(self.scene, self.source, path)
+        about = kept(self.scene, self.source, path, self.run_number)
         with Recorder(path, "discrete", self.scene.title, about, constants, self.scene.time_axis) as self.recorder:
             if self.source:
                 self.restore_window(nodes)
@@ -99,7 +103,8 @@ class DiscreteSide(Kept):
         if self.scene.record.trace is not None:
             self.watch.write(self.out / f"{restart.name(self.rank)}.trace.csv")
         summary = self.summary()
-        write_json(self.out / f"{restart.name(self.rank)}.json", {"reason": reason, "farewell": summary})
+        said = {"run": run_number.as_text(self.run_number), "reason": reason, "farewell": summary}
+        write_json(self.out / f"{restart.name(self.rank)}.json", said)
         self.conversation.send_control(messages.FAREWELL, summary)
         return reason
 
@@ -117,12 +122,12 @@ class DiscreteSide(Kept):
 
     def restore_window(self, nodes):
         """Restores the window from its checkpoint."""
-        self.watch.begin(self.source.about["stage"])
+        self._enter(self.source.index)
         restart.restore(self, self.source, nodes)
 
     def fill(self, nodes):
         """Makes the ring on the rim and a packing inside it; sends PACKED."""
-        self.watch.begin(self._filling)
+        self._enter(number_of(self.scene.stage, fills=True))
         begin = time.perf_counter()
         self.model, self.state, self.rim, packed = packed_window(self.scene, self.rank, nodes, self.stones, self._note)
         self.report = {
@@ -199,9 +204,14 @@ class DiscreteSide(Kept):
         self.strain = None if bin_length is None else WindowStrain(bin_length, self.state, self.model.ring)
         self.talk = GridTalk(self.conversation, len(self.rim.nodes), self.strain.bins if self.strain else 0)
 
+    def _enter(self, index, first=None):
+        """Starts the clock of a stage; first: step of the run before its first one, if that is not the present step."""
+        self.watch.begin(self._name_of(index))
+        self.progress.begin(self.scene.stage[index], self.steps if first is None else first)
+
     def _begin_stage(self, index):
         self.stage = index
-        self.watch.begin(self._name_of(index))
+        self._enter(index)
         now, change = in_stage(self.scene, index), stage_changes.begin(self.scene, index, self.model, self.state)
         self.record_of_stage = record_in(self.scene, index)
         model = self.model if change is None else change.model
@@ -229,7 +239,8 @@ class DiscreteSide(Kept):
             own = self.source.about["stage"]
             raise PeerLost(f"the continuum continues in stage {self._name_of(index)!r}, this side in {own!r}")
         self.stage = index
-        self.watch.begin(self._name_of(index))
+        before = next((path for moment, path in self.moments.items() if moment.stage < index and not moment.step), None)
+        self._enter(index, before and int(attributes(before)["step"]))
         self.record_of_stage = record_in(self.scene, index)
         self.ledger = Ledger(self.model, self.state) if self.scene.record.energy else None
         with proof.of_file(self.source.path):

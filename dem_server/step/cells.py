@@ -47,11 +47,12 @@ def near_pairs(disc, level, side, widest, body, ring, reach, a, b):
     columns, rows, offset, width = grids(low, high, side, n)
 
     # counting sort of the discs by cell; the cells of all levels follow one another
-    cell = np.empty(n, dtype=np.int64)
+    cell, column_of = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
     start = np.zeros(offset[levels] + 1, dtype=np.int64)
     for i in range(n):
         w, k = width[level[i]], level[i]
-        cell[i] = offset[k] + int((disc[i, Y] - low[1]) / w) * columns[k] + int((disc[i, X] - low[0]) / w)
+        column_of[i] = int((disc[i, X] - low[0]) / w)
+        cell[i] = offset[k] + int((disc[i, Y] - low[1]) / w) * columns[k] + column_of[i]
         start[cell[i] + 1] += 1
     for c in range(offset[levels]):
         start[c + 1] += start[c]
@@ -66,12 +67,11 @@ def near_pairs(disc, level, side, widest, body, ring, reach, a, b):
         i, x, y, r = order[p], at[p, 0], at[p, 1], at[p, 2]
         own = level[i]
         # its own level: the rest of its cell and the one to the right, and the three above
-        row, column = (cell[i] - offset[own]) // columns[own], (cell[i] - offset[own]) % columns[own]
-        last = min(column + 1, columns[own] - 1)
-        here = offset[own] + row * columns[own]
+        column = column_of[i]
+        last, here = min(column + 1, columns[own] - 1), cell[i] - column
         found = near_in(p + 1, start[here + last + 1], x, y, r, i, order, at, body, ring, reach, a, b, found)
-        if row + 1 < rows[own]:
-            here += columns[own]
+        here += columns[own]
+        if here < offset[own + 1]:
             first = start[here + max(column - 1, 0)]
             found = near_in(first, start[here + last + 1], x, y, r, i, order, at, body, ring, reach, a, b, found)
         # levels of smaller discs: all cells that its enlarged circle intersects
@@ -88,18 +88,19 @@ def near_pairs(disc, level, side, widest, body, ring, reach, a, b):
 
 @jit(forceinline=True)
 def near_in(first, end, x, y, r, i, order, at, body, ring, reach, a, b, found):
-    """Writes the near pairs of disc i, at (x, y) with radius r, with discs of order[first:end]; returns the new count."""
+    """Writes the near pairs of disc i, at (x, y) with radius r, with discs of order[first:end]; returns the new count.
+
+    Every candidate is written and only a near one counted: whether a pair is near cannot be predicted.
+    """
     for q in range(first, end):
+        j = order[q]
         dx, dy, near = at[q, 0] - x, at[q, 1] - y, r + at[q, 2] + reach
-        if dx * dx + dy * dy < near * near:
-            j = order[q]
-            if i < ring and j < ring:
-                continue
-            if len(body) > 0 and body[i] >= 0 and body[i] == body[j]:
-                continue
-            if found < len(a):
-                a[found], b[found] = min(i, j), max(i, j)
-            found += 1
+        counts = (dx * dx + dy * dy < near * near) & ((i >= ring) | (j >= ring))
+        if len(body) > 0:
+            counts &= (body[i] < 0) | (body[i] != body[j])
+        if found < len(a):
+            a[found], b[found] = min(i, j), max(i, j)
+        found += counts
     return found
 
 

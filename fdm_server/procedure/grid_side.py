@@ -12,10 +12,11 @@ from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.files.restart import END, INSIDE, begins_after, check_plugin, filled, kept, part_file, read
 from coupler_protocol.files.run_json import read as read_json
 from coupler_protocol.files.run_json import stage_rows
-from coupler_protocol.files.saved_moments import is_last, of_side, prune
+from coupler_protocol.files.saved_moments import is_last, of_side, prune, run_of
 from coupler_protocol.process.checkpoint_clock import CheckpointClock
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
+from coupler_protocol.scene import run_number
 from coupler_protocol.scene.changes import changes_anything, in_stage
 from coupler_protocol.scene.local_origin import local
 from coupler_protocol.scene.schedule import large_strain, leg_of
@@ -73,6 +74,8 @@ class ContinuumSide:
         self.recorder = None
         self.farewells = {}
         self.moments = of_side(scene, self.out, restart.NAME, origin)
+        self.run_number = run_of(self.out, self.moments)
+        progress.name_run(self.run_number)
         self.source = None  # the checkpoint from which this side continues
         self.inside = None  # of a stage: what StageRun.saved gave
         self.written = []  # paths of checkpoints, those of the sides' last common moment first
@@ -93,12 +96,14 @@ class ContinuumSide:
             self._take_leave(reason)
             return reason
         path = part_file(self.out, restart.NAME)
-        about = kept(self.scene, self.source, path)
+        about = kept(self.scene, self.source, path, self.run_number)
         with Recorder(path, "continuum", self.scene.title, about, axis=self.scene.time_axis) as self.recorder:
             begin = self._begin()
             for index, stage in enumerate(self.scene.stage):
                 if index >= begin:
                     self.watch.begin(stage.name)
+                    done, past = (value_of(self.inside, key) for key in ("done", "time")) if self.inside else (0, 0.0)
+                    self.progress.begin(stage, self.steps - done, past)
                     self.stage = StageRun(self, index, stage, leg_of(stage, *self.gravity))
                     if self.inside is None:
                         self.stage.begin_changes()
@@ -122,7 +127,7 @@ class ContinuumSide:
             return newest
         try:
             rims = {rim.talk.rank: rim.xy for rim in self.rims}
-            return welcome_all(self.hub, self.scene, rims, Choice(list(self.moments), needs))
+            return welcome_all(self.hub, self.scene, rims, Choice(list(self.moments), needs, self.run_number))
         except PeerLost:
             if not self._all_saved:
                 raise
@@ -273,6 +278,7 @@ class ContinuumSide:
         """Content of run.json: stages so far, and the reports of the discs."""
         return {
             **(begins_after(self.source) if self.source else {}),
+            "run": run_number.as_text(self.run_number),
             "steps": self.steps,
             "gridpoints": len(self.grid.xy),
             "zones": len(self.grid.zones),

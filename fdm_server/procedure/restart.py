@@ -45,7 +45,7 @@ def save(side, stage, phase, factor):
     rims = {rim.window.name: RimState(rim.reaction, rim.reaction_mass, rim.force) for rim in side.rims}
     more = {"rows": side.rows(), "gravity": side.gravity, "time": side.time, "warnings": side.warnings}
     more |= {"reports": {rim.window.name: rim.report for rim in side.rims}} | restart.named(side.plugin)
-    about = restart.attributes(side.scene, NAME, stage, phase, side.steps, side.session, factor, **more)
+    about = restart.attributes(side.scene, NAME, stage, phase, side.steps, side.session, factor, side.run_number, **more)
     checkpoint.save(path, GridState(side.model.zone, side.state, rims, inside), about)
     return path
 

@@ -91,7 +91,7 @@ def test_insecure_says_what_it_opens_and_both_sides_need_it(tmp_path, configs, s
 @pytest.mark.long
 @pytest.mark.parametrize("kind", ["local", "open"])
 def test_strangers_change_no_bit_of_a_run(tmp_path, configs, short_run, kind):
-    """All kinds of strangers, one after the other, from before the first step to the last."""
+    """All kinds of strangers, one after the other, from the start of the discs to the last step."""
     more = ["--insecure"] if kind == "open" else []
     words = [configs / "quick_slope.toml", "--quiet", *more, *overrides()]
     fdm = subprocess.Popen(
@@ -99,28 +99,28 @@ def test_strangers_change_no_bit_of_a_run(tmp_path, configs, short_run, kind):
         stderr=subprocess.PIPE,
         text=True,
     )
-    dem = subprocess.Popen(
-        command("dem_server", *words, "--connect", tmp_path / "grid" / "endpoint", "--out", tmp_path / "discs"),
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    crowd = []
+    servers, crowd = [fdm], []
     try:
-        log = tmp_path / "discs" / "dem.rank1.log"
-        wait_for(lambda: log.exists() and (tmp_path / "grid" / "endpoint").exists(), 100, "both servers")
+        wait_for((tmp_path / "grid" / "endpoint").exists, 100, "an address")
+        dem = subprocess.Popen(
+            command("dem_server", *words, "--connect", tmp_path / "grid" / "endpoint", "--out", tmp_path / "discs"),
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        servers.append(dem)
         port = (tmp_path / "grid" / "endpoint").read_text().strip().rpartition(":")[2]
         number = 0
         while fdm.poll() is None:
             crowd.append(subprocess.Popen([sys.executable, STRANGERS, NAMES[number % len(NAMES)], port], stdin=subprocess.PIPE))
             number += 1
             with contextlib.suppress(subprocess.TimeoutExpired):
-                fdm.wait(1.0)
+                fdm.wait(0.5)
             end(crowd.pop())
         assert number > 3
         assert fdm.returncode == 0, fdm.stderr.read()
         assert dem.wait(60) == 0, dem.stderr.read()
     finally:
-        end(fdm, dem, *crowd)
+        end(*servers, *crowd)
     assert (tmp_path / "grid" / "fdm.rank0.log").stat().st_size < 100_000
     for name in FILES:
         assert differing(tmp_path / ("grid" if name.startswith("fdm") else "discs") / name, short_run / name) == [], name

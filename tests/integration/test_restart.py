@@ -212,9 +212,29 @@ def test_a_killed_run_is_resumed_and_reads_as_one_run(tmp_path, scene, straight)
     assert_equal_runs(straight, out, 0)
     for side in SIDES:
         assert differing(straight / f"{side}.overload.h5", out / f"{side}.overload.h5") == []
+    numbers = run_numbers(out)
+    assert len(set(numbers.values())) == 1, numbers
+    assert {"run.json", "fdm.rank0.part1.vtkhdf", "dem.rank1.vtkhdf", "fdm.rank0.fill.h5", "dem.rank1.json"} <= set(numbers)
+    (number,) = set(numbers.values())
+    assert number not in run_numbers(straight).values()
+    for side in SIDES:
+        last = (out / f"{side}.log").read_text().splitlines()[-1]
+        assert f"[run {number}, rank {side[-1]}, " in last
     again = quietly("resume", out)
     assert again.returncode == 0
     assert f"the run in {out} is finished (all stages done): nothing remains to be computed" in again.stderr
+
+
+def run_numbers(out):
+    """Numbers of the run {name: number} in all files of a run directory that have one."""
+    found = {}
+    for path in out.iterdir():
+        if path.suffix in (".h5", ".vtkhdf"):
+            with h5py.File(path, "r") as file:
+                found[path.name] = file.attrs["run"]
+        elif path.name in ("run.json", "dem.rank1.json") or path.name.endswith(".now.json"):
+            found[path.name] = json.loads(path.read_text())["run"]
+    return found
 
 
 LIMITED = """

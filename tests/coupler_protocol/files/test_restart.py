@@ -23,7 +23,7 @@ def save(folder, scene, stage, ranks=(1,), session=5, dem_session=None, phase=EN
     phase = INSIDE if step else phase
     for name in ("fdm.rank0", *(f"dem.rank{rank}" for rank in ranks)):
         own = session if name == "fdm.rank0" or dem_session is None else dem_session
-        about = restart.attributes(scene, name, stage, phase, step or 7, own, 1.0, rows=[])
+        about = restart.attributes(scene, name, stage, phase, step or 7, own, 1.0, 9, rows=[])
         checkpoint.save(saved_moments.path_of(folder, name, stage, step), {"number": 1.5}, about)
 
 
@@ -93,7 +93,7 @@ def test_results_of_another_scene_are_refused_with_the_keys_that_differ(tmp_path
 def test_frames_of_another_scene_are_refused_too(tmp_path, scene):
     """A run that ended before its first checkpoint has nothing but its file of frames."""
     with h5py.File(tmp_path / "dem.rank1.vtkhdf", "w") as file:
-        file.attrs.update(restart.kept(scene, None, tmp_path / "dem.rank1.vtkhdf"))
+        file.attrs.update(restart.kept(scene, None, tmp_path / "dem.rank1.vtkhdf", 9))
     saved_moments.refuse_other_scene(scene, tmp_path, "dem.rank1")
     with pytest.raises(EnvironmentFailed, match="of another scene or version"):
         saved_moments.refuse_other_scene(scene.model_copy(update={"seed": 9}), tmp_path, "dem.rank1")
@@ -144,7 +144,7 @@ def test_a_run_that_continues_adds_a_part_and_says_what_counts(tmp_path, scene):
         save(tmp_path, scene, stage, step=step)
     first = restart.part_file(tmp_path, "fdm.rank0")
     assert first.name == "fdm.rank0.vtkhdf"
-    assert "kept_stages" not in restart.kept(scene, None, first)
+    assert "kept_stages" not in restart.kept(scene, None, first, 9)
     first.touch()
     (tmp_path / "fdm.rank01.part7.vtkhdf").touch()
     for number in (1, 2):
@@ -153,8 +153,8 @@ def test_a_run_that_continues_adds_a_part_and_says_what_counts(tmp_path, scene):
         part.touch()
     end = restart.read(scene, tmp_path / "fdm.rank0.couple.h5", "fdm.rank0", 2)
     inside = restart.read(scene, tmp_path / "fdm.rank0.overload@800.h5", "fdm.rank0", 3)
-    assert restart.kept(scene, None, part)["kept_stages"] == []
-    assert restart.kept(scene, end, part)["kept_stages"] == ["equilibrium", "fill", "couple"]
-    assert restart.kept(scene, inside, part)["kept_step"] == 800
+    assert restart.kept(scene, None, part, 9)["kept_stages"] == []
+    assert restart.kept(scene, end, part, 9)["kept_stages"] == ["equilibrium", "fill", "couple"]
+    assert restart.kept(scene, inside, part, 9)["kept_step"] == 800
     assert restart.begins_after(inside) == {"begins_after": {"run": str(tmp_path), "stage": "overload", "step": 800}}
     assert len(list(tmp_path.glob("fdm*.h5"))) == 3  # none is removed

@@ -137,14 +137,14 @@ def test_the_log_file_says_what_happened(tmp_path):
     root, before = logging.getLogger(), logging.getLogger().level
     handlers = list(root.handlers)
     try:
-        command_line.log_to(tmp_path / "a.log")
+        command_line.log_to(tmp_path / "a.log", Progress(1, "none"))
         command_line.exit_code_of("fdm-server", raiser(exits.PeerLost("silence")))
     finally:
         for handler in set(root.handlers) - set(handlers):
             root.removeHandler(handler)
             handler.close()
         root.setLevel(before)
-    assert "ERROR silence" in (tmp_path / "a.log").read_text()
+    assert "stage start, step 0] silence" in (tmp_path / "a.log").read_text()
 
 
 # -- stop requests and progress ------------------------------------------------------------------------------------------

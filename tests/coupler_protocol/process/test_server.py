@@ -150,7 +150,7 @@ def test_a_process_begins_in_a_folder_without_files_of_another_run(tmp_path):
         begun(tmp_path, server.OF_CONDUCTOR)
     assert (tmp_path / "dem.rank1.vtkhdf").read_text() == "earlier"
     context = begun(tmp_path, server.OF_CONDUCTOR, force=True, quiet=True, checkpoint="7.5")
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*kept, "dem.rank1.log"])
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*kept, "dem.rank1.log", "dem.rank1.now.json"])
     assert (context.out, context.origin, context.plugin, context.checkpoint) == (tmp_path, None, None, 7.5)
     assert (context.progress.rank, context.progress.form) == (1, "none")
 
@@ -199,7 +199,9 @@ def test_a_server_that_overwrites_removes_parts_and_checkpoints_of_the_earlier_r
     with pytest.raises(exits.EnvironmentFailed, match="is damaged: the file is empty"):
         begun(tmp_path)
     begun(tmp_path, force=True)
-    assert sorted(p.name for p in tmp_path.glob("*.*")) == ["dem.rank1.log", "dem.rank12.rest.h5", "fdm.rank0.rest.h5"]
+    assert sorted(p.name for p in tmp_path.glob("*.*")) == [
+        "dem.rank1.log", "dem.rank1.now.json", "dem.rank12.rest.h5", "fdm.rank0.rest.h5",
+    ]  # fmt: skip
 
 
 def test_a_finished_run_says_so(tmp_path, capsys):

@@ -81,16 +81,16 @@ def test_version_2_is_refused_by_its_number_and_differs_in_the_time_of_go_and_a_
 
 
 def test_version_3_is_refused_by_its_number_and_has_no_progress_moments_and_requests_to_stop():
-    """New in bytes in version 4: PROGRESS, moments in HELLO and WELCOME, and a scalar of FORCE."""
+    """New in bytes in version 4: PROGRESS, moments in HELLO and WELCOME, number of the run in WELCOME, and a scalar of FORCE."""
     head, scalars, earlier = wire.HEADER.size, 8 * 8, recorded(3)
-    new = {"HELLO": "checkpoints", "WELCOME": "resume"}
+    new = {"HELLO": {"checkpoints"}, "WELCOME": {"resume", "run"}}
     assert set(earlier) == set(recorded()) - {"PROGRESS"}
     for name, frame in earlier.items():
         with pytest.raises(wire.VersionError, match="protocol version 3, not 4"):
             wire.open_header(frame)
         if name in new:
             now = wire.content_of(recorded()[name])
-            assert msgpack.unpackb(frame[head:]) == {key: value for key, value in now.items() if key != new[name]}
+            assert msgpack.unpackb(frame[head:]) == {key: value for key, value in now.items() if key not in new[name]}
         elif name.startswith("FORCE"):
             now = recorded()[name]
             assert frame[head : head + scalars] == now[head : head + scalars]

@@ -11,6 +11,7 @@ import pytest
 
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.process.interrupt import StopRequest
+from coupler_protocol.scene import run_number
 from coupler_protocol.scene.differences import first_difference
 from coupler_protocol.scene.moments import Moment
 from coupler_protocol.scene.reader import read_scene
@@ -227,10 +228,15 @@ def test_another_version_of_the_protocol_is_told_so(scene, monkeypatch):
         (REJECT, {"reason": "the scenes differ: seed"}, "refused this process: the scenes differ: seed"),
         (REJECT, {}, "REJECT: reason is missing"),
         (WELCOME, {}, "WELCOME: session is missing"),
-        (WELCOME, {"session": 0, "rim": frames.pack_array(RIM), "dt": 1.0, "exchange_every": 1}, "no session"),
-        (WELCOME, {"session": 5, "rim": b"\0" * 8, "dt": 1.0, "exchange_every": 1}, "another size"),
-        (WELCOME, {"session": 5, "rim": b"", "dt": 1.0, "exchange_every": 1}, "a rim of 0 nodes"),
-        (WELCOME, {"session": 5, "rim": frames.pack_array([[np.nan] * 2] * 4), "dt": 1.0, "exchange_every": 1}, "not finite"),
+        (WELCOME, {"session": 0, "run": 7, "rim": frames.pack_array(RIM), "dt": 1.0, "exchange_every": 1}, "no session"),
+        (WELCOME, {"session": 5, "run": 7, "rim": b"\0" * 8, "dt": 1.0, "exchange_every": 1}, "another size"),
+        (WELCOME, {"session": 5, "run": 1 << 48, "rim": b"", "dt": 1.0, "exchange_every": 1}, "gave the run the number"),
+        (WELCOME, {"session": 5, "run": 7, "rim": b"", "dt": 1.0, "exchange_every": 1}, "a rim of 0 nodes"),
+        (
+            WELCOME,
+            {"session": 5, "run": 7, "rim": frames.pack_array([[np.nan] * 2] * 4), "dt": 1.0, "exchange_every": 1},
+            "not finite",
+        ),
     ],
 )
 def test_an_answer_that_cannot_be_used_ends_the_discrete_side_as_the_peers_fault(scene, kind, content, words):
@@ -268,7 +274,7 @@ def test_the_wait_for_the_continuum_is_time_for_other_work(scene):
 
 def test_a_welcome_waits_for_one_piece_of_that_work_at_most(scene):
     hub, (end,) = link_inproc.transports(1)
-    content = {"session": 5, "rim": frames.pack_array(RIM), "dt": 1.0, "exchange_every": 1}
+    content = {"session": 5, "run": 7, "rim": frames.pack_array(RIM), "dt": 1.0, "exchange_every": 1}
     Peer(hub, "thread 1", session=0).send_control(WELCOME, 0, content)
     done = []
     join(Conversation(end, 1, 0, clocks(), StopRequest()), scene, meanwhile=pieces(done, 5))
@@ -354,7 +360,16 @@ def joined(scene, own, *theirs):
             stack.enter_context(Beside(lambda talk=talk, had=had: join(talk, scene, had)))
             for talk, had in zip(talks, theirs, strict=True)
         ]
-    return grid.result, *(one.result[1] for one in discs)
+    return grid.result, *(one.result.moment for one in discs)
+
+
+@pytest.mark.parametrize("run", [0, 0x3F2A9C1E77B0])
+def test_both_sides_have_one_number_of_the_run(scene, run):
+    transport, (end,) = link_inproc.transports(1)
+    choice = Choice([START], lambda moment: False, run)
+    with Beside(lambda: welcome_all(a_hub(transport), scene, {1: RIM}, choice)):
+        found = join(Conversation(end, 1, 0, clocks(), StopRequest()), scene).run
+    assert found == run or (not run and 0 < found < 1 << run_number.BITS)
 
 
 @pytest.mark.parametrize(
