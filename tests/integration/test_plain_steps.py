@@ -47,14 +47,21 @@ def scene(**more):
     return data
 
 
-def both_ways(tmp_path, data, plugin=None):
-    """Runs of a scene in one process, over a lane and without one: the first one's rows of coupled stages in run.json."""
-    for name, lane in (("lane", None), ("link", False)):
+def both_ways(tmp_path, data, plugin=None, sizes=(1, 1)):
+    """Runs of a scene in one process, over a lane and without one: the first one's rows of coupled stages in run.json.
+
+    sizes: number of threads of each run.
+    """
+    for (name, lane), size in zip((("lane", None), ("link", False)), sizes, strict=True):
         (tmp_path / name).mkdir()
         own = copy.deepcopy(data)
         if lane is not None:
             own["link"] = {"lane": lane}
-        run(build_scene(own), tmp_path / name, plugin=plugin)
+        threads.set_size(size)
+        try:
+            run(build_scene(own), tmp_path / name, plugin=plugin)
+        finally:
+            threads.set_size(1)
     with open_run(tmp_path / "lane") as found, open_run(tmp_path / "link") as other:
         rows, plain = ([row for row in one.info["stages"] if "plain_steps" in row] for one in (found, other))
     assert all(row["plain_steps"] == 0 and row["one_by_one"] for row in plain)
@@ -171,27 +178,22 @@ def test_plain_steps_follow_a_load_that_has_come_to_its_end(tmp_path):
 @pytest.mark.long
 @pytest.mark.parametrize("case", ["static", "real time, clumps, large strain"])
 def test_several_threads_share_plain_steps(tmp_path, monkeypatch, case):
-    """Two threads of both sides, although they gain nothing in three runs of discs and three strips: steps are plain."""
+    """Plain steps of two threads on both sides have the bits of one thread step by step.
+
+    The scene has three runs of discs and three strips, in which two threads gain nothing.
+    """
     for module in (thread_shares, thread_parts):
         monkeypatch.setattr(module, "FEWEST", 1)
     more = {"grid__length": 15.0, "grid__height": 13.0, "grid__zone_size": 0.25, "discs__radius": 0.0155}
     if case != "static":
         more |= {"grid__large_strain": True, "stage__3__time": "real", "coupling__substeps": 2}
         more |= {"stones": STONES, "discs__stone": STONE}
-    data = scene(**more)
-    monkeypatch.setattr(threads, "_size", 2)
-    rows = both_ways(tmp_path, data)
+    rows = both_ways(tmp_path, scene(**more), sizes=(2, 1))
     assert same_files(tmp_path) == []
     for row in rows:
         assert "one_by_one" not in row
         assert "one_by_one_discrete" not in row
         assert all(plain > row["steps"] - 12 for plain in (row["plain_steps"], *row["plain_steps_discrete"])), row
-    monkeypatch.setattr(threads, "_size", 1)
-    (tmp_path / "one").mkdir()
-    run(build_scene(copy.deepcopy(data)), tmp_path / "one")
-    (tmp_path / "link").rename(tmp_path / "two")
-    (tmp_path / "one").rename(tmp_path / "link")
-    assert same_files(tmp_path) == []
 
 
 def test_a_lane_that_breaks_leaves_its_steps_to_the_link(tmp_path, monkeypatch):
