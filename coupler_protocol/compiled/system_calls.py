@@ -1,7 +1,7 @@
-"""Calls of the operating system for compiled loops; all of them also run uncompiled.
+"""Functions of the C library for compiled loops: calls of the operating system, and hypot; all of them also run uncompiled.
 
 A function of the C library is called by its name, which the disk cache keeps; an address would change with every start.
-Source: IEEE Std 1003.1, read, write, poll, clock_gettime; IEEE Std 1003.1-2004, usleep.
+Source: IEEE Std 1003.1, read, write, poll, clock_gettime, hypot; IEEE Std 1003.1-2004, usleep.
 """
 
 import os
@@ -52,7 +52,12 @@ if numba.config.DISABLE_JIT:
         """Monotonic time [ns]."""
         return time.monotonic_ns()
 
+    def hypot(x: float, y: float) -> float:
+        """Length of (x, y), rounded as by numpy; numba's own function rounds otherwise."""
+        return float(np.hypot(x, y))
+
 else:
+    hypot = types.ExternalFunction("hypot", types.float64(types.float64, types.float64))
     _read = types.ExternalFunction("read", types.intp(types.int32, types.voidptr, types.uintp))
     _write = types.ExternalFunction("write", types.intp(types.int32, types.voidptr, types.uintp))
     _poll = types.ExternalFunction("poll", types.int32(types.voidptr, types.uintp, types.int32))

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
-from coupler_protocol.compiled.lengths import hypot
+from coupler_protocol.compiled.system_calls import hypot
 from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
 from coupler_protocol.interface.ring import node_shares
 from dem_server.coupling.ring_springs import ring_contacts

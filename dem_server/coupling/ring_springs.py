@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
-from coupler_protocol.compiled.lengths import hypot
+from coupler_protocol.compiled.system_calls import hypot
 from dem_server.effects.bond import BONDED
 from dem_server.model import RADIUS, X, Y
 from dem_server.step.compiled_laws import dashpots_of_pair, effective_radius, stiffness_of_pair
