@@ -13,6 +13,7 @@ from coupler_protocol.compiled.thread_crew import crew_of, lead
 from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.process.plugin import interval_of
 from coupler_protocol.scene.ending import least_steps
+from coupler_protocol.scene.schedule import plan
 from coupler_protocol.wire import lanes, messages
 from coupler_protocol.wire.lockstep import PATIENCE
 from dem_server.coupling import look
@@ -23,9 +24,13 @@ from dem_server.coupling.plain_loop import (
     FAST,
     FAST_RIM,
     INFINITE,
+    LEFT,
     MOST,
+    NEXT,
     NOTICED,
+    NOW,
     ODD,
+    SAID,
     UNHEARD,
     UNSENT,
     Motion,
@@ -48,8 +53,6 @@ def obstacle(side):
     lanes = side.conversation.transport.lanes
     found = {
         "messages of steps use the link": lanes is None or not lanes.whole,
-        "exchange_every": side.scene.coupling.exchange_every > 1,
-        "energies are recorded": side.ledger is not None,
         "a plugin is called after every step": interval_of(side.plugin) == 1,
     }
     return next((words for words, there in found.items() if there), "")
@@ -68,7 +71,7 @@ class PlainSteps:
         if not self.why_not:
             self.lanes = side.conversation.transport.lanes
             self.order, self.answer = np.zeros(len(messages.Order._fields)), np.zeros(len(messages.Answer._fields))
-            self.gravity = np.zeros(1)
+            self.gravity, self.pause = np.zeros(2), np.zeros(4)
             self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
             self.sight = look.sight_of(side, MOST)
             self.crew, counters = crew_of(len(shares(side.model))), side.state.counters
@@ -103,17 +106,22 @@ class PlainSteps:
             if why == UNHEARD:
                 return RECEIVE, None
             if why in (ODD, FAST_RIM, CONTACTS):
-                order = messages.Order(*self.order.tolist())
                 if why == ODD:
-                    return ACCEPT, order
+                    return ACCEPT, messages.Order(*self.order.tolist())
                 if why == FAST_RIM:
                     side.refuse_fast_rim()
+                order = self._order_of_step()
                 self._complete(order, found)
-                if order.flags or (self.every and order.step % self.every == 0):
+                called = bool(self.every) and order.step % self.every == 0
+                if called and self.pause[LEFT]:
+                    self._let_plugin_see(order)
+                    begun = True
+                elif called or order.flags:
                     return COMPLETED, order
-                side.count_step(order)
-                self.taken += 1
-                begun = False
+                else:
+                    side.count_step(order)
+                    self.taken += 1
+                    begun = False
 
     def report(self):
         """Adds to the times of the stage how many plain steps there were, or why none."""
@@ -122,18 +130,46 @@ class PlainSteps:
         if not self.taken:
             times.one_by_one = self.why_not or ("" if self._begun else "the stage was short, and no cache had the loop")
 
+    def _let_plugin_see(self, order):
+        """Observes and records a completed step after which no exchange follows."""
+        side = self.side
+        side.observe(order)
+        side.watch.add_to("computing")
+        side.record(order)
+        side.watch.add_to("recording")
+        side.answer = side.looked
+
+    def _order_of_step(self):
+        """The Order for the step under way, of a VELOCITY that may be for several."""
+        order = messages.Order(*self.order.tolist())
+        if self.pause[LEFT] > 1.0:
+            order = order._replace(step=self.side.steps + 1.0, gravity=float(self.gravity[NEXT]), flags=0.0)
+        return order
+
     def _complete(self, order, sub):
         """Completes a step from the contacts of its sub-step `sub` on."""
-        side, gravity = self.side, float(self.gravity[0])
+        side, gravity = self.side, float(self.gravity[NOW])
         if sub == 0:
             side.measure_power(order)
-        contact_forces(side.model, side.state)
+        self._contacts(gravity, sub == 0)
         for _ in range(side.substeps - 1 - sub):
+            if side.ledger:
+                side.ledger.copy_before_step(side.state, gravity)
             side.refuse_fast(move_free(side.model, side.state, gravity))
             side.rim.move(side.state, side.talk.velocity)
             side.refuse_fast_rim()
-            contact_forces(side.model, side.state)
+            self._contacts(gravity, False)
         side.check_step()
+        self.pause[LEFT] -= 1.0
+
+    def _contacts(self, gravity, begins):
+        """Computes contacts after the ring has moved; begins: in the first sub-step."""
+        side = self.side
+        if side.ledger:
+            side.book_energy(gravity, begins)
+        contact_forces(side.model, side.state)
+        if side.ledger:
+            side.ledger.book_contacts(side.model, side.state)
 
     def _see_completed(self):
         """Looks at the completed step if histories have a point there, as the loop step by step does."""
@@ -163,12 +199,9 @@ class PlainSteps:
         self.checked = fresh and not self.sight.fresh[0]  # whether discs outside the ring were looked for
         if steps or why not in (INFINITE, UNSENT, NOTICED):
             state.dt = state.next_dt
-        talk.continue_from(int(wire.sequence[0]), None if begun and not steps else self.lanes.said(0))
+        talk.continue_from(int(wire.sequence[0]), self.lanes.said(0) if self.pause[SAID] else None)
         side.watch.add_plain_steps(steps, 1e-9 * float(wire.waited[0]), self.marks)
-        if why == ODD:
-            side.gravity = float(self.gravity[0])
-        elif steps or why == CONTACTS:
-            side.gravity = float(self.order[messages.Order._fields.index("gravity")])
+        side.gravity = float(self.gravity[NEXT])
         side.power = float(self.sight.power[0])
         return steps, why, fast
 
@@ -191,19 +224,26 @@ class PlainSteps:
         ring = Ring(
             rim.nodes, *rim.where, rim.paper, rim.stiffness_sums(model, state), rim.force, rim.carried, side.talk.velocity
         )
-        until = time.monotonic_ns() + lanes.LONGEST
-        said = Talk(self.answer, self.order, self.gravity, side.steps, self.every or NEVER, 0.5 * skin(model), until)
+        until, self.pause[SAID] = time.monotonic_ns() + lanes.LONGEST, 0.0
+        said = Talk(
+            self.answer, self.order, self.gravity, self.pause, side.steps, self.every or NEVER, 0.5 * skin(model), until
+        )  # fmt: skip
         self.sight.rows[0], self.sight.power[0] = 0, side.power
         self.sight.fresh[0] = not side.guard.knows_list(state)
+        self.book = None if side.ledger is None else side.ledger.book_of_rows(state, len(self.sight.steps))
         longest = SPEED_CAP * model.smallest_radius
         kick, dt = 0.5 * (state.dt + state.next_dt), state.next_dt
         agreed = dt if side.step is None else side.step
-        motion = Motion(side.gravity, model.ring, kick, dt, agreed, side.substeps, longest / dt, longest, not model.in_real_time)
+        static = not model.in_real_time
+        motion = Motion(
+            side.gravity, model.ring, kick, dt, agreed, side.substeps, longest / dt, longest, static,
+            side.scene.coupling.exchange_every if static else 1, float(plan(side.scene)[side.stage].gravity),
+        )  # fmt: skip
         return (
             self.lanes.wire, ring, said, motion, begun,
             (state.disc, state.load, state.weight, state.angle, state.listed_at), state.clumps,
-            tuple(state.listed), tuple(history_of(state)), tuple(model.parameters), state.counters, self.sight, self.marks,
-            self.crew, self.counts,
+            tuple(state.listed), tuple(history_of(state)), tuple(model.parameters), state.counters, self.sight, self.book,
+            self.marks, self.crew, self.counts,
         )  # fmt: skip
 
     def _count(self, steps):
@@ -216,6 +256,8 @@ class PlainSteps:
             side.time += side.step
             times.append(side.time)
         side.watch.stages[-1].steps += steps
+        if self.book is not None and self.book.noted[0]:
+            side.recorder.histories(*side.ledger.histories(self.book))
         rows = int(self.sight.rows[0])
         if rows:
             side.watch.add_to("computing")

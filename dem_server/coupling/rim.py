@@ -28,7 +28,8 @@ from coupler_protocol.compiled.system_calls import hypot
 from coupler_protocol.interface.mapping import forces_to_nodes, velocities_to_discs
 from coupler_protocol.interface.ring import node_shares
 from dem_server.coupling.ring_springs import ring_contacts
-from dem_server.model import FX, FY, MOMENT, SPIN, VX, VY
+from dem_server.model import MOMENT
+from dem_server.observe.energy import ring_power
 
 
 @jit
@@ -41,15 +42,6 @@ def move_ring(nodes, velocity, seg0, seg1, w0, node, x, v, spin, paper, dt):
     for i in range(nodes.shape[0]):
         nodes[i, 0] += velocity[i, 0] * dt
         nodes[i, 1] += velocity[i, 1] * dt
-
-
-@jit
-def ring_power(carried, disc):
-    """Power [W] of forces and moments (R,3) on the control discs, the first R of `disc`, in their present velocities."""
-    total = 0.0
-    for p in range(len(carried)):
-        total += carried[p, FX] * disc[p, VX] + carried[p, FY] * disc[p, VY] + carried[p, MOMENT] * disc[p, SPIN]
-    return total
 
 
 class RimState(NamedTuple):

@@ -6,7 +6,7 @@ sum Fn^2 / 2 kn + Fs^2 / 2 ks, in rolling springs Mr^2 / 2 kr, in parallel bonds
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED
-from dem_server.model import INERTIA, MASS, RADIUS, SPIN, VX, VY, Y
+from dem_server.model import FX, FY, INERTIA, MASS, MOMENT, RADIUS, SPIN, VX, VY, Y
 from dem_server.step import walls
 from dem_server.step.compiled_laws import bending_stiffness, bond_radius, effective_radius, rolling_stiffness
 
@@ -51,6 +51,15 @@ def stored_kernel(disc, first, second, kind, normal, shear, rolled, parallel, sp
 def over(square, stiffness):
     """Square of a force over the stiffness of its spring; 0 without a spring."""
     return square / stiffness if stiffness > 0.0 else 0.0
+
+
+@jit
+def ring_power(carried, disc):
+    """Power [W] of forces and moments (R,3) on the control discs, the first R of `disc`, in their present velocities."""
+    total = 0.0
+    for p in range(len(carried)):
+        total += carried[p, FX] * disc[p, VX] + carried[p, FY] * disc[p, VY] + carried[p, MOMENT] * disc[p, SPIN]
+    return total
 
 
 def kinetic(model, state):

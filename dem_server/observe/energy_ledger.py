@@ -26,19 +26,49 @@ slip and breakage in shear. The error contains what the trapezoidal rule misses 
 and the work of dashpots.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
-from coupler_protocol.files.kept import Kept
-from dem_server.effects import histories
-from dem_server.model import INERTIA, MASS, MOMENT, SPIN, VX, VY
+from coupler_protocol.files.kept import Kept, like, value_of
+from dem_server.effects.histories import PairHistory, copied, history_of
+from dem_server.model import INERTIA, MASS, SPIN, VX, VY, Listed
 from dem_server.observe import energy
 from dem_server.observe.pair_work import pair_losses
 from dem_server.step.clumps import resultant
 from dem_server.step.contact_pass import make_current
 
 GRAVITY, RING, DAMPING = range(3)
+KINETIC, STORED, FRICTION, BONDS, MASSES, POWER, OF_RING, BEGIN, KICK, SUMS = range(10)  # of Book.sums, and their number
 NAMES = ("kinetic", "stored", "friction", "bonds", "damping", "masses", "gravity", "ring", "error")
+
+
+class Book(NamedTuple):
+    """What a Ledger keeps, for compiled code. Arrays of c clumps are None without clumps.
+
+    old (n,3), old_body (c,3): velocities and spins before the kick; on_body (c,3): forces and moments on clumps then; before: a
+    PairHistory before contact forces change. mass, inertia (n,), body_mass (c,2): masses and inertia in the last step. work (3,)
+    [J]: GRAVITY, RING, DAMPING up to half a step ahead of the last whole step; half_old, half_new (3,): of the halves of the last
+    step. sums (9,): T, U, friction, bonds, masses [J]; power [W] of the contact forces on the control discs, its sum over time
+    [J]; T0 + U0, NaN before the first step; time [s] over which forces act in the step. rows (n,13), noted (1,): see
+    `note_energies`.
+    """
+
+    old: NDArray[np.float64]
+    old_body: NDArray[np.float64] | None
+    on_body: NDArray[np.float64] | None
+    before: PairHistory
+    mass: NDArray[np.float64]
+    inertia: NDArray[np.float64]
+    body_mass: NDArray[np.float64] | None
+    work: NDArray[np.float64]
+    half_old: NDArray[np.float64]
+    half_new: NDArray[np.float64]
+    sums: NDArray[np.float64]
+    rows: NDArray[np.float64]
+    noted: NDArray[np.int64]
 
 
 @jit
@@ -109,87 +139,173 @@ def mass_work(disc, clumps, ring, mass, inertia, body_mass, old, old_body):
     return 0.5 * total
 
 
+@jit
+def copy_velocities(moved, old):
+    """Copies velocities and spins of bodies (b,8)."""
+    for i in range(moved.shape[0]):
+        for k in range(3):
+            old[i, k] = moved[i, VX + k]
+
+
+@jit
+def extrapolate_back(old, moved, ratio):
+    """Extrapolates velocities `old` (b,3) to a whole step before those of `moved` (b,8); `ratio`: step over their distance."""
+    for i in range(moved.shape[0]):
+        for k in range(3):
+            now = moved[i, VX + k]
+            old[i, k] = now - (now - old[i, k]) * ratio
+
+
+@jit
+def copy_before(disc, load, weight, clumps, gravity, kick, book):
+    """Copies velocities, and forces on clumps, whose levers turn with them; kick [s]: time over which forces act."""
+    copy_velocities(disc, book.old)
+    if clumps is not None:
+        copy_velocities(clumps.motion, book.old_body)
+        forces_on_clumps(disc, load, weight, clumps, gravity, book.on_body)
+    book.sums[KICK] = kick
+
+
+@jit
+def book_bodies(disc, load, weight, clumps, ring, gravity, dt, book):
+    """Books the works of forces on bodies, after all discs have moved and before contacts are computed."""
+    sums = book.sums
+    sums[MASSES] += mass_work(disc, clumps, ring, book.mass, book.inertia, book.body_mass, book.old, book.old_body)
+    if sums[KICK] != dt:  # velocities are extrapolated back by a whole step
+        extrapolate_back(book.old, disc, dt / sums[KICK])
+        if clumps is not None:
+            extrapolate_back(book.old_body, clumps.motion, dt / sums[KICK])
+    sums[KINETIC] = body_work(
+        disc, load, weight, clumps, ring, gravity, dt, book.old, book.old_body, book.on_body, book.half_old, book.half_new
+    )
+    for name in range(len(book.work)):
+        book.work[name] += book.half_old[name] + book.half_new[name]
+    sums[POWER] = energy.ring_power(load[:ring], disc)
+    sums[OF_RING] += sums[POWER] * dt
+
+
+@jit
+def book_pairs(disc, listed, history, spring, parallel_bond, dt, book):
+    """Books the losses of contacts, after contact forces have changed; listed, history: a Listed and a PairHistory."""
+    friction, bonds = pair_losses(disc, listed, dt, book.before, history, spring, parallel_bond)
+    book.sums[FRICTION] += friction
+    book.sums[BONDS] += bonds
+
+
+@jit
+def note_energies(done, stored, book):
+    """Notes the ledger of the last whole step, the `done`-th of the run, with `stored` energy [J], before its contacts change.
+
+    A row of the step, `sums` and the three works.
+    """
+    book.sums[STORED] = stored
+    row = book.rows[book.noted[0]]
+    row[0] = done
+    for i in range(SUMS):
+        row[1 + i] = book.sums[i]
+    for i in range(len(book.work)):
+        row[1 + SUMS + i] = book.work[i] - book.half_new[i]
+    book.noted[0] += 1
+
+
 class Ledger(Kept):
     """The ledger of one stage: `copy_before_step`, `book_motion`, `book_contacts` in every step, `values` between the last two.
 
-    `power` [W] is that of the contact forces on the control discs in their velocities half a step later, as at the rim's nodes
-    in the grid; `work` [J] is its sum over time since the stage began.
+    Its power is that of the contact forces on the control discs in their velocities half a step later, as at the rim's nodes
+    in the grid. Plain steps book in compiled code (`copy_before`, `book_bodies`, `book_pairs`), which notes many rows;
+    `histories` reads them.
     """
 
-    KEPT = (
-        "dt", "mass", "inertia", "body_mass", "total", "half_new", "friction", "bonds", "masses", "power", "work", "begin",
-    )  # fmt: skip
+    KEPT = ("mass", "inertia", "body_mass", "work", "half_new", "sums")  # of the Book
 
     def __init__(self, model, state):
-        self.dt = state.dt
-        self.old = state.disc[:, VX : SPIN + 1].copy()
-        self.old_body = None if state.clumps is None else state.clumps.motion[:, VX : SPIN + 1].copy()
-        self.mass, self.inertia = state.mass.copy(), state.inertia.copy()
-        self.body_mass = None if state.clumps is None else state.clumps.motion[:, MASS : INERTIA + 1].copy()
-        self.on_body = None if state.clumps is None else np.zeros((len(state.clumps.motion), 3))
-        self.total = np.zeros(3)  # up to half a step ahead of the last whole step
-        self.half_old, self.half_new = np.zeros(3), np.zeros(3)
-        self.friction = self.bonds = self.masses = self.power = self.work = 0.0
-        self.begin = None  # T0 + U0
+        clumps, sums = state.clumps, np.zeros(SUMS)
+        sums[BEGIN] = np.nan
+        self.book = Book(
+            state.disc[:, VX : SPIN + 1].copy(),
+            None if clumps is None else clumps.motion[:, VX : SPIN + 1].copy(),
+            None if clumps is None else np.zeros((len(clumps.motion), 3)),
+            history_of(state),
+            state.mass.copy(),
+            state.inertia.copy(),
+            None if clumps is None else clumps.motion[:, MASS : INERTIA + 1].copy(),
+            np.zeros(3),
+            np.zeros(3),
+            np.zeros(3),
+            sums,
+            np.zeros((1, 1 + SUMS + 3)),
+            np.zeros(1, dtype=np.int64),
+        )
+
+    def saved(self):
+        """What changes, for a checkpoint inside of the stage."""
+        return {name: getattr(self.book, name) for name in self.KEPT}
+
+    def restore(self, saved):
+        """Sets what `saved` gave."""
+        of_book = {name: like(f"Ledger.{name}", getattr(self.book, name), value_of(saved, name)) for name in self.KEPT}
+        self.book = self.book._replace(**of_book)
+
+    @property
+    def power(self):
+        """Power [W] of the contact forces on the control discs in the last step."""
+        return float(self.book.sums[POWER])
+
+    def book_of_rows(self, state, count):
+        """The Book with room for `count` rows, and for the histories of the present list of pairs."""
+        rows = np.zeros((count, self.book.rows.shape[1]))
+        return self.book._replace(before=copied(state), rows=rows, noted=np.zeros(1, dtype=np.int64))
 
     def copy_before_step(self, state, gravity):
-        """Copies velocities, step, and forces on clumps (whose levers turn with them) before velocities change."""
-        self.dt = state.dt
-        self.old[:] = state.disc[:, VX : SPIN + 1]
-        if state.clumps is not None:
-            self.old_body[:] = state.clumps.motion[:, VX : SPIN + 1]
-            forces_on_clumps(state.disc, state.load, state.weight, state.clumps, float(gravity), self.on_body)
+        """Copies velocities, and forces on clumps, before velocities change in the step State.next_dt."""
+        kick = 0.5 * (state.dt + state.next_dt)
+        copy_before(state.disc, state.load, state.weight, state.clumps, float(gravity), kick, self.book)
 
-    def book_motion(self, model, state, gravity, kick):
-        """Books the motion, after all discs have moved and before contacts are computed.
-
-        kick [s]: time over which forces acted; it differs from the step only in the first step of a stage.
-        """
-        self.masses += mass_work(
-            state.disc, state.clumps, model.ring, self.mass, self.inertia, self.body_mass, self.old, self.old_body
-        )
-        if kick != state.dt:  # velocities are extrapolated back by a whole step
-            extrapolate_back(self.old, state.disc, state.dt / kick)
-            if state.clumps is not None:
-                extrapolate_back(self.old_body, state.clumps.motion, state.dt / kick)
-        self.kinetic = body_work(
-            state.disc, state.load, state.weight, state.clumps, model.ring, float(gravity), state.dt, self.old, self.old_body,
-            self.on_body, self.half_old, self.half_new,
-        )  # fmt: skip
-        if self.begin is None:  # the motion before the stage does not count
-            self.begin = self.kinetic + energy.stored(model, state)
-            self.half_old[:] = 0.0
-            self.masses = 0.0
-        self.total += self.half_old + self.half_new
-        R = model.ring
-        self.power = float(np.sum(state.load[:R, : MOMENT + 1] * state.disc[:R, VX : SPIN + 1]))
-        self.work += self.power * state.dt
+    def book_motion(self, model, state, gravity):
+        """Books the motion, after all discs have moved and before contacts are computed."""
+        book = self.book
+        book_bodies(state.disc, state.load, state.weight, state.clumps, model.ring, float(gravity), state.dt, book)
+        if np.isnan(book.sums[BEGIN]):  # the motion before the stage does not count
+            book.sums[BEGIN] = book.sums[KINETIC] + energy.stored(model, state)
+            book.work[:] = book.half_new
+            book.sums[MASSES] = 0.0
 
     def copy_contacts(self, model, state):
         """Copies contact histories before contact forces change, in the order of the list that `contact_forces` will use."""
         make_current(model, state)
-        self.before = histories.copied(state)
+        self.book = self.book._replace(before=copied(state))
 
     def book_contacts(self, model, state):
-        """Books losses of contacts and power of the ring, after contact forces have changed."""
-        law, after = model.law, histories.history_of(state)
-        friction, bonds = pair_losses(state.disc, state.listed, state.dt, self.before, after, law.spring, law.parallel_bond)
-        self.friction += friction
-        self.bonds += bonds
+        """Books losses of contacts, after contact forces have changed."""
+        law = model.law
+        book_pairs(state.disc, Listed(*state.listed), history_of(state), law.spring, law.parallel_bond, state.dt, self.book)
+
+    def note(self, done, model, state):
+        """Notes the energies of the last whole step, the `done`-th of the run, before its contacts change."""
+        self.book.noted[0] = 0  # there is one row
+        note_energies(done, energy.stored(model, state), self.book)
 
     def values(self, model, state):
         """Energies {name: [J]} of the last whole step, before its contacts change: NAMES."""
-        work = self.total - self.half_new
-        stored = energy.stored(model, state)
-        known = self.friction + self.bonds - work[DAMPING] - self.masses - work[GRAVITY] - work[RING]
-        error = self.kinetic + stored - self.begin + known
-        values = (
-            self.kinetic, stored, self.friction, self.bonds, -work[DAMPING], self.masses, work[GRAVITY], work[RING], error,
-        )  # fmt: skip
-        return dict(zip(NAMES, map(float, values), strict=True))
+        self.note(0, model, state)
+        return {name: column[0] for name, column in columns(self.book.rows).items()}
+
+    def histories(self, book=None):
+        """Takes all rows out of a Book; returns their steps, and histories {name: list}."""
+        book = self.book if book is None else book
+        rows = book.rows[: book.noted[0]].copy()
+        book.noted[0] = 0
+        found = {f"energy_{name}": column for name, column in columns(rows).items()}
+        found |= {"interface_power": rows[:, 1 + POWER].tolist(), "interface_work": rows[:, 1 + OF_RING].tolist()}
+        return rows[:, 0].astype(int).tolist(), found
 
 
-def extrapolate_back(old, moved, ratio):
-    """Extrapolates velocities `old` (b,3) to a whole step before those of `moved` (b,8); `ratio`: step over their distance."""
-    now = moved[:, VX : SPIN + 1]
-    old[:] = now - (now - old) * ratio
+def columns(rows):
+    """Energies {name: list [J]} of rows (n,13) of a Book."""
+    sums, work = rows[:, 1 : 1 + SUMS].T, rows[:, 1 + SUMS :].T
+    known = sums[FRICTION] + sums[BONDS] - work[DAMPING] - sums[MASSES] - work[GRAVITY] - work[RING]
+    error = sums[KINETIC] + sums[STORED] - sums[BEGIN] + known
+    values = (
+        sums[KINETIC], sums[STORED], sums[FRICTION], sums[BONDS], -work[DAMPING], sums[MASSES], work[GRAVITY], work[RING], error,
+    )  # fmt: skip
+    return {name: column.tolist() for name, column in zip(NAMES, values, strict=True)}

@@ -69,6 +69,34 @@ def lost_with_parallel_bond(p, k, smaller, ways_of_pair, before, after, parallel
 
 
 @jit
+def copy_of(array, copy):
+    """Copies the history of an effect, if it is there."""
+    if array is not None:
+        for p in range(len(array)):
+            copy[p] = array[p]
+
+
+@jit
+def copy_springs(history, before):
+    """Copies what `pair_losses` reads of a PairHistory to another one of the same list."""
+    copy_of(history.normal, before.normal)
+    copy_of(history.shear, before.shear)
+    copy_of(history.rolled, before.rolled)
+    copy_of(history.bond_state, before.bond_state)
+    copy_of_parallel_bonds(history.parallel, before.parallel)
+
+
+@jit
+def copy_of_parallel_bonds(bonds, before):
+    """Copies what `lost_with_parallel_bond` reads, if there are parallel bonds."""
+    if bonds is not None:
+        copy_of(bonds.state, before.state)
+        copy_of(bonds.normal, before.normal)
+        copy_of(bonds.shear, before.shear)
+        copy_of(bonds.moment, before.moment)
+
+
+@jit
 def pair_losses(disc, listed, dt, before, after, spring, parallel_bond):
     """Losses [J] of all pairs in a step between the PairHistory `before` and `after`: by slip and rolling, by broken bonds."""
     friction = bonds = 0.0

@@ -95,7 +95,13 @@ def _motion(side):
 
 def _ring(side):
     side.rim.move(side.state, np.zeros_like(side.talk.velocity))
+    if side.ledger:
+        side.ledger.book_motion(side.model, side.state, side.gravity)
+        side.ledger.note(side.steps, side.model, side.state)
+        side.ledger.copy_contacts(side.model, side.state)
     contact_forces(side.model, side.state)
+    if side.ledger:
+        side.ledger.book_contacts(side.model, side.state)
 
 
 def _observed(side):

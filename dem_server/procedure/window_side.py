@@ -327,10 +327,10 @@ class DiscreteSide(Kept):
 
     def book_energy(self, gravity, begins):
         """Books energies after the motion of a step and before its contacts. begins: whether this is the first sub-step."""
-        self.ledger.book_motion(self.model, self.state, gravity, 0.5 * (self.ledger.dt + self.state.dt))
+        self.ledger.book_motion(self.model, self.state, gravity)
         if begins and self.steps % self.record_of_stage.history == 0:
-            values = {f"energy_{name}": value for name, value in self.ledger.values(self.model, self.state).items()}
-            self.recorder.history(self.steps, interface_power=self.ledger.power, interface_work=self.ledger.work, **values)
+            self.ledger.note(self.steps, self.model, self.state)
+            self.recorder.histories(*self.ledger.histories())
         self.ledger.copy_contacts(self.model, self.state)
 
     def observe(self, order):

@@ -29,10 +29,13 @@ the rim in one direction; sudden loads, such as breaking bonds, make it faster t
 """
 
 import logging
-from collections import deque
+from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from coupler_protocol.compiled.jit import jit
 from coupler_protocol.files.kept import Kept
 
 log = logging.getLogger(__name__)
@@ -42,95 +45,246 @@ ALIKE = 0.8  # cosine between two motions of a node whose direction has not chan
 RECENT = 10  # number of exchanges of "lately"
 REST = 1e-6  # of the largest speed in the stage: a slower node is at rest
 CALM = 4  # exchanges without a strike before n doubles
+(
+    BEGINS, FRESH, TAKEN, EXCHANGES, WATCHING, INTERVAL, STRIKE_COUNT, CALM_COUNT, GAIN, PAUSE, LEVEL, STRUCK, PEAK, ORIGIN,
+    LARGEST, AT_ONCE, STIFFNESS, GROWN, UNJUDGED, NUMBERS,
+) = range(20)  # of Pauses.now, and their number  # fmt: skip
+
+
+class Pauses(NamedTuple):
+    """State of a Pace, for compiled code.
+
+    every: k; limits (2,): STIFFEST and GROWTH; peaks (RECENT,): largest speeds [m/step] between the last exchanges. now (19,):
+    whether the next step is the first one under new forces, and whether the present one is; steps since the last exchange;
+    number of exchanges; whether growth is watched; n; strikes; exchanges without one; max 4 S / (m + S); steps before the last
+    exchange; speeds [m/step] lately, at the last strike, since the last exchange, before the first strike, and the largest of
+    the stage; whether the next exchange follows at once; why the stage returned to n = 1: the ratio of Eq (2), or growth (0: it
+    did not); whether ratios were not yet compared with the limits of the stage since a point of histories.
+    """
+
+    every: int
+    limits: NDArray[np.float64]
+    peaks: NDArray[np.float64]
+    now: NDArray[np.float64]
 
 
 def stiffness_ratio(mass, sums):
     """Ratio of Eq (2) [-] for rim nodes; mass (K,) [kg]: static masses of the zones, sums (K,) [N/m] of the mass rule."""
-    return float((2.0 * sums / mass).max(initial=0.0))
+    return stiffness_kernel(np.arange(len(sums)), mass, sums)
+
+
+@jit
+def stiffness_kernel(nodes, mass, sums):
+    """`stiffness_ratio` for the gridpoints `nodes` (K,); mass (N,)."""
+    largest = 0.0
+    for k in range(len(nodes)):
+        largest = max(largest, 2.0 * sums[k] / mass[nodes[k]])
+    return largest
+
+
+@jit
+def fastest_node(nodes, velocity):
+    """Position in `nodes` (K,) of the fastest gridpoint, and the square of its speed [m/step]; NaN if a speed is."""
+    fastest, most = 0, -1.0
+    for k in range(len(nodes)):
+        x, y = velocity[nodes[k], 0], velocity[nodes[k], 1]
+        square = x * x + y * y
+        if square > most or square != square:
+            fastest, most = k, square
+    return fastest, most
+
+
+@jit
+def note_forces(nodes, sums, mass, pauses):
+    """Checks Eq (2) after new forces were received; mass (N,) [kg]: static masses of the gridpoints."""
+    now = pauses.now
+    if now[WATCHING] != 0.0:
+        ratio = stiffness_kernel(nodes, mass, sums)
+        now[GAIN] = 4.0 * ratio / (2.0 + ratio)
+        if ratio > pauses.limits[0]:
+            now[STIFFNESS] = ratio
+            fall_back(now)
+
+
+@jit
+def note_velocities(nodes, before, velocity, pauses):
+    """Checks the growth of the rims' motion with the velocities (N,2) [m/step] of a step; before (K,2): sent last."""
+    now = pauses.now
+    now[TAKEN] += 1.0
+    now[FRESH] = now[BEGINS]
+    if now[WATCHING] == 0.0:
+        return
+    fastest, square = fastest_node(nodes, velocity)
+    speed = sqrt(square)
+    now[PEAK], now[LARGEST] = max(now[PEAK], speed), max(now[LARGEST], speed)
+    if speed <= pauses.limits[1] * now[LEVEL]:
+        return
+    x, y = before[fastest, 0], before[fastest, 1]
+    along = x * velocity[nodes[fastest], 0] + y * velocity[nodes[fastest], 1]
+    if now[PAUSE] > 1.0 and along < ALIKE * speed * sqrt(x * x + y * y):
+        strike(speed, now)
+    now[LEVEL], now[AT_ONCE] = speed, 1.0
+
+
+@jit
+def strike(speed, now):
+    """Begins with n = 1 again; if held forces alone can explain the speed [m/step], this is a strike."""
+    now[INTERVAL], now[CALM_COUNT] = 1.0, 0.0
+    if speed > (1.0 + now[GAIN] * now[PAUSE]) * now[LEVEL]:
+        return
+    if now[STRIKE_COUNT] == 0.0:
+        now[ORIGIN] = now[LEVEL]
+    now[STRIKE_COUNT] += 1.0
+    now[STRUCK] = speed
+    if now[STRIKE_COUNT] == STRIKES or speed > MOST * now[ORIGIN]:
+        now[GROWN] = 1.0
+        fall_back(now)
+
+
+@jit
+def fall_back(now):
+    """Returns to an exchange in every step."""
+    now[WATCHING], now[INTERVAL], now[AT_ONCE] = 0.0, 1.0, 1.0
+
+
+@jit
+def due(number, must, pauses):
+    """Steps since the last exchange if an exchange follows the present step, else 0; number: steps since the run began."""
+    now = pauses.now
+    begins = must or now[AT_ONCE] != 0.0 or number % now[INTERVAL] == 0.0
+    now[BEGINS] = 1.0 if begins else 0.0
+    if not begins:
+        return 0
+    steps = int(now[TAKEN])
+    now[TAKEN], now[AT_ONCE], now[PAUSE] = 0.0, 0.0, steps
+    if now[WATCHING] != 0.0:
+        judge(pauses)
+    now[EXCHANGES] += 1.0
+    return steps
+
+
+@jit
+def judge(pauses):
+    """Updates the speed of lately and the interval at an exchange."""
+    now, peaks = pauses.now, pauses.peaks
+    for i in range(1, RECENT):
+        peaks[i - 1] = peaks[i]
+    peaks[RECENT - 1] = now[PEAK]
+    lately = 0.0
+    for i in range(RECENT):
+        lately = max(lately, peaks[i])
+    now[PEAK] = 0.0
+    if peaks[0] >= 0.0:
+        now[LEVEL] = max(min(now[LEVEL], lately), REST * now[LARGEST])
+    if lately < 0.5 * now[STRUCK]:
+        now[STRIKE_COUNT] = 0.0
+    now[CALM_COUNT] += 1.0
+    if now[CALM_COUNT] > CALM:
+        now[INTERVAL], now[CALM_COUNT] = min(2.0 * now[INTERVAL], pauses.every), 0.0
+
+
+@jit
+def judges_now(looks, pauses):
+    """Whether ratios are compared with the limits of the stage: in the first step under new forces since a point of histories.
+
+    Under held forces the grid alone comes to rest. looks: whether histories have a point before the present step.
+    """
+    now = pauses.now
+    if looks:
+        now[UNJUDGED] = 1.0
+    judged = now[UNJUDGED] != 0.0 and now[FRESH] != 0.0
+    if judged:
+        now[UNJUDGED] = 0.0
+    return judged
+
+
+@jit
+def add_path(nodes, velocity, path, pauses):
+    """Adds the velocities of a step to the path (K,2) of the rims since the last exchange."""
+    first = pauses.now[TAKEN] == 0.0
+    for k in range(len(nodes)):
+        for axis in range(2):
+            v = velocity[nodes[k], axis]
+            path[k, axis] = v if first else path[k, axis] + v
 
 
 class Pace(Kept):
-    """Intervals between exchanges in one stage. every: k; fell_back: why an earlier stage returned to 1, or "".
+    """Intervals between exchanges in one stage. every: k; fell_back: why an earlier stage returned to 1, or ""."""
 
-    `begins`: the next step is the first one under new forces; `fresh`: the present step is. `exchanges`: number of exchanges.
-    """
-
-    KEPT = (
-        "fell_back", "begins", "fresh", "taken", "exchanges", "watching", "interval", "strikes", "_calm", "_gain", "_pause",
-        "_level", "_struck", "_peak", "_origin", "_largest", "_peaks", "_now",
-    )  # fmt: skip
+    KEPT = ("fell_back", "pauses")
 
     def __init__(self, every, fell_back=""):
         self.every, self.fell_back = every, fell_back
-        self.begins, self.fresh, self.taken, self.exchanges = True, True, 0, 0
-        self.watching = every > 1 and not fell_back
-        self.interval = 1  # n
-        self.strikes = self._calm = 0
-        self._gain, self._pause = 0.0, 1  # max 4 S / (m + S); steps before the last exchange
-        self._level = self._struck = self._peak = 0.0  # speeds [m/step]: lately, at the last strike, since the last exchange
-        self._origin = self._largest = 0.0  # speeds before the first strike, in the stage
-        self._peaks = deque(maxlen=RECENT)
-        self._now = False
+        now = np.zeros(NUMBERS)
+        now[BEGINS] = now[FRESH] = now[INTERVAL] = now[PAUSE] = 1.0
+        now[WATCHING] = every > 1 and not fell_back
+        self.pauses = Pauses(every, np.array([STIFFEST, GROWTH]), np.full(RECENT, -1.0), now)
+
+    @property
+    def begins(self):
+        """Whether the next step is the first one under new forces."""
+        return self.pauses.now[BEGINS] != 0.0
+
+    @property
+    def fresh(self):
+        """Whether the present step is the first one under new forces."""
+        return self.pauses.now[FRESH] != 0.0
+
+    @property
+    def taken(self):
+        """Steps since the last exchange."""
+        return int(self.pauses.now[TAKEN])
+
+    @property
+    def watching(self):
+        """Whether stiffness and growth are checked."""
+        return self.pauses.now[WATCHING] != 0.0
 
     def note_forces(self, rims, mass):
         """Checks Eq (2) after new forces were received; mass (N,) [kg]: static masses of the gridpoints."""
         if self.watching:
-            ratio = max(stiffness_ratio(mass[rim.nodes], rim.sums) for rim in rims)
-            self._gain = 4.0 * ratio / (2.0 + ratio)
-            if ratio > STIFFEST:
-                self._fall_back(f"contacts on the rim are {ratio:.3g} times as stiff as the zones there, 1 is the limit")
+            nodes, sums = (np.concatenate([getattr(rim, name) for rim in rims]) for name in ("nodes", "sums"))
+            note_forces(nodes, sums, mass, self.pauses)
+            self.note_fall_back()
 
     def note_velocities(self, rims, velocity):
         """Checks the growth of the rims' motion with the velocities (N,2) [m/step] of a step."""
-        self.taken, self.fresh = self.taken + 1, self.begins
-        if not self.watching:
-            return
-        rim = max(rims, key=lambda rim: rim.speed(velocity)[0])
-        speed, fastest = rim.speed(velocity)
-        self._peak, self._largest = max(self._peak, speed), max(self._largest, speed)
-        if speed <= GROWTH * self._level:
-            return
-        before, now = rim.before[fastest], velocity[rim.nodes[fastest]]
-        if self._pause > 1 and before @ now < ALIKE * speed * np.hypot(*before):
-            self._strike(speed)
-        self._level, self._now = speed, True
-
-    def _strike(self, speed):
-        self.interval, self._calm = 1, 0
-        if speed > (1.0 + self._gain * self._pause) * self._level:
-            return
-        self._origin = self._origin if self.strikes else self._level
-        self.strikes, self._struck = self.strikes + 1, speed
-        if self.strikes == STRIKES or speed > MOST * self._origin:
-            self._fall_back("the motion of the rim grew by itself")
+        if self.watching:
+            nodes, before = (np.concatenate([getattr(rim, name) for rim in rims]) for name in ("nodes", "before"))
+            note_velocities(nodes, before, velocity, self.pauses)
+            self.note_fall_back()
+        else:
+            now = self.pauses.now
+            now[TAKEN], now[FRESH] = now[TAKEN] + 1.0, now[BEGINS]
 
     def due(self, number, must=False):
         """Steps since the last exchange if an exchange follows the present step, else 0; number: steps since the run began."""
-        self.begins = must or self._now or number % self.interval == 0
-        if not self.begins:
-            return 0
-        steps, self.taken, self._now = self.taken, 0, False
-        self._pause = steps
-        self.exchanges += 1
-        if self.watching:
-            self._judge()
+        if self.every > 1:
+            return due(number, must, self.pauses)
+        steps = self.taken
+        self.pauses.now[TAKEN] = 0.0
+        self.pauses.now[EXCHANGES] += 1.0
         return steps
 
-    def _judge(self):
-        self._peaks.append(self._peak)
-        self._peak, lately = 0.0, max(self._peaks)
-        if len(self._peaks) == RECENT:
-            self._level = max(min(self._level, lately), REST * self._largest)
-        if lately < 0.5 * self._struck:
-            self.strikes = 0
-        self._calm += 1
-        if self._calm > CALM:
-            self.interval, self._calm = min(2 * self.interval, self.every), 0
+    def judges_now(self, looks):
+        """Whether ratios are compared with the limits of the stage in the present step; looks: after a point of histories."""
+        return bool((looks or self.pauses.now[UNJUDGED]) and judges_now(looks, self.pauses))
 
-    def _fall_back(self, why):
-        self.fell_back, self.watching, self.interval, self._now = why, False, 1, True
-        log.warning("both sides exchange in every step from now on (exchange_every = %d): %s", self.every, why)
+    def add_exchanges(self, count):
+        """Counts exchanges that were not asked for by `due`."""
+        self.pauses.now[EXCHANGES] += count
+
+    def note_fall_back(self):
+        """Notes why the stage returned to an exchange in every step, if it just did, with a warning in the log."""
+        now = self.pauses.now
+        if self.fell_back or not (now[STIFFNESS] or now[GROWN]):
+            return
+        self.fell_back = "the motion of the rim grew by itself"
+        if now[STIFFNESS]:
+            self.fell_back = f"contacts on the rim are {now[STIFFNESS]:.3g} times as stiff as the zones there, 1 is the limit"
+        log.warning("both sides exchange in every step from now on (exchange_every = %d): %s", self.every, self.fell_back)
 
     def report(self):
         """Content of run.json if k is not 1: exchanges of the stage, and why it returned to 1, or ""."""
-        return {} if self.every == 1 else {"exchanges": self.exchanges, "fell_back": self.fell_back}
+        exchanges = int(self.pauses.now[EXCHANGES])
+        return {} if self.every == 1 else {"exchanges": exchanges, "fell_back": self.fell_back}

@@ -77,20 +77,27 @@ def moved_of(sight, driven):
 
 
 @jit
-def look(done, rims, points, gather, arrays, gravity, seconds, sight):
-    """Looks in the middle of a step, after `done` steps of the run; returns whether something has to be judged at once.
+def look(rims, points, arrays, gravity, seconds, sight):
+    """Looks at motion, energies and rims in the middle of a step; returns whether something has to be judged at once.
 
-    points, gather, arrays: of `plain_loop`; seconds [s]: length of the step.
+    points, arrays: of `plain_loop`; seconds [s]: length of the step.
     """
     applied, added_mass, mass, weight_mass, fixed, _ = points
-    _, _, start, place = gather
-    velocity, displacement, _, corner_force, force = arrays
+    velocity, displacement, _, _, force = arrays
     noticed = not fastest_component(velocity) * seconds <= sight.extent
     noticed |= watch_energy(
         force, applied, weight_mass, mass, added_mass, fixed, gravity, velocity, displacement,
         rims.nodes, rims.force, rims.answer, sight.balance,
     )  # fmt: skip
-    noticed |= watch_stretch(displacement, sight.stretch)
+    return noticed | watch_stretch(displacement, sight.stretch)
+
+
+@jit
+def compare(done, rims, points, gather, arrays, gravity, sight):
+    """Compares ratios and displacement with the limits of the stage, after `done` steps of the run; returns whether it ends."""
+    applied, _, _, weight_mass, fixed, _ = points
+    _, _, start, place = gather
+    _, displacement, _, corner_force, force = arrays
     ratio = ratio_of(*imbalance_kernel(start, place, corner_force, force, applied, weight_mass, fixed, gravity))
     largest, far = ratio, farthest(displacement)
     for w in range(len(rims.answer)):
@@ -99,7 +106,7 @@ def look(done, rims, points, gather, arrays, gravity, seconds, sight):
     row[DONE], row[RATIO], row[LARGEST], row[FARTHEST] = done, ratio, largest, far
     sight.rows[0] += 1
     sight.ratio[0] = ratio
-    return noticed or largest <= sight.limits[0] or far >= sight.limits[1]
+    return largest <= sight.limits[0] or far >= sight.limits[1]
 
 
 @jit

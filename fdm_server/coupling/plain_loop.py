@@ -13,22 +13,26 @@ from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
 from coupler_protocol.compiled.system_calls import nanoseconds
 from coupler_protocol.compiled.thread_crew import meet, order, over_all_threads, part_of
 from coupler_protocol.wire.messages import Answer, Order
-from fdm_server.coupling.look import look, note, note_moved
+from fdm_server.coupling.exchange_pauses import BEGINS, add_path, due, judges_now, note_forces, note_velocities
+from fdm_server.coupling.look import compare, look, note, note_moved
 from fdm_server.coupling.plain_help import VELOCITIES, ZONES
 from fdm_server.coupling.rim import apply_forces
 from fdm_server.coupling.rim_growth import NOTICED as GROWS
 from fdm_server.coupling.rim_growth import watch_growth, watch_power
 from fdm_server.ground.boundaries_in_time import drive_sides
 from fdm_server.ground.quiet_sides import absorb_all
+from fdm_server.observe.energy import strain_kernel
+from fdm_server.observe.energy_ledger import book_points, book_zones, copy_before, note_energies
 from fdm_server.step.forces import sum_at_gridpoints
 from fdm_server.step.gridpoint_pass import velocity_kernel
 from fdm_server.step.masses import add_static_masses
-from fdm_server.step.nodal_pass import average_changes, average_strains
+from fdm_server.step.nodal_pass import Averages, average_changes, average_strains
 from fdm_server.step.zone_pass import move_kernel, zones_kernel
 
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
 STAGE, STEP, GRAVITY, FACTOR, DT, INTERVAL, FLAGS = range(ORDER)
 POWER = Answer._fields.index("power")
+EXCESS = Averages._fields.index("excess")
 DONE, UNHEARD, INFINITE, UNSENT, NOTICED, INVERTED, TOO_LONG = range(7)  # why the loop ended
 Numbers = NDArray[np.float64]
 
@@ -109,19 +113,43 @@ def read_forces(wire, w, rims):
 
 
 @jit(borrows=True)
-def write_velocities(wire, w, rims, velocity, course, step):
+def copy_velocities(rims, velocity):
+    """Sets the rims' velocities to those (N,2) of the step."""
+    for k in range(len(rims.nodes)):
+        for axis in range(2):
+            rims.velocity[k, axis] = velocity[rims.nodes[k], axis]
+
+
+@jit
+def pause(rims, velocity, number, pauses):
+    """Decides whether an exchange follows the step with this number: returns the steps since the last one, or 0.
+
+    Sets the rims' velocities to the means of these steps.
+    """
+    pace, path = pauses
+    add_path(rims.nodes, velocity, path, pace)
+    note_velocities(rims.nodes, rims.velocity, velocity, pace)
+    interval = due(number, False, pace)
+    if interval > 0:
+        for k in range(len(rims.nodes)):
+            for axis in range(2):
+                rims.velocity[k, axis] = path[k, axis] / interval
+    return interval
+
+
+@jit(borrows=True)
+def write_velocities(wire, w, rims, course, step, interval):
     """Writes VELOCITY for window w into the outbox; returns whether all velocities are finite."""
     at, said = (wire.out_at[w] >> 3) + HEADER_NUMBERS, wire.said
     said[at + STAGE], said[at + STEP] = course.stage, course.first + step
     said[at + GRAVITY], said[at + FACTOR] = course.gravity[step + 1], course.factor[step]
-    said[at + DT], said[at + INTERVAL], said[at + FLAGS] = course.seconds, 1.0, 0.0
+    said[at + DT], said[at + INTERVAL], said[at + FLAGS] = course.seconds, interval, 0.0
     at += ORDER
     total = 0.0
     for k in range(rims.begin[w], rims.begin[w + 1]):
-        n = rims.nodes[k]
         for axis in range(2):
-            v = velocity[n, axis]
-            rims.velocity[k, axis] = said[at] = v
+            v = rims.velocity[k, axis]
+            said[at] = v
             total += v
             at += 1
     return np.isfinite(total)
@@ -166,16 +194,28 @@ def count_step(renewal, displacement, mass):
 
 
 @jit
-def plain_loop(wire, rims, course, points, resistance, always, effects, renewal, nodal, sides, midway, sight, marks, crew):
+def book_all_zones(geometry, stiffness, velocity, seconds, stress, nodal, ledger):
+    """Books the works of stresses in the step; nodal: of `plain_loop`, with the averages of the step, or None."""
+    if nodal is None:
+        book_zones(geometry, stiffness, velocity, seconds, stress, None, ledger)
+    else:
+        book_zones(geometry, stiffness, velocity, seconds, stress, nodal[1][EXCESS], ledger)
+
+
+@jit
+def plain_loop(
+    wire, rims, course, points, resistance, always, effects, renewal, nodal, sides, midway, sight, pauses, ledger, marks, crew
+):  # fmt: skip
     """Takes the steps of `course`; returns (steps completed, rims heard in the step that is not, why it ended).
 
     points: applied, added_mass, mass, weight_mass, fixed, static_mass (None in static mode); resistance: damping, half_combined,
     previous, half_drag of `velocity_kernel`; always, effects: of fdm_server.step.zone_pass.zone_arguments; renewal: a Renewal in
     static large strain, else None; nodal: (Nodal, Averages, its `trial`) as plain tuples if volumetric strain is averaged at
     gridpoints, else None; sides: the arguments of `drive_sides` and `absorb_all`, and the Moved of histories, each may be None;
-    sight: the Sight of the stage. midway: the first step has sent its velocities and looked already. marks (n,2): times [ns]
-    between which each step waits for FORCE, None without a trace. crew: a Crew whose other threads run `help_grid`, None for one
-    thread.
+    sight: the Sight of the stage; ledger: the Book of its energies, or None. pauses: (Pauses of its Pace, path (K,2) [m] of the
+    rims since the last exchange), None with an exchange in every step. midway: the first step has sent its velocities and looked
+    already. marks (n,2): times [ns] between which each step waits for FORCE, None without a trace. crew: a Crew whose other
+    threads run `help_grid`, None for one thread.
     """
     applied, added_mass, mass, weight_mass, fixed, static_mass = points
     damping, half_combined, previous, half_drag = resistance
@@ -194,9 +234,12 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
             return step, 0, DONE
         number, gravity = course.first + step, course.gravity[step]
         if not midway:
+            begins, interval = True, 1
+            if pauses is not None:
+                begins = pauses[0].now[BEGINS] != 0.0
             if marks is not None:
                 marks[step, 0] = nanoseconds(wire.asked)
-            for w in range(windows):
+            for w in range(windows if begins else 0):
                 if take(wire, w) != HERE:
                     return step, w, UNHEARD
                 read_forces(wire, w, rims)
@@ -208,6 +251,11 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
             )  # fmt: skip
             if too_long(rims, mass, added_mass, static_mass, dt):
                 return step, windows, TOO_LONG
+            if pauses is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                if begins:
+                    note_forces(rims.nodes, rims.sums, mass, pauses[0])
+            if ledger is not None:
+                copy_before(velocity, stress, ledger)
             if crew is not None:
                 order(crew, VELOCITIES, gravity, 0.0)
             velocity_kernel(
@@ -217,15 +265,32 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
             if crew is not None:
                 meet(crew)
             drive_sides(drive, course.done + step, velocity)
-            unsent = False
-            for w in range(windows):
-                if not write_velocities(wire, w, rims, velocity, course, step):
+            if pauses is None:
+                copy_velocities(rims, velocity)
+            else:
+                interval = pause(rims, velocity, number, pauses)
+            sends, unsent = interval > 0, False
+            for w in range(windows if sends else 0):
+                if not write_velocities(wire, w, rims, course, step, interval):
                     return step, w, INFINITE
                 unsent |= not put(wire, w)
                 wire.sequence[w] += 1
-            noticed = watch_rims(rims, number, course.seconds)
-            if (number - 1) % sight.every == 0:
-                noticed |= look(number - 1, rims, points, gather, arrays, gravity, course.seconds, sight)
+            if ledger is not None:
+                book_points(
+                    force, applied, weight_mass, mass, added_mass, fixed, gravity, course.seconds, velocity, None,
+                    rims.nodes, rims.force, ledger,
+                )  # fmt: skip
+            noticed = sends and watch_rims(rims, number, course.seconds)
+            looks = judged = (number - 1) % sight.every == 0
+            if looks:
+                noticed |= look(rims, points, arrays, gravity, course.seconds, sight)
+            if ledger is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+                if looks:
+                    note_energies(number - 1, strain_kernel(geometry, stiffness, stress, displacement, xy), ledger)
+            if pauses is not None:
+                judged = judges_now(looks, pauses[0])
+            if judged:
+                noticed |= compare(number - 1, rims, points, gather, arrays, gravity, sight)
             if unsent or noticed:
                 return step, windows, UNSENT if unsent else NOTICED
         midway = False
@@ -253,6 +318,8 @@ def plain_loop(wire, rims, course, points, resistance, always, effects, renewal,
             )  # fmt: skip
         if inverted > 0:
             return step, windows, INVERTED
+        if ledger is not None:
+            book_all_zones(geometry, stiffness, velocity, course.seconds, stress, nodal, ledger)
         if renewal is not None:
             count_step(renewal, displacement, mass)
         absorb_all(quiet, velocity, applied)

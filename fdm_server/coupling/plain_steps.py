@@ -46,8 +46,6 @@ def obstacle(side, stage):
     parts = side.model.partition
     found = {
         "messages of steps use the link": lanes is None or not lanes.whole,
-        "exchange_every": side.scene.coupling.exchange_every > 1,
-        "energies are recorded": stage.ledger is not None,
         "a plugin is called after every step": interval_of(side.plugin) == 1,
         "volumetric strain is averaged at gridpoints by several threads": side.model.nodal is not None and len(parts.strips) > 1,
     }
@@ -66,12 +64,14 @@ class PlainSteps:
         if not self.why_not:
             self.lanes = side.hub.transport.lanes
             self.rims = _side_by_side(stage, side.state.in_real_time)
+            self.pauses = None if stage.pace.every == 1 else (stage.pace.pauses, _paths(stage.rims))
             self.renewal = _renewal(side.model, side.state)
             self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
             self.sight, self.names = look.sight_of(side, stage, MOST)
             self.moved = look.moved_of(self.sight, side.state.driven)
             self.crew = crew_of(len(side.model.partition.strips))
             self.averages = None if side.model.nodal is None else averages_of(side.model)
+            self.book = None if stage.ledger is None else stage.ledger.book_of_rows(len(self.sight.looks))
 
     def take(self):
         """Takes all plain steps from the present one on; returns before the first step that has to be taken by itself."""
@@ -105,7 +105,7 @@ class PlainSteps:
         side, stage, record = self.side, self.stage, self.stage.record
         if stage.ended_by or any(rim.talk.strain_asked for rim in stage.rims) or not stage.step_is_known:
             return 0
-        if stage.checkpoint_due(side.steps + 1):
+        if stage.checkpoint_due(side.steps + 1) or (stage.ledger and not stage.ledger.begun):
             return 0
         count = min(MOST, record.every - 1 - side.steps % record.every, side.clock.steps_before(side.steps + 1))
         if every := interval_of(side.plugin):
@@ -131,11 +131,13 @@ class PlainSteps:
                     rim.heard = True
                 return False
             if why in (INFINITE, TOO_LONG, INVERTED):
+                self._record_energies()
                 self._refuse(why, heard)
             if why == UNSENT:
                 for rim in stage.rims:
                     rim.talk.conversation.send_by_link()
             stage.judge_plain_step(looked=side.steps % stage.record.history == 0)
+            self._record_energies()
             course, midway = _after(course, steps), True
             if stage.ended_by:  # this step is completed, the next one is the last
                 course = course._replace(gravity=course.gravity[:2], factor=course.factor[:2], share=course.share[:1])
@@ -169,6 +171,9 @@ class PlainSteps:
         wire.waited[0] = 0
         self.sight.rows[:] = 0
         self.sight.ratio[0] = self.stage.ratio
+        if self.pauses is not None:  # the first step may be one under forces that were received step by step
+            self.rims.sums[:] = np.concatenate([rim.sums for rim in self.stage.rims])
+            self.rims.answer[:] = [rim.answer for rim in self.stage.rims]
         arguments = self._arguments(course, midway)
         found = plain_loop(*arguments) if self.crew is None else self._loop_of_threads(arguments)
         for row, talk in enumerate(conversations):
@@ -177,6 +182,7 @@ class PlainSteps:
         for row, rim in enumerate(self.stage.rims):
             rim.answer = messages.Answer(*self.rims.answer[row].tolist())
             rim.sums = self.rims.sums[slice(*self.rims.begin[row : row + 2])].copy()
+        self.stage.pace.note_fall_back()
         self.side.watch.add_plain_steps(found[0], 1e-9 * float(wire.waited[0]), self.marks)
         return found
 
@@ -192,7 +198,7 @@ class PlainSteps:
         sides = *self.stage.sides.arguments(state), self.moved
         return (
             self.lanes.wire, self.rims, course, points, drag, always, effects, self.renewal, nodal, sides, midway, self.sight,
-            self.marks, self.crew,
+            self.pauses, self.book, self.marks, self.crew,
         )  # fmt: skip
 
     def _loop_of_threads(self, arguments):
@@ -209,6 +215,7 @@ class PlainSteps:
         before = side.steps - stage.done
         if len(rows):
             stage.note_looks((int(done) - before, (ratio, largest), far) for done, ratio, largest, far in rows.tolist())
+        self._record_energies(side.steps)
         if self.renewal is not None:
             side.state.mass_age = int(self.renewal.age[0])
         elif side.state.mass is not None and steps:
@@ -227,6 +234,13 @@ class PlainSteps:
             side.watch.add_to("computing")
             side.record(stage, stage.plain_order())
             side.watch.add_to("recording")
+
+    def _record_energies(self, below=np.inf):
+        """Records the energies noted of steps `below` a number; the last look is judged before its energies are recorded."""
+        if self.book is not None and self.book.noted[0]:
+            self.side.watch.add_to("computing")
+            self.side.recorder.histories(*self.stage.ledger.histories(self.book, True, below))
+            self.side.watch.add_to("recording")
 
 
 def _renewal(model, state):
@@ -266,6 +280,15 @@ def _side_by_side(stage, in_real_time):
         watch.growth.before, watch.growth.size = of_all.before[own], of_all.size[row]
         watch.power.awaited, watch.power.verdict = of_all.awaited[row], of_all.verdict[row]
     return of_all
+
+
+def _paths(rims):
+    """Paths (K,2) [m] of all rims since the last exchange in one array; those of the rims become views of it."""
+    path, first = np.concatenate([rim.path for rim in rims]), 0
+    for rim in rims:
+        rim.path = path[first : first + len(rim.nodes)]
+        first += len(rim.nodes)
+    return path
 
 
 def _after(course, steps):

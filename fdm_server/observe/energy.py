@@ -2,8 +2,38 @@
 
 import numpy as np
 
+from coupler_protocol.compiled.jit import jit
 from fdm_server.step import present_shape
-from fdm_server.step.blocks import from_blocks, triangle_double_areas
+from fdm_server.step.blocks import LANES
+from fdm_server.step.large_strain import double_areas
+from fdm_server.step.stress import SD, SM, XY, ZZ
+
+
+@jit
+def strain_kernel(geometry, stiffness, stress, displacement, xy):
+    """Kernel of `strain_energy`; geometry, stiffness, xy: as for fdm_server.step.zone_pass.zones_kernel."""
+    corner, x, y, _, _ = geometry
+    pattern, elastic = stiffness
+    at_x, at_y = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES))
+    total = 0.0
+    for b in range(corner.shape[0]):
+        for k in range(4 * LANES):
+            at_x[0, k], at_y[0, k] = x[b, k], y[b, k]
+            if xy is not None:
+                n = corner[b, k]
+                at_x[0, k], at_y[0, k] = xy[n, 0] + displacement[n, 0], xy[n, 1] + displacement[n, 1]
+        m = pattern[b]
+        for i in range(LANES):
+            double = double_areas(at_x, at_y, i)
+            G = elastic[m, LANES + i]
+            K = elastic[m, i] - G / 3.0
+            sm, zz = stress[b, SM + i], stress[b, ZZ + i]
+            area = 0.5 * (double[0] + double[1])
+            total += area * ((2.0 * sm + zz) ** 2 / (18.0 * K) + (sm - zz) ** 2 / (6.0 * G))
+            for t in range(4):
+                sd, tau = stress[b, SD + t * LANES + i], stress[b, XY + t * LANES + i]
+                total += 0.25 * double[t] * (sd**2 + tau**2) / (2.0 * G)
+    return total
 
 
 def strain_energy(model, state):
@@ -13,12 +43,5 @@ def strain_energy(model, state):
 
     In mixed discretisation sm and zz belong to the zone, sd and xy to its triangles.
     """
-    rows = from_blocks(state.stress, len(model.zone))
-    double = triangle_double_areas(present_shape.present(model, state), model.zones)
-    area = 0.5 * (double[:, 0] + double[:, 1])
-    elastic = model.material_law.elastic[model.grid.material[model.zone]]
-    G, K = elastic[:, 1], elastic[:, 0] - elastic[:, 1] / 3.0
-    sm, zz = rows[:, 0], rows[:, 1]
-    whole = area * ((2.0 * sm + zz) ** 2 / (18.0 * K) + (sm - zz) ** 2 / (6.0 * G))
-    parts = 0.25 * double * (rows[:, 2:6] ** 2 + rows[:, 6:10] ** 2) / (2.0 * G)[:, None]
-    return float(np.sum(whole) + np.sum(parts))
+    stiffness, xy = (model.pattern, model.law.elastic), present_shape.moving(model, state)
+    return strain_kernel(tuple(model.geometry), stiffness, state.stress, state.displacement, xy)

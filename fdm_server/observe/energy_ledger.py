@@ -26,10 +26,13 @@ is round-off in small strain, also with yield: gridpoints and zones are booked s
 is the difference of both, so there the error detects less.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
-from coupler_protocol.files.kept import Kept
+from coupler_protocol.files.kept import Kept, like, value_of
 from fdm_server.observe.energy import strain_energy
 from fdm_server.step.blocks import LANES
 from fdm_server.step.clock import seconds
@@ -39,7 +42,68 @@ from fdm_server.step.strain import DIFFERENCE, DILATION, GAMMA, STRAIN_ROWS, T0,
 from fdm_server.step.stress import SD, SM, XY, ZZ
 
 GRAVITY, EXTERNAL, DAMPING, ZONES = range(4)  # work on gridpoints; ZONES: that of the zones' forces
+KINETIC, STRAIN, PLASTIC, OF_ZONES, AVERAGING, MASSES, POWER, OF_DISCS, BEGIN, SUMS = range(10)  # of Book.sums, and their number
 NAMES = ("kinetic", "strain", "plastic", "damping", "external", "gravity", "masses", "error")
+
+
+class Book(NamedTuple):
+    """What a Ledger keeps, for compiled code.
+
+    old (N,2), stress (B,R): velocities and stresses before a step; mass (N,) [kg] in the last step; work (4,) [J]: GRAVITY,
+    EXTERNAL, DAMPING, ZONES up to half a step ahead of the last whole step; half_old, half_new (4,): of the halves of the last
+    step. sums (9,): T, U, plastic work, work of the zones' stresses, averaging, masses [J]; power [W] of the discs' forces on the
+    rims, their work [J]; T0 + U0, NaN before the first step. rows (n,14), noted (1,): see `note_energies`.
+    """
+
+    old: NDArray[np.float64]
+    stress: NDArray[np.float64]
+    mass: NDArray[np.float64]
+    work: NDArray[np.float64]
+    half_old: NDArray[np.float64]
+    half_new: NDArray[np.float64]
+    sums: NDArray[np.float64]
+    rows: NDArray[np.float64]
+    noted: NDArray[np.int64]
+
+
+@jit
+def copy_before(velocity, stress, book):
+    """Copies velocities and stresses before velocities change."""
+    old, before = book.old, book.stress
+    for n in range(velocity.shape[0]):
+        old[n, 0], old[n, 1] = velocity[n, 0], velocity[n, 1]
+    for b in range(stress.shape[0]):
+        for k in range(stress.shape[1]):
+            before[b, k] = stress[b, k]
+
+
+@jit
+def book_points(force, applied, weight_mass, mass, added_mass, fixed, gravity, dt, velocity, kick, nodes, push, book):
+    """Books the works of forces on gridpoints, after velocities have changed; dt [s], 1 in static mode.
+
+    kick [s]: see `Ledger.book_motion`, None: the step. push (K,2) [N]: forces of the discs on the gridpoints `nodes` (K,).
+    """
+    old, sums = book.old, book.sums
+    changed = 0.0
+    for n in range(velocity.shape[0]):
+        now = mass[n] + added_mass[n]
+        changed += (now - book.mass[n]) * (old[n, 0] ** 2 + old[n, 1] ** 2)
+        book.mass[n] = now
+    sums[MASSES] += 0.5 * changed
+    if kick is not None:
+        for n in range(velocity.shape[0]):
+            for k in range(2):
+                old[n, k] = velocity[n, k] - (velocity[n, k] - old[n, k]) * (dt / kick)
+    sums[KINETIC] = point_work(
+        force, applied, weight_mass, mass, added_mass, fixed, gravity, dt, old, velocity, book.half_old, book.half_new
+    )
+    for name in range(len(book.work)):
+        book.work[name] += book.half_old[name] + book.half_new[name]
+    power = 0.0
+    for i in range(len(nodes)):
+        power += push[i, 0] * velocity[nodes[i], 0] + push[i, 1] * velocity[nodes[i], 1]
+    sums[POWER] = power
+    sums[OF_DISCS] += power * dt
 
 
 @jit
@@ -107,77 +171,140 @@ def zone_work(corner, x, y, inverse_double_area, share, pattern, elastic, veloci
     return whole, plastic, averaging
 
 
-class Ledger(Kept):
-    """The ledger of one stage: `copy_before_step`, `book_motion`, `book_strain` in every step, `values` between the last two."""
+@jit
+def book_zones(geometry, stiffness, velocity, dt, stress, excess, book):
+    """Books the works of stresses, after stresses have changed; excess: of `zone_work`."""
+    corner, x, y, inverse_double_area, share = geometry
+    pattern, elastic = stiffness
+    whole, plastic, averaging = zone_work(
+        corner, x, y, inverse_double_area, share, pattern, elastic, velocity, dt, book.stress, stress, excess
+    )
+    book.sums[OF_ZONES] += whole
+    book.sums[PLASTIC] += plastic
+    book.sums[AVERAGING] += averaging
 
-    KEPT = ("work", "half_new", "plastic", "zones", "averaging", "begin", "power", "work_of_discs", "mass", "masses")
+
+@jit
+def note_energies(done, strain, book):
+    """Notes the ledger of the last whole step, the `done`-th of the run, with `strain` energy [J].
+
+    A row of the step, `sums` and the four works.
+    """
+    book.sums[STRAIN] = strain
+    row = book.rows[book.noted[0]]
+    row[0] = done
+    for i in range(SUMS):
+        row[1 + i] = book.sums[i]
+    for i in range(len(book.work)):
+        row[1 + SUMS + i] = book.work[i] - book.half_new[i]
+    book.noted[0] += 1
+
+
+class Ledger(Kept):
+    """The ledger of one stage: `copy_before_step`, `book_motion`, `book_strain` in every step, `values` between the last two.
+
+    Plain steps book in compiled code (`copy_before`, `book_points`, `book_zones`), which notes many rows; `histories` reads them.
+    """
+
+    KEPT = ("mass", "work", "half_new", "sums")  # of the Book
 
     def __init__(self, model, state):
-        self.old = state.velocity.copy()
-        self.stress = np.empty_like(state.stress)
-        self.work = np.zeros(4)  # up to half a step ahead of the last whole step
-        self.half_old, self.half_new = np.zeros(4), np.zeros(4)
-        self.plastic = self.zones = 0.0
-        self.averaging = None if model.nodal is None else 0.0
-        self.begin = None  # T0 + U0
-        self.power = self.work_of_discs = 0.0  # of the discs' forces on the rims, in coupled stages
-        self.mass = masses(model, state) + state.added_mass
-        self.masses = 0.0
+        rayleigh = model.law.rayleigh
+        self.with_zones = rayleigh is not None and rayleigh.stiffness is not None  # a part of damping is in the zones' work
+        self.averages = model.nodal is not None
+        sums = np.zeros(SUMS)
+        sums[BEGIN] = np.nan
+        self.book = Book(
+            state.velocity.copy(), np.empty_like(state.stress), masses(model, state) + state.added_mass, np.zeros(4), np.zeros(4),
+            np.zeros(4), sums, np.zeros((1, 1 + SUMS + 4)), np.zeros(1, dtype=np.int64),
+        )  # fmt: skip
+
+    def saved(self):
+        """What changes, for a checkpoint inside of the stage."""
+        return {name: getattr(self.book, name) for name in self.KEPT}
+
+    def restore(self, saved):
+        """Sets what `saved` gave."""
+        of_book = {name: like(f"Ledger.{name}", getattr(self.book, name), value_of(saved, name)) for name in self.KEPT}
+        self.book = self.book._replace(**of_book)
+
+    @property
+    def power(self):
+        """Power [W] of the discs' forces on the rims in the last step."""
+        return float(self.book.sums[POWER])
+
+    @property
+    def begun(self):
+        """Whether the first step of the stage is booked."""
+        return not np.isnan(self.book.sums[BEGIN])
+
+    def book_of_rows(self, count):
+        """The Book with room for `count` rows."""
+        return self.book._replace(rows=np.zeros((count, self.book.rows.shape[1])), noted=np.zeros(1, dtype=np.int64))
 
     def copy_before_step(self, state):
         """Copies velocities and stresses before velocities change."""
-        self.old[:] = state.velocity
-        self.stress[:] = state.stress
+        copy_before(state.velocity, state.stress, self.book)
 
     def book_motion(self, model, state, gravity, kick=None, rims=()):
         """Books the works of forces, after velocities have changed.
 
         kick [s]: time over which forces acted if it is less than a step; velocities are extrapolated back by a whole step.
-        rims: of open windows; the forces of their discs have the `power` [W] in these velocities, and the `work_of_discs` [J].
+        rims: of open windows; the forces of their discs have the power POWER in these velocities, and the work OF_DISCS.
         """
-        mass = masses(model, state) + state.added_mass
-        self.masses += 0.5 * float((mass - self.mass) @ np.sum(self.old**2, axis=1))
-        self.mass = mass
-        if kick is not None:
-            self.old[:] = state.velocity - (state.velocity - self.old) * (state.dt / kick)
-        self.kinetic = point_work(
+        nodes = np.concatenate([rim.nodes for rim in rims]) if rims else np.zeros(0, dtype=np.int64)
+        push = np.concatenate([rim.force for rim in rims]) if rims else np.zeros((0, 2))
+        book = self.book
+        book_points(
             state.force, state.applied, model.weight_mass, masses(model, state), state.added_mass, model.fixed,
-            float(gravity), seconds(state), self.old, state.velocity, self.half_old, self.half_new,
+            float(gravity), seconds(state), state.velocity, kick, nodes, push, book,
         )  # fmt: skip
-        if self.begin is None:  # the motion before the stage does not count
-            self.begin = self.kinetic + strain_energy(model, state)
-            self.half_old[:] = 0.0
-            self.masses = 0.0
-        self.work += self.half_old + self.half_new
-        self.power = float(sum(np.sum(rim.force * state.velocity[rim.nodes]) for rim in rims))
-        self.work_of_discs += self.power * seconds(state)
+        if not self.begun:  # the motion before the stage does not count
+            book.sums[BEGIN] = book.sums[KINETIC] + strain_energy(model, state)
+            book.work[:] = book.half_new
+            book.sums[MASSES] = 0.0
 
     def book_strain(self, model, state):
         """Books the works of stresses, after stresses have changed."""
-        g, excess = model.geometry, None
+        excess = None
         if model.nodal is not None:
             nodal = NodalPass(model, state)
             nodal.strains()
             excess = nodal.excess
-        whole, plastic, averaging = zone_work(
-            g.corner, g.x, g.y, g.inverse_double_area, g.share, model.pattern, model.law.elastic,
-            state.velocity, seconds(state), self.stress, state.stress, excess,
-        )  # fmt: skip
-        self.zones += whole
-        self.plastic += plastic
-        if self.averaging is not None:
-            self.averaging += averaging
+        stiffness = model.pattern, model.law.elastic
+        book_zones(tuple(model.geometry), stiffness, state.velocity, seconds(state), state.stress, excess, self.book)
+
+    def note(self, done, model, state):
+        """Notes the energies of the last whole step, the `done`-th of the run."""
+        self.book.noted[0] = 0  # there is one row
+        note_energies(done, strain_energy(model, state), self.book)
 
     def values(self, model, state):
-        """Energies {name: [J]} of the last whole step: NAMES."""
-        work = self.work - self.half_new
+        """Energies {name: [J]} of the last whole step: NAMES; `averaging` also with nodal mixed discretisation."""
+        self.note(0, model, state)
+        return {name: column[0] for name, column in self.columns(self.book.rows).items()}
+
+    def histories(self, book, coupled, below=np.inf):
+        """Takes the rows of steps `below` a number out of a Book; returns these steps and histories {name: list}.
+
+        coupled: also power and work of the discs' forces on the rims.
+        """
+        noted = book.rows[: book.noted[0]].copy()
+        taken, left = noted[noted[:, 0] < below], noted[noted[:, 0] >= below]
+        book.rows[: len(left)], book.noted[0] = left, len(left)
+        found = {f"energy_{name}": column for name, column in self.columns(taken).items()}
+        if coupled:
+            found |= {"interface_power": taken[:, 1 + POWER].tolist(), "interface_work": taken[:, 1 + OF_DISCS].tolist()}
+        return taken[:, 0].astype(int).tolist(), found
+
+    def columns(self, rows):
+        """Energies {name: list [J]} of rows (n,14) of a Book."""
+        sums, work = rows[:, 1 : 1 + SUMS].T, rows[:, 1 + SUMS :].T
         damping = -work[DAMPING]
-        if model.law.rayleigh is not None and model.law.rayleigh.stiffness is not None:
-            damping += -work[ZONES] - self.zones
-        strain = strain_energy(model, state)
-        gained = self.kinetic + strain - self.begin
-        averaging = self.averaging or 0.0
-        error = gained + self.plastic + averaging + damping - self.masses - work[GRAVITY] - work[EXTERNAL]
-        values = self.kinetic, strain, self.plastic, damping, work[EXTERNAL], work[GRAVITY], self.masses, error
-        found = dict(zip(NAMES, map(float, values), strict=True))
-        return found if self.averaging is None else found | {"averaging": self.averaging}
+        if self.with_zones:
+            damping = damping + (-work[ZONES] - sums[OF_ZONES])
+        gained = sums[KINETIC] + sums[STRAIN] - sums[BEGIN]
+        error = gained + sums[PLASTIC] + sums[AVERAGING] + damping - sums[MASSES] - work[GRAVITY] - work[EXTERNAL]
+        values = sums[KINETIC], sums[STRAIN], sums[PLASTIC], damping, work[EXTERNAL], work[GRAVITY], sums[MASSES], error
+        found = dict(zip(NAMES, values, strict=True)) | ({"averaging": sums[AVERAGING]} if self.averages else {})
+        return {name: column.tolist() for name, column in found.items()}

@@ -34,7 +34,7 @@ log = logging.getLogger(__name__)
 class StageRun(Kept):
     """One stage while it runs: step count, gravity, hand-over and end."""
 
-    KEPT = ("done", "time", "kick", "_step", "_step_before", "ratio", "ended_by", "_unjudged", "_unseen", "_warned")
+    KEPT = ("done", "time", "kick", "_step", "_step_before", "ratio", "ended_by", "_unseen", "_warned")
 
     def __init__(self, side, index, stage, leg):
         self.side, self.index, self.stage, self.leg = side, index, stage, leg
@@ -60,7 +60,7 @@ class StageRun(Kept):
         self.ended_by = ""
         rows = side.earlier + side.results
         self.pace = Pace(side.scene.coupling.exchange_every, rows[-1].get("fell_back", "") if rows else "")
-        self._last_step = self._unjudged = self._unseen = False
+        self._last_step = self._unseen = False
         self._handover = (stage.handover or 500) if of(stage).couples else 0
         change, sides = stage.excavate or stage.surcharge, new_boundaries(side.scene, index)
         ramps = max(self._handover, leg.over, (change.over or 0) if change else 0, *(b.over or 1 for b in sides), 0)
@@ -202,30 +202,24 @@ class StageRun(Kept):
             self.side.hub.report(self.stage.name, self.done)
         if self._band and self.done and self.side.steps % self.record.every == 0:  # the last step made a frame
             self.ended_by = self.ended_by or self._band.reached(model, state, self.rims)
-        if self.side.steps % self._every == 0:
+        looks = self.side.steps % self._every == 0
+        if looks:
             self._inspect(model, state)
-        if self._unjudged and self.pace.fresh:  # under held forces the grid alone comes to rest
-            self._judge(model, state)
-        self._unseen = self._unseen or self.done % LOOK == 0
+        if self.pace.judges_now(looks):
+            self.note_looks([(self.done, self._ratios(model, state), farthest(state.displacement))])
+        self._unseen = bool(self.held) and (self._unseen or self.done % LOOK == 0)
         if self._unseen and self.pace.fresh:
             self._unseen = False
             for ramp in [ramp for ramp in self.ramps if ramp.waits]:
                 ramp.see(max(self._ratios(model, state)))
 
     def _inspect(self, model, state):
-        self._unjudged = True
         check_motion(model, state)
         self.energy.check(model, state, self.gravity)
         self._say(self.stretch.check(state.displacement) if self.stretch else "")
         if self.ledger:
-            values = {f"energy_{name}": value for name, value in self.ledger.values(model, state).items()}
-            if self.rims:
-                values |= {"interface_power": self.ledger.power, "interface_work": self.ledger.work_of_discs}
-            self.side.recorder.history(self.side.steps, **values)
-
-    def _judge(self, model, state):
-        self._unjudged = False
-        self.note_looks([(self.done, self._ratios(model, state), farthest(state.displacement))])
+            self.ledger.note(self.side.steps, model, state)
+            self.side.recorder.histories(*self.ledger.histories(self.ledger.book, bool(self.rims)))
 
     def note_looks(self, looks):
         """Takes note of what looks have found: steps done, ratios of both codes, that of the grid first, largest displacement."""
@@ -327,7 +321,8 @@ class StageRun(Kept):
 
     def plain_steps_done(self, steps):
         """Counts plain steps (fdm_server/coupling/plain_steps.py)."""
-        self.pace.exchanges += steps
+        if self.pace.every == 1:
+            self.pace.add_exchanges(steps)
         self._count(steps, clock.seconds(self.side.state))
 
     def times(self, begin, steps):

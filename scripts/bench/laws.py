@@ -126,7 +126,7 @@ class Box:
         """Bytes a zone of every array of State, of the law's parameters and of the ledger."""
         found = {f"state.{f.name}": getattr(self.state, f.name) for f in fields(self.state)}
         found |= {f"law.{name}": value for name, value in self.model.law._asdict().items()}
-        found |= {f"ledger.{name}": value for name, value in vars(self.ledger).items()} if self.ledger else {}
+        found |= {f"ledger.{name}": value for name, value in self.ledger.book._asdict().items()} if self.ledger else {}
         return {name: value.nbytes / self.zones for name, value in found.items() if isinstance(value, np.ndarray)}
 
 

@@ -12,9 +12,8 @@ def ledger_rows(model, state, steps, gravity=0.0, after=lambda: None):
     ledger, rows = Ledger(model, state), []
     for _ in range(steps):
         ledger.copy_before_step(state, gravity)
-        before = state.dt
         move_free(model, state, gravity)
-        ledger.book_motion(model, state, gravity, 0.5 * (before + state.dt))
+        ledger.book_motion(model, state, gravity)
         rows.append(ledger.values(model, state))
         ledger.copy_contacts(model, state)
         contact_forces(model, state)

@@ -13,6 +13,7 @@ from coupler_protocol.scene.reader import build_scene
 from coupler_protocol.wire import lanes
 from coupler_protocol.wire.lanes import Lanes
 from dem_server.step import thread_shares
+from fdm_server.coupling import exchange_pauses
 from fdm_server.step import thread_parts
 from tests.same_bits import differing
 from tests.window_scenes import BOX, uniform
@@ -65,6 +66,8 @@ def both_ways(tmp_path, data, plugin=None, sizes=(1, 1)):
     with open_run(tmp_path / "lane") as found, open_run(tmp_path / "link") as other:
         rows, plain = ([row for row in one.info["stages"] if "plain_steps" in row] for one in (found, other))
     assert all(row["plain_steps"] == 0 and row["one_by_one"] for row in plain)
+    for name in ("steps", "ended_by", "exchanges", "fell_back"):
+        assert [row.get(name) for row in rows] == [row.get(name) for row in plain], name
     return rows
 
 
@@ -134,6 +137,34 @@ CASES = {
         "stones": STONES,
         "discs__stone": STONE,
     },
+    "energies, averages at gridpoints, a side that moves, two windows, histories of every third step": {
+        "window": [{"name": "a", "polygon": SMALL}, {"name": "b", "polygon": OTHER}],
+        "record__energy": True,
+        "record__history": 3,
+        "grid__mixed": "nodal",
+        "stage__3__boundary": [{"on": "left", "velocity": {"x": 1e-6, "y": 0.0}}],
+    },
+    "up to ten steps between exchanges, two windows, energies, gravity that rises": {
+        "window": [{"name": "a", "polygon": SMALL}, {"name": "b", "polygon": OTHER}],
+        "coupling__exchange_every": 10,
+        "record__energy": True,
+        "stage__3__gravity_factor": {"to": 3.0, "over": 120},
+    },
+    "two steps between exchanges, large strain, clumps, histories of every third step": {
+        "coupling__exchange_every": 2,
+        "grid__large_strain": True,
+        "stones": STONES,
+        "discs__stone": STONE,
+        "record__history": 3,
+    },
+    "energies, real time, Rayleigh damping, three sub-steps of the discs, clumps": {
+        "record__energy": True,
+        "stage__3__time": "real",
+        "stage__3__damping": {"rayleigh": {"fraction": 0.05, "frequency": 20.0}},
+        "coupling__substeps": 3,
+        "stones": STONES,
+        "discs__stone": STONE,
+    },
 }
 
 
@@ -150,18 +181,35 @@ def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
         assert row["plain_steps"] >= row["steps"] - 6 - row["steps"] // 60, (row, history)
         assert "one_by_one_discrete" not in row
         assert all(plain >= row["steps"] - 6 - row["steps"] // 60 for plain in row["plain_steps_discrete"]), row
+    if every := CASES[case].get("coupling__exchange_every"):
+        assert all(row["steps"] / every <= row["exchanges"] < 0.7 * row["steps"] and not row["fell_back"] for row in rows), rows
     if "record__trace" in CASES[case]:
         waits_are_traced(tmp_path / "lane")
 
 
+@pytest.mark.parametrize("every", [1, pytest.param(10, marks=pytest.mark.long)])
 @pytest.mark.parametrize("until", [{"ratio": 3e-2, "steps": 900}, {"displacement": 8.5e-5, "steps": 900}])
-def test_a_stage_ends_by_what_compiled_code_has_seen_as_step_by_step(tmp_path, until):
-    """Compiled looks compare ratios and displacement with the limits of the stage; the end is that of the loop step by step."""
-    rows = both_ways(tmp_path, scene(stage__3__until=until, record__every=1000))
+def test_a_stage_ends_by_what_compiled_code_has_seen_as_step_by_step(tmp_path, until, every):
+    """Compiled looks compare ratios and displacement with the limits of the stage; the end is that of the loop step by step.
+
+    With several steps between exchanges they compare in the first step under new forces.
+    """
+    rows = both_ways(tmp_path, scene(stage__3__until=until, record__every=1000, coupling__exchange_every=every))
     assert same_files(tmp_path) == []
     assert rows[-1]["ended_by"].partition(" ")[0] in until
     assert rows[-1]["plain_steps"] >= rows[-1]["steps"] - 6
     assert 30 < rows[-1]["steps"] < 900
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("limit", "why"), [("STIFFEST", "times as stiff"), ("GROWTH", "grew by itself")])
+def test_plain_steps_return_to_an_exchange_in_every_step(tmp_path, monkeypatch, limit, why):
+    """Limits so low that the stage falls back, at once or after strikes."""
+    monkeypatch.setattr(exchange_pauses, limit, 1e-3)
+    rows = both_ways(tmp_path, scene(coupling__exchange_every=10))
+    assert same_files(tmp_path) == []
+    assert why in rows[-1]["fell_back"]
+    assert all(row["plain_steps"] >= row["steps"] - 6 - row["steps"] // 60 for row in rows)
 
 
 def test_plain_steps_follow_a_load_that_has_come_to_its_end(tmp_path):
@@ -213,8 +261,8 @@ def test_a_lane_that_breaks_leaves_its_steps_to_the_link(tmp_path, monkeypatch):
     assert 0 < sum(row["plain_steps"] for row in rows) < 150
 
 
-@pytest.mark.parametrize("every", [7, 1])
-def test_a_plugin_is_called_between_plain_steps(tmp_path, every):
+@pytest.mark.parametrize(("every", "pause"), [(7, 1), (1, 1), pytest.param(7, 10, marks=pytest.mark.long)])
+def test_a_plugin_is_called_between_plain_steps(tmp_path, every, pause):
     """It sees and changes the same states after the same steps; if it is called after every step, there are no plain ones."""
     assert interval_of(from_functions(on_stage=print)) == interval_of(None) == 0
     seen = {0: [], 1: []}
@@ -227,7 +275,7 @@ def test_a_plugin_is_called_between_plain_steps(tmp_path, every):
         else:
             state.load[-1, :3] += (0.0, -3.0, 0.1)
 
-    rows = both_ways(tmp_path, scene(), from_functions(on_step=(every, push)))
+    rows = both_ways(tmp_path, scene(coupling__exchange_every=pause), from_functions(on_step=(every, push)))
     assert same_files(tmp_path) == []
     for rank, calls in seen.items():
         half = len(calls) // 2
@@ -240,18 +288,3 @@ def test_a_plugin_is_called_between_plain_steps(tmp_path, every):
             assert most - 10 <= plain <= most
         said = [row.get("one_by_one"), *row.get("one_by_one_discrete", [None])]
         assert said == [None if every > 1 else "a plugin is called after every step"] * 2
-
-
-@pytest.mark.parametrize(
-    ("more", "why"),
-    [
-        ({"record__energy": True}, "energies are recorded"),
-        ({"coupling__exchange_every": 2}, "exchange_every"),
-    ],
-)
-def test_stages_say_why_their_steps_are_taken_one_by_one(tmp_path, more, why):
-    run(build_scene(scene(**more)), tmp_path)
-    with open_run(tmp_path) as found:
-        rows = [row for row in found.info["stages"] if "plain_steps" in row]
-    assert [(row["one_by_one"], row["plain_steps"]) for row in rows] == [(why, 0)] * 2
-    assert [(row["one_by_one_discrete"], row["plain_steps_discrete"]) for row in rows] == [([why], [0])] * 2

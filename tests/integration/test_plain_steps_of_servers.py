@@ -1,9 +1,10 @@
-"""Two servers in plain steps: killed or asked to end, as in the loop step by step."""
+"""Two servers in plain steps: killed, stopped by the system for a while, or asked to end, as in the loop step by step."""
 
 import json
 import signal
 import subprocess
 import sys
+import time
 
 import h5py
 import pytest
@@ -20,6 +21,7 @@ from tests.same_bits import differing
 pytestmark = pytest.mark.long
 STEPS, EVERY = 20_000, 1_000  # of the stage that is disturbed: a second or so; a frame in so many steps
 TIMEOUT, GIVE_UP = 1.0, 4.0  # [s]
+STOPPED, PATIENT = 4.0, 30.0  # [s] for which the system stops a side, and `link.give_up` meanwhile
 SERVER = """
 import sys
 from coupler_protocol.wire import lanes
@@ -103,6 +105,31 @@ def test_a_killed_peer_ends_the_other_side_as_its_fault(servers, victim):
         assert len(file) > 0
     if victim == "discs":
         assert servers.row()["plain_steps"] > 0
+
+
+def test_sides_that_the_system_stops_for_a_while_cost_no_bit_and_no_lane(straight, tmp_path):
+    """Each side in turn for four seconds: the other one sends its last message again, and waits within `link.give_up`."""
+    data = json.loads(straight[0].read_text())
+    data["link"]["give_up"] = PATIENT
+    file = tmp_path / "scene.json"
+    file.write_text(json.dumps(data))
+    servers = Servers(file, straight[1], tmp_path / "run")
+    try:
+        for frames, side in ((1, servers.grid), (3, servers.discs)):
+            servers.in_plain_steps(frames)
+            side.send_signal(signal.SIGSTOP)
+            time.sleep(STOPPED)
+            side.send_signal(signal.SIGCONT)
+        for process in (servers.grid, servers.discs):
+            assert process.wait(120) == 0, process.stderr.read()
+    finally:
+        end(servers.grid, servers.discs)
+    for name in NAMES.values():
+        assert differing(straight[1] / f"{name}.more.h5", servers.out / f"{name}.more.h5") == []
+    row = servers.row()
+    assert row["plain_steps"] > 0.99 * STEPS
+    assert row["plain_steps_discrete"][0] > 0.99 * STEPS
+    assert "one_by_one" not in row
 
 
 @pytest.mark.parametrize(("side", "number"), [("grid", signal.SIGINT)])

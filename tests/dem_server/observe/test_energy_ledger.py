@@ -31,13 +31,12 @@ def booked(joined, steps, gravity=0.0, change=None):
         rim.force = joined.hang(gravity).copy()
         ledgers[0].copy_before_step(grid)
         ledgers[1].copy_before_step(discs, gravity)
-        before = discs.dt
         update_velocities(joined.grid_model, grid, gravity, joined.kick)
         ledgers[0].book_motion(joined.grid_model, grid, gravity, joined.kick, [rim])
         joined.kick = None
         move_free(joined.disc_model, discs, gravity)
         joined.rim.move(discs, grid.velocity[joined.nodes])
-        ledgers[1].book_motion(joined.disc_model, discs, gravity, 0.5 * (before + discs.dt))
+        ledgers[1].book_motion(joined.disc_model, discs, gravity)
         for rows_of, ledger, model, state in zip(
             rows, ledgers, (joined.grid_model, joined.disc_model), (grid, discs), strict=True
         ):

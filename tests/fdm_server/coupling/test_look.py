@@ -65,18 +65,20 @@ def test_a_look_finds_ratios_and_displacement_and_compares_them_with_the_limits(
         stage.stage.until = SimpleNamespace(ratio=limits[0], displacement=limits[1])
         stage.energy.balance.sums[1] = 1e30  # no motion is too fast for it
         sight, _ = look.sight_of(side, stage, 100)
-        assert look.look(37, *known, 9.81, 1.0, sight) == ends, limits
+        rims, points, _, arrays = known
+        assert not look.look(rims, points, arrays, 9.81, 1.0, sight)
+        assert look.compare(37, *known, 9.81, sight) == ends, limits
         assert sight.looks[: sight.rows[0]].tolist() == [[37.0, ratio, most, far]]
         assert sight.ratio[0] == ratio
 
 
 def test_a_look_notices_motion_that_crosses_the_grid_and_velocities_that_are_nan(seen):
-    side, stage, *known = seen
+    side, stage, rims, points, _, arrays = seen
     for speed in (1.01 * side.model.extent, np.inf, np.nan):
         stage.energy.balance.sums[1] = 1e30
         sight, _ = look.sight_of(side, stage, 100)
         side.state.velocity[40, 0] = speed
-        assert look.look(0, *known, 9.81, 1.0, sight)
+        assert look.look(rims, points, arrays, 9.81, 1.0, sight)
 
 
 def test_points_of_histories_are_those_of_the_loop_step_by_step(seen):
