@@ -7,7 +7,8 @@ Either all threads of a crew run one loop (`work_together`), or the others help 
 a phase of work (`await_order`, `order`), take their share of it, and meet again.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,21 +36,21 @@ class Crew(NamedTuple):
     ordered: np.ndarray
 
 
-def crew_of(size):
+def crew_of(size: int) -> Crew | None:
     """Crew of the first of `size` threads, None for one."""
     if size == 1:
         return None
     return Crew(0, size, np.zeros(size * APART, dtype=np.int64), np.zeros((size, APART)), np.zeros(3))
 
 
-def lead(crew, work, assist):
+def lead(crew: Crew, work: Callable[[], Any], assist: Callable[[Crew], Any]) -> Any:
     """Returns work(), which orders phases of work, while assist(crew) runs in every other thread, until `ordered` is END.
 
     crew: of the first thread, for `work`. Raises the exception of any thread; the first one does not wait for a failed one.
     """
     crew.meetings[:] = 0
 
-    def take_part(rank):
+    def take_part(rank: int) -> Any:
         try:
             return assist(crew._replace(rank=rank)) if rank else work()
         finally:
@@ -58,7 +59,7 @@ def lead(crew, work, assist):
     return threads.each(take_part, [(rank,) for rank in range(crew.size)])[0]
 
 
-def work_together(work, shares, counters):
+def work_together(work: Callable[..., Any], shares: Sequence[Sequence[int]], counters: np.ndarray) -> list[Any]:
     """Returns [work(*share, counts, crew) for every share], each in a separate thread; adds their counts to `counters` (n,).
 
     Raises the exception of any thread; the other threads do not wait for it.
@@ -67,7 +68,7 @@ def work_together(work, shares, counters):
     meetings, found, ordered = np.zeros(size * APART, dtype=np.int64), np.zeros((size, APART)), np.zeros(3)
     counts = np.zeros((size, len(counters)), dtype=counters.dtype)
 
-    def take_part(rank):
+    def take_part(rank: int) -> Any:
         try:
             return work(*shares[rank], counts[rank], Crew(rank, size, meetings, found, ordered))
         except BaseException:
@@ -80,7 +81,7 @@ def work_together(work, shares, counters):
 
 
 @jit
-def meet(crew):
+def meet(crew: Crew) -> None:
     """Waits at a barrier until all threads have arrived; everything they wrote before is then visible to all."""
     mine = crew.meetings[crew.rank * APART] + 1
     store(crew.meetings, crew.rank * APART, mine)
@@ -90,7 +91,7 @@ def meet(crew):
 
 
 @jit
-def leave(crew, rank):
+def leave(crew: Crew, rank: int) -> None:
     """No other thread waits for the thread with this rank any more; without the first one, there is no more work."""
     if rank == 0:
         crew.ordered[0] = END
@@ -98,14 +99,14 @@ def leave(crew, rank):
 
 
 @jit
-def order(crew, phase, first, second):
+def order(crew: Crew, phase: float, first: float, second: float) -> None:
     """Orders a phase of work, with two numbers, from the other threads, which wait for it in `meet`."""
     crew.ordered[0], crew.ordered[1], crew.ordered[2] = phase, first, second
     meet(crew)
 
 
 @jit
-def await_order(crew):
+def await_order(crew: Crew) -> None:
     """Waits in another thread for the next order of the first one, which may itself wait long, for the other side of a run."""
     mine = crew.meetings[crew.rank * APART] + 1
     store(crew.meetings, crew.rank * APART, mine)
@@ -119,7 +120,7 @@ def await_order(crew):
 
 
 @jit
-def over_all_threads(crew, fast, quickest, far):
+def over_all_threads(crew: Crew, fast: int, quickest: float, far: bool) -> tuple[int, float, bool]:
     """Reduction over all threads: a count (sum), a number (maximum), whether something is so (of rank 0).
 
     In the motion of discs: bodies too fast, largest speed squared, whether walls went far.
@@ -135,7 +136,7 @@ def over_all_threads(crew, fast, quickest, far):
 
 
 @jit
-def part_of(crew, begin, end):
+def part_of(crew: Crew, begin: int, end: int) -> tuple[int, int]:
     """The parts of begin..end of this thread."""
     count = end - begin
     return begin + count * crew.rank // crew.size, begin + count * (crew.rank + 1) // crew.size
