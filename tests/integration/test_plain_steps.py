@@ -73,7 +73,8 @@ def both_ways(tmp_path, data, plugin=None, sizes=(1, 1)):
 
 def same_files(tmp_path):
     """Names of datasets of frames, histories and checkpoints that differ."""
-    names = sorted(path.name for path in (tmp_path / "lane").iterdir() if path.suffix in (".h5", ".vtkhdf"))
+    # a machine that compiles for long saves checkpoints inside of stages, by its clock
+    names = sorted(p.name for p in (tmp_path / "lane").iterdir() if p.suffix in (".h5", ".vtkhdf") and "@" not in p.name)
     assert len(names) >= 6
     return [(name, found) for name in names for found in differing(tmp_path / "lane" / name, tmp_path / "link" / name)]
 
