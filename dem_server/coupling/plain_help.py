@@ -19,8 +19,8 @@ def help_discs(crew, motion, bodies, clumps, listed, history, parameters, counte
     """Takes a share of all phases that the first thread orders; arguments as for `plain_loop`, counters (n,) of this thread."""
     disc, load, weight, angle, _ = bodies
     named, past, law = Listed(*listed), PairHistory(*history), Parameters(*parameters)
-    _, ring, _, dt, _, _, fastest, _, cap = motion
-    first, last = part_of(crew, ring, disc.shape[0])
+    dt, fastest, cap = motion.dt, motion.fastest, motion.cap
+    first, last = part_of(crew, motion.ring, disc.shape[0])
     alpha, scratch = law.alpha, np.empty(scratch_rows.SIZE)
     while True:
         await_order(crew)
