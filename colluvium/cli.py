@@ -1,4 +1,4 @@
-"""Command line of `colluvium`: example, run, resume, check, fos, report, export, status, keys."""
+"""Command line of `colluvium`: example, run, resume, check, fos, report, export, status, doctor, keys."""
 
 import argparse
 import json
@@ -57,8 +57,10 @@ def parser() -> argparse.ArgumentParser:
     check.set_defaults(work=check_command)
 
     from colluvium.forecast import factor_of_safety
+    from colluvium.lab import command as lab
 
     factor_of_safety.add_command(commands)
+    lab.add_command(commands)
 
     report = commands.add_parser("report", help="draw the pictures of a run")
     report.add_argument("run_dir", metavar="RUN_DIR")
@@ -98,8 +100,24 @@ def parser() -> argparse.ArgumentParser:
     )
     status.set_defaults(work=status_command)
 
+    _add_doctor(commands)
     _add_keys(commands)
     return p
+
+
+def _add_doctor(commands: Any) -> None:
+    """Adds the command that examines a machine."""
+    doctor = commands.add_parser("doctor", help="examine this machine, and whether it reaches the other side of a run")
+    doctor.add_argument(
+        "--other", "--endpoint", metavar="HOST:PORT", help="address of the continuum, or the file OUT/endpoint: is it reached"
+    )
+    doctor.add_argument("--key", metavar="FILE", help="key file of this machine, as for dem-server")
+    doctor.add_argument("--keys", metavar="DIR", help="key folder, as for fdm-server")
+    doctor.add_argument("--insecure", action="store_true", help="the continuum was started with --insecure")
+    doctor.add_argument("--bind", metavar="ENDPOINT", help="address at which a continuum of this machine is to listen")
+    doctor.add_argument("--out", metavar="DIR", default="runs", help="run directory (default runs)")
+    doctor.add_argument("--json", nargs="?", const="-", metavar="FILE", help="the findings as JSON to FILE or standard output")
+    doctor.set_defaults(work=doctor_command)
 
 
 def _add_keys(commands: Any) -> None:
@@ -404,6 +422,27 @@ def status_command(options: argparse.Namespace) -> int:
     if not options.json and status.is_over(info):
         _conclude(Path(options.run_dir), None)
     return exits.DONE
+
+
+def doctor_command(options: argparse.Namespace) -> int:
+    """Prints what an examination finds; returns ENVIRONMENT if a run will fail."""
+    from colluvium.doctor import link, machine
+    from colluvium.doctor.findings import any_wrong, lines
+    from coupler_protocol.wire import keys, link_tcp
+
+    parts = [machine.versions(), machine.cores(), machine.kernels(), machine.disk(Path(options.out)), machine.clock()]
+    parts += [machine.names(), link.key_files(keys.folder_of(options.keys), options.key)]
+    parts += [link.port(options.bind)] if options.bind else []
+    parts += [link.other(link_tcp.endpoint_from(options.other, 0.0), options.key, options.insecure)] if options.other else []
+    found = []
+    for part in parts:
+        for finding in part:
+            found.append(finding)
+            if not options.json:
+                print(*lines([finding]), flush=True)
+    if options.json:
+        _write_json([finding._asdict() for finding in found], options.json)
+    return exits.ENVIRONMENT if any_wrong(found) else exits.DONE
 
 
 def new_key_command(options: argparse.Namespace) -> None:

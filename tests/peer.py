@@ -202,9 +202,9 @@ class Passage:
         claim = greeting[:16] + bytes(16) + bytes(32) + os.urandom(32)
         claim += hmac.digest(secret, b"discs" + greeting + claim, "sha256")
         self.outside.sendall(claim)
-        verdict = self.outside.recv(48, socket.MSG_WAITALL)
-        assert verdict[:16] == b"CLVMGATE" + bytes([1, 0]) + bytes(6), f"verdict {verdict[9]}"
-        assert verdict[16:] == hmac.digest(secret, b"continuum" + greeting + claim + verdict[:16], "sha256")
+        verdict = self.outside.recv(72, socket.MSG_WAITALL)
+        assert verdict[:16] == b"CLVMGATE" + bytes([1, 0]) + struct.pack("<H4x", VERSION), f"verdict {verdict[9]}"
+        assert verdict[40:] == hmac.digest(secret, b"continuum" + greeting + claim + verdict[:40], "sha256")
         folder = tempfile.mkdtemp()
         self.endpoint = f"ipc://{folder}/passage"
         self.listener = socket.socket(socket.AF_UNIX)

@@ -22,6 +22,7 @@ from coupler_protocol.scene.tables.changes import StageDiscs, StageGrain, StageM
 from coupler_protocol.scene.tables.discs import Discs
 from coupler_protocol.scene.tables.fos import FactorOfSafety
 from coupler_protocol.scene.tables.grid import Grid, Point, Span
+from coupler_protocol.scene.tables.lab import Lab
 from coupler_protocol.scene.tables.materials import Grain, Material, Pair, Ring
 from coupler_protocol.scene.tables.stages import Stage, time_axis
 from coupler_protocol.scene.tables.stones import Stones
@@ -249,6 +250,7 @@ class SceneBase(Table):
     link: Link = Field(default=Link(), description="clocks of the connection")
     record: Record = Field(default=Record(), description="recorded data and their intervals")
     fos: FactorOfSafety = Field(default=FactorOfSafety(), description="search for a factor of safety")
+    lab: Lab = Field(default=Lab(), description="samples and loading of laboratory tests")
     stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
 
     _drawn: Any = PrivateAttr(None)

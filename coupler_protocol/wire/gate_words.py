@@ -11,12 +11,19 @@ that both have. So no end needs to believe the other, and what one end heard is 
 import hashlib
 import hmac
 import struct
+import time
+from functools import cache
+from importlib.metadata import version
 from typing import NamedTuple
+
+from coupler_protocol.wire.messages import PROTOCOL_VERSION
 
 MAGIC, VERSION = b"CLVMGATE", 1
 GREETING = struct.Struct("<8sBB6x16s32s")  # magic, version, kind of gate, number of a key, nonce
 CLAIM = struct.Struct("<8sBB6x16s32s32s32s")  # magic, version, kind, number of the expected key, public key, nonce, proof
-VERDICT = struct.Struct("<8sBB6x32s")  # magic, version, verdict, proof
+VERDICT = struct.Struct(
+    "<8sBBH4xd16s32s"
+)  # magic, version, verdict, version of the protocol, time, version of the package, proof
 NONCE = PROOF = PUBLIC = 32  # bytes
 
 OPEN, LOCAL, KEYED = range(3)  # kinds of gates: for everybody, for processes of one user, for clients with a key
@@ -33,6 +40,14 @@ class Claim(NamedTuple):
     server: bytes  # number of the key that the client expects
     public: bytes  # of the client; zeros without CURVE
     data: bytes  # all of it
+
+
+class About(NamedTuple):
+    """What VERDICT tells to who may pass: versions of protocol and package, and the time [s] since 1970 there (UTC)."""
+
+    protocol: int
+    package: str
+    time: float
 
 
 class ForeignError(ValueError):
@@ -84,16 +99,29 @@ def proves(secret: bytes, greeted: bytes, heard: Claim) -> bool:
 
 
 def verdict(what: int, greeted: bytes, heard: Claim, secret: bytes | None) -> bytes:
-    """VERDICT; its proof is zeros if no secret is known."""
-    said = VERDICT.pack(MAGIC, VERSION, what, b"")[:-PROOF]
+    """VERDICT; its proof is zeros if no secret is known. Who may not pass learns neither versions nor time."""
+    told = (PROTOCOL_VERSION, time.time(), _package()) if what == WELCOME else (0, 0.0, b"")
+    said = VERDICT.pack(MAGIC, VERSION, what, *told, b"")[:-PROOF]
     return said + (bytes(PROOF) if secret is None else _proof(secret, b"continuum", greeted, heard.data + said))
 
 
 def read_verdict(data: bytes, heard: bytes, claimed: bytes, secret: bytes) -> tuple[int, bool]:
     """(verdict, whether the continuum has proved itself); raises ForeignError."""
-    magic, version, what, proof = VERDICT.unpack(data)
+    magic, version, what, *_, proof = VERDICT.unpack(data)
     _check(magic, version)
     return what, hmac.compare_digest(proof, _proof(secret, b"continuum", heard, claimed + data[:-PROOF]))
+
+
+@cache
+def _package() -> bytes:
+    """Version of the package, for a field of 16 bytes."""
+    return version("colluvium").encode()[:16]
+
+
+def about(data: bytes) -> About:
+    """What a VERDICT tells about the continuum."""
+    _, _, _, protocol, when, package, _ = VERDICT.unpack(data)
+    return About(protocol, package.rstrip(b"\0").decode("ascii", "replace"), when)
 
 
 def _proof(secret: bytes, role: bytes, heard: bytes, said: bytes) -> bytes:

@@ -134,7 +134,7 @@ class _Socket:
     @property
     def port(self) -> int:
         """Port of the endpoint, 0 without TCP."""
-        return 0 if _unix(self.endpoint) else _host_and_port(self.endpoint)[1]
+        return 0 if _unix(self.endpoint) else host_and_port(self.endpoint)[1]
 
     @property
     def local(self) -> bool:
@@ -144,7 +144,7 @@ class _Socket:
     @property
     def _place(self) -> str:
         """Where lanes are opened (lane_door.py): host, or folder of the Unix socket."""
-        return os.path.dirname(_unix(self.endpoint)) or _host_and_port(self.endpoint)[0]
+        return os.path.dirname(_unix(self.endpoint)) or host_and_port(self.endpoint)[0]
 
     @property
     def trouble(self) -> str:
@@ -188,7 +188,7 @@ class HubTransport(_Socket):
             self.endpoint = f"ipc://{inside}"
             self._attempt(lambda: self.socket.bind(self.endpoint), "listen on")
             return
-        listener = self._attempt(lambda: _listener(*_host_and_port(endpoint)), "listen on")
+        listener = self._attempt(lambda: listening_socket(*host_and_port(endpoint)), "listen on")
         with contextlib.ExitStack() as undo:
             undo.callback(listener.close)
             rule = self._attempt(local_rule, "listen on") if rule is None else rule
@@ -326,7 +326,7 @@ class RankTransport(_Socket):
         self._attempt(lambda: self.socket.connect(self._inside), "connect to")
 
     def _passage(self, ticket: Pass | None) -> Passage:
-        address = _host_and_port(self.endpoint)
+        address = host_and_port(self.endpoint)
         ticket = local_pass() if ticket is None else ticket
         if ticket.curve is not None:
             self.socket.curve_serverkey = ticket.curve.server
@@ -387,7 +387,7 @@ class RankTransport(_Socket):
         super().close()
 
 
-def _listener(host: str, port: int) -> socket.socket:
+def listening_socket(host: str, port: int) -> socket.socket:
     """A socket that listens on HOST:PORT; "*" or "0.0.0.0": all addresses."""
     host = "0.0.0.0" if host == "*" else host
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
@@ -412,7 +412,7 @@ def _check_owner(folder: str) -> None:
         raise EnvironmentFailed(f"{folder} is not a folder of this user only: a continuum that listens there cannot be trusted")
 
 
-def _host_and_port(endpoint: str) -> tuple[str, int]:
+def host_and_port(endpoint: str) -> tuple[str, int]:
     """HOST and PORT of tcp://HOST:PORT, 0 for any port; raises ValueError."""
     protocol, _, rest = endpoint.partition("://")
     host, _, port = rest.rpartition(":")

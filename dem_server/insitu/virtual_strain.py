@@ -37,7 +37,7 @@ from coupler_protocol.wire.payloads import FIELD
 from dem_server.effects.bond import BONDED, NONE
 from dem_server.insitu.contact_stress import circle_stress, contact_moments
 from dem_server.insitu.hat_bins import bins_over
-from dem_server.insitu.packing_strength import friction_sine, inside_cone, tensile_strength
+from dem_server.insitu.packing_strength import friction_sine, inside_cone, mixture_sine, tensile_strength
 from dem_server.insitu.stone_stress import circle_stress_with_stones
 from dem_server.insitu.zone_stress import imbalance, stress_field
 from dem_server.model import SHEAR_BREAKS, SPIN, TENSION_BREAKS, VX
@@ -123,7 +123,7 @@ def bring_to_stress(model, state, target, gravity, report=None):
     size = BIN * float(state.radius[model.ring :].mean())
     grid, aim = bins_over(polygon, size), aim_of(model, state, target)
     field, sine, tension = stress_field(target), friction_sine(model), tensile_strength(model, state)
-    wanted, projected = inside_cone(field(grid.points), sine, tension)
+    wanted, projected = inside_cone(field(grid.points), mixture_sine(model, state), tension)
     held_by_friction, beyond_friction = inside_cone(wanted, sine)
     left_over = imbalance(polygon, field, gravity * float(state.weight.sum()))
     for round_ in range(ROUNDS):
@@ -202,7 +202,7 @@ def aim_of(model, state, target):
     size = BIN * float(state.radius[model.ring :].mean())
     centres, radius = measuring_circles(polygon, max(CIRCLE, size))
     wanted = stress_field(target)(centres)
-    return Aim(centres, radius, inside_cone(wanted, friction_sine(model), tensile_strength(model, state))[0], wanted)
+    return Aim(centres, radius, inside_cone(wanted, mixture_sine(model, state), tensile_strength(model, state))[0], wanted)
 
 
 def come_to_rest(model, state, gravity, report=None):

@@ -6,6 +6,7 @@ import shapely
 from coupler_protocol.geometry import outline_fault
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.problems import unfit
+from coupler_protocol.scene.used_materials import discs_used
 from dem_server.model import build_model
 from dem_server.packing import packing, packing_from_file
 from dem_server.step.contact_pass import contact_forces
@@ -48,7 +49,7 @@ def packed(scene, note):
 
 def bare(scene, discs, reference_gap=False):
     """Model and State of free discs without a ring."""
-    return build_model(np.empty((0, 2)), np.empty(0), discs, scene.discs, scene.ring, insitu=reference_gap)
+    return build_model(np.empty((0, 2)), np.empty(0), discs, discs_used(scene), scene.ring, insitu=reference_gap)
 
 
 def rim_of(polygon, length):

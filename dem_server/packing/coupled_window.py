@@ -3,6 +3,7 @@
 import numpy as np
 
 from coupler_protocol.interface.ring import build_ring
+from coupler_protocol.scene.used_materials import discs_used
 from dem_server.coupling.rim import Rim
 from dem_server.model import build_model
 from dem_server.packing import packing, packing_from_file
@@ -20,7 +21,7 @@ def drawn_stones(scene, rank, nodes, note=None):
 
 def packed_window(scene, rank, nodes, mesostructure=None, note=None):
     """Model, State, Rim and packing of the window of `rank` with its rim at `nodes` (K, 2) [m]; discs are assigned to stones."""
-    discs = scene.discs
+    discs = discs_used(scene)
     ring = build_ring(nodes, discs.radius)
     if discs.file is not None:
         found = packing_from_file.of_window(scene, ring)

@@ -5,7 +5,9 @@ Servo to a stress: every 200 steps, until the mean stress is the target, all rad
     dr/r = 2 A dp / sum(kn d^2)                                               (1)
 
 (A: area, dp: missing mean stress, d: distance of centres). While the stress is too low, discs with fewer than
-three contacts grow by 1 %, so that few stay loose. The servo ends when the discs are at rest at that stress.
+three contacts grow by 1 %, so that few stay loose, in the first SWELLING rounds only: among stiff discs 1 % of a radius is many
+times the overlap at the target, and a single loose disc that closes its gap carries the stress beyond it again and again. The
+servo ends when the discs are at rest at that stress.
 
 To a porosity n: all radii change by one factor
 
@@ -28,6 +30,8 @@ from dem_server.step.neighbours import rebuild
 
 STEPS = 200  # between two growths
 ROUNDS = 100  # growths at most
+SWELLING = 40  # of them in which loose discs grow more
+LONGER = 4  # times as many steps in a round after them: stiff discs with few contacts each come to rest slowly
 LARGEST = 0.01  # largest growth of a radius in one round
 ACCURACY = 0.01  # of the confining stress
 TOLD = 50  # steps between calls of a report: a few seconds in the largest windows
@@ -62,10 +66,10 @@ def to_stress(model, state, area, target, report):
         if abs(target - stress) > ACCURACY * target:
             stiffness = model.law.spring.normal[pairs.kind] @ length**2
             growth = 2.0 * area * (target - stress) / stiffness if len(length) else LARGEST
-            grow(model, state, pairs, np.clip(growth, -LARGEST, LARGEST))
+            grow(model, state, pairs, np.clip(growth, -LARGEST, LARGEST), round_ < SWELLING)
         elif unrest(model, state, pairs) < CALM:
             return
-        run(model, state, STEPS)
+        run(model, state, STEPS if round_ < SWELLING else LONGER * STEPS)
     raise ArithmeticError(
         f"the packing is at {stress:.0f} Pa instead of {target:.0f} Pa after {ROUNDS} growths: "
         "a higher discs.confinement or more discs are easier to bring to rest"
@@ -128,10 +132,10 @@ def unrest(model, state, pairs):
     return resultant / (2.0 * pairs.normal_force.sum())
 
 
-def grow(model, state, pairs, growth):
-    """Changes the radii of the free discs by the share `growth`; if `growth` is positive, loose discs grow more."""
+def grow(model, state, pairs, growth, swelling=True):
+    """Changes the radii of the free discs by the share `growth`; if it is positive, and `swelling`, loose discs grow more."""
     state.disc[model.ring :, RADIUS] *= 1.0 + growth
-    if growth > 0.0:
+    if growth > 0.0 and swelling:
         swell_loose(model, state, pairs)
     rebuild(model, state)
     contact_forces(model, state)

@@ -27,6 +27,7 @@ from coupler_protocol.scene.local_origin import about, local_origin
 from coupler_protocol.scene.schedule import plan
 from dem_server.model import Model, State
 from dem_server.observe import energy, record, unbalanced_ratio
+from dem_server.observe.sample_strain import mean_strain
 from dem_server.packing import alone_window, draw_apart
 from dem_server.procedure import stage_changes, walls_of_scene
 from dem_server.procedure.proof import prove
@@ -80,6 +81,7 @@ class DiscsAlone:
         self.earlier, self.results, self.report = [], [], {}  # earlier: rows of run.json of the stages before `origin`
         self.changes = {}  # what the present stage changes, for run.json
         self.recorded = stage_changes.recorded_fields(scene)  # of all stages
+        self.tested = walls_of_scene.any_moves(scene)  # whether the discs are a sample between moving walls
         self.warnings = []  # of all stages so far
         self.stage = None  # StageAlone of the present stage
         self.inside = None  # of a stage: what StageAlone.saved gave
@@ -279,6 +281,8 @@ class DiscsAlone:
         if state.walls is not None:
             values["wall_force_x"], values["wall_force_y"] = state.walls.force.sum(axis=0).tolist()
             values |= walls_of_scene.histories(self.scene, state.walls, self.origin_of_places)
+            if self.tested:
+                values |= dict(zip(("strain_xx", "strain_yy", "strain_xy"), mean_strain(self.model, state).tolist(), strict=True))
         self.recorder.history(self.steps, **values)
         return ratio
 

@@ -2,6 +2,7 @@
 
 from coupler_protocol.problems import unfit
 from coupler_protocol.scene.changes import changes_anything, changes_discs, in_stage
+from coupler_protocol.scene.used_materials import discs_used
 from dem_server.effects import histories, law_from
 from dem_server.observe import energy
 from dem_server.step import bonds_made, changed_law
@@ -16,7 +17,7 @@ class StageChange:
         self.gap = table.bond_gap if table is not None else None
         self.before, self.stored = model.law, energy.stored(model, state)
         now = in_stage(scene, index)
-        self.model = changed_law.with_law(model, state, law_from(now.discs, now.ring))
+        self.model = changed_law.with_law(model, state, law_from(discs_used(now), now.ring))
 
     def complete(self, model, state):
         """Makes bonds and computes contact forces; returns a row of `changes` in run.json."""
@@ -38,5 +39,5 @@ def recorded_fields(scene):
     found = {}
     for index in range(len(scene.stage)) if changes_anything(scene) and scene.discs is not None else ():
         now = in_stage(scene, index)
-        found |= histories.fields_recorded(law_from(now.discs, now.ring))
+        found |= histories.fields_recorded(law_from(discs_used(now), now.ring))
     return found

@@ -23,6 +23,11 @@ def walls_of(scene, model, state):
     return walls
 
 
+def any_moves(scene):
+    """Whether any wall moves in any stage."""
+    return any(table.moves for table in [*scene.discs.wall, *(table for stage in scene.stage for table in stage.wall)])
+
+
 def set_motions(walls, tables):
     """Sets velocities or servos of walls from their tables {number: table}."""
     for w, table in tables.items():

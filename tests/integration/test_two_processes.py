@@ -5,11 +5,15 @@ import os
 import signal
 import subprocess
 import sys
+import time
+from contextlib import suppress
 
 import h5py
 import numpy as np
 import pytest
 
+from colluvium import open_run, status
+from coupler_protocol.exits import EnvironmentFailed
 from tests.commands import command, finished, run_colluvium
 from tests.integration.short_runs import (
     FILES,
@@ -28,15 +32,35 @@ from tests.same_bits import differing
 
 
 def test_servers_started_by_hand_equal_the_in_process_twin_bit_for_bit(tmp_path, configs, short_run):
+    """Also while others ask for their status and read their frames all the time, from the folder of either side."""
     fdm, dem = start_servers(configs / "quick_slope.toml", tmp_path / "a", tmp_path / "b")
+    seen = set()
     try:
-        assert fdm.wait(300) == 0, fdm.stderr.read()
+        deadline = time.monotonic() + 300.0
+        while fdm.poll() is None and time.monotonic() < deadline:
+            seen |= seen_in(tmp_path / "a") | seen_in(tmp_path / "b")
+            time.sleep(0.1)
+        assert fdm.wait(1) == 0, fdm.stderr.read()
         assert dem.wait(30) == 0, dem.stderr.read()
     finally:
         end(fdm, dem)
     for name in FILES:
         there = tmp_path / ("a" if name.startswith("fdm") else "b") / name
         assert differing(there, short_run / name) == [], name
+    assert {("fdm.rank0", "running"), ("dem.rank1", "running")} <= seen
+    assert {state for _, state in seen_in(tmp_path / "a") | seen_in(tmp_path / "b")} == {"finished"}
+
+
+def seen_in(folder):
+    """(process, state) of all processes of a folder, whose frames are read as well."""
+    try:
+        info = status.of_folder(folder)
+    except EnvironmentFailed:  # the server has not begun
+        return set()
+    with suppress(FileNotFoundError, OSError, KeyError), open_run(folder) as run:
+        if run.frames:
+            assert len(run.bodies(-1)[0].xy)
+    return {(row["process"], row["state"]) for row in info["processes"]}
 
 
 def test_launched_run_equals_the_in_process_twin_bit_for_bit_and_takes_no_servers_of_another_tree(tmp_path, configs, short_run):

@@ -110,13 +110,11 @@ def names_are_unique(scene: Any) -> Iterator[Finding]:
 
 
 def stones_need_their_material(scene: Any) -> Iterator[Finding]:
-    """Stones need a material with springs, and a cluster also bonds."""
+    """Stones need a material with springs, and a cluster also bonds; a material without stones waits for a scene with them."""
     grain = scene.discs.stone if scene.discs else None
     if scene.stones is not None and grain is None:
         yield ("stones",), "stones without a material", "add a [discs.stone] table or remove [stones]"
     of_file = grain is not None and scene.grid is None and scene.discs.file is not None
-    if scene.stones is None and grain is not None and not of_file:
-        yield ("discs", "stone"), "no stones use this material", "add a [stones] table or remove [discs.stone]"
     if grain is None or (scene.stones is None and not of_file):
         return
     body = scene.discs.body if of_file else scene.stones.body

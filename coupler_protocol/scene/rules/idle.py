@@ -10,6 +10,7 @@ from coupler_protocol.scene.changes import in_stage
 from coupler_protocol.scene.declare import Table
 from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import of
+from coupler_protocol.scene.used_materials import discs_used
 
 PACKED = ("spread", "packing", "target", "porosity", "confinement")  # keys of [discs] that only a packing uses
 FAR_WALL = 10.0  # times the size of the window
@@ -68,6 +69,13 @@ def spread_beside_a_grading(scene: Any) -> Iterator[Finding]:
     """Spread beside a grading: the grading says all sizes."""
     if scene.discs is not None and scene.discs.grading is not None and changed(scene.discs, "spread"):
         yield ("discs", "spread"), "discs.grading gives the sizes of the discs", "remove spread, or the grading"
+
+
+def material_without_stones(scene: Any) -> Iterator[Finding]:
+    """A material of stones in a scene that has none; the file of discs alone may have them."""
+    discs = scene.discs
+    if discs is not None and discs.stone is not None and discs_used(scene).stone is None:
+        yield ("discs", "stone"), "no stones use this material", "add a [stones] table, or leave it for a scene with stones"
 
 
 def factors_without_gravity(scene: Any) -> Iterator[Finding]:
@@ -177,6 +185,7 @@ DOUBTS_OF_IDLE = (
     ring_without_contacts,
     keys_of_a_packing,
     spread_beside_a_grading,
+    material_without_stones,
     factors_without_gravity,
     level_without_change,
     damping_of_falling_bodies,

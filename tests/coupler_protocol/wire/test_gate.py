@@ -12,7 +12,7 @@ import pytest
 import zmq
 
 from coupler_protocol.exits import EnvironmentFailed
-from coupler_protocol.wire import admission, gate_words, keys, link_tcp, passage
+from coupler_protocol.wire import admission, gate_words, keys, link_tcp, passing
 from coupler_protocol.wire.frames import control_frame
 from coupler_protocol.wire.lanes import Lanes, Peer
 from coupler_protocol.wire.messages import FORCE, GO, VELOCITY
@@ -206,7 +206,7 @@ def test_another_program_at_the_port_is_recognised(ends, impostor, answer, words
 
 @pytest.mark.parametrize(("answer", "close", "words"), [(b"", False, "does not answer"), (b"", True, "it closed the connection")])
 def test_a_silent_program_is_told_about_and_may_still_become_the_continuum(ends, impostor, monkeypatch, answer, close, words):
-    monkeypatch.setattr(passage, "PATIENCE", 0.3)
+    monkeypatch.setattr(passing, "PATIENCE", 0.3)
     end = ends.rank(impostor(answer, close))
     said_within(SOON, lambda: words in end.trouble)
     assert refusal(end) is None

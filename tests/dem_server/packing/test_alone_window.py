@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+from verification.discrete import scenes
 
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.problems import SceneError
@@ -35,3 +36,14 @@ def test_a_circle_of_many_corners_gets_control_discs_of_the_size_asked_for():
 def test_a_polygon_that_crosses_itself_is_refused():
     with pytest.raises(SceneError, match="crosses or touches itself"):
         rim_of([[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]], 0.2)
+
+
+def test_a_material_of_stones_without_stones_changes_nothing():
+    square = [{"name": "box", "polygon": [[0.0, 0.0], [0.8, 0.0], [0.8, 0.8], [0.0, 0.8]]}]
+    found = []
+    for more in ({}, {"stone": scenes.SOIL | {"spring": {"normal": 5e8, "shear": 5e8}}}):
+        scene = scenes.tables([{"name": "go", "kind": "discs", "until": {"steps": 50}}], more, window=square)
+        _, state, stones, _ = scenes.computed(scene)
+        assert stones is None
+        found.append(state.disc.tobytes() + state.shear.tobytes())
+    assert found[0] == found[1]

@@ -9,9 +9,11 @@ from coupler_protocol.geometry import polygon_area
 from coupler_protocol.interface.ring import build_ring
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.tables.grading import Grading
+from dem_server.effects.spring import Spring
 from dem_server.insitu.contact_stress import mean_stress
 from dem_server.observe.coordination import coordination, porosity
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
+from dem_server.packing.alone_window import rim_of
 from dem_server.packing.growth import TOLD, run
 from dem_server.packing.packing import in_strips, pack, settle, spread_points
 from dem_server.pairs import contacts
@@ -58,6 +60,17 @@ def test_stiffer_discs_come_closer_to_the_isostatic_coordination():
     model, soft = packed(SQUARE, soil_discs())
     _, hard = packed(SQUARE, soil_discs(confinement=30e3))
     assert 3.7 < coordination(model, hard)[0] < coordination(model, soft)[0]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_stiff_discs_reach_their_confinement(seed):
+    """27 times the stiffness of the paper's soil: loose discs that grew by 1 % sent the stress beyond 100 kPa."""
+    discs = soil_discs(radius=0.035)
+    discs.soil.spring = Spring(normal=1.35e9, shear=5.4e8)
+    ring = build_ring(rim_of([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0]], 0.14), discs.radius)
+    found = pack(ring.nodes, ring.xy, ring.radius, discs, np.random.default_rng([seed, 1]))
+    assert found.pressure == pytest.approx(100e3, rel=0.01)
+    assert 0.16 < found.porosity < 0.18
 
 
 def test_radii_follow_the_scene():

@@ -75,7 +75,6 @@ def test_a_map_and_its_small_stones(paper, tmp_path):
     ("changes", "key", "words"),
     [
         ([(("discs",), "stone", None)], "stones", ["without a material", "[discs.stone]"]),
-        ([((), "stones", None)], "discs.stone", ["no stones", "[stones]"]),
         ([(("discs", "stone"), "spring", None)], "discs.stone", ["no stiffness", "spring ="]),
         ([(("stones",), "body", "cluster"), (("discs", "stone"), "bond", None)], "discs.stone", ["cluster", "bond ="]),
         ([(("stones", "size"), "min", 0.05)], "stones.size.min", ["smaller than a disc", "0.06"]),

@@ -41,6 +41,7 @@ def words(data):
         ("quick_slope", lambda d: d["stage"][0].pop("gravity"), ("stage", 1, "gravity_factor"), "a gravity of 0"),
         ("quick_slope", lambda d: d["stage"][1].update(time="real"), ("stage", 1, "damping"), "local damping 0.8"),
         ("quick_pile", lambda d: d["discs"].update(damping={"local": 0.7}), ("stage", 1, "damping"), "bodies fall at 0.3 g"),
+        ("paper_slope", lambda d: d.pop("stones"), ("discs", "stone"), "no stones use this material"),
         ("quick_pile", lambda d: d["discs"].update(body="cluster"), ("discs", "body"), "only stones of discs.file"),
         ("quick_pile", lambda d: d.update(coupling={"exchange_every": 5}), ("coupling", "exchange_every"), "one process"),
         ("quick_biaxial", lambda d: d["discs"].update(time_step=0.5), ("discs", "time_step"), "no stage is in real time"),

@@ -1,0 +1,1 @@
+"""Laboratory tests of a scene's discs: `colluvium lab KIND SCENE`."""
