@@ -1,7 +1,7 @@
 """Functions of the C library for compiled loops: calls of the operating system, and hypot; all of them also run uncompiled.
 
 A function of the C library is called by its name, which the disk cache keeps; an address would change with every start.
-Source: IEEE Std 1003.1, read, write, poll, clock_gettime, hypot.
+Source: IEEE Std 1003.1, read, write, poll, clock_gettime, hypot; IEEE Std 1003.1-2004, usleep.
 """
 
 import os
@@ -44,6 +44,10 @@ if numba.config.DISABLE_JIT:
         """Sleeps until the stream can be read; 0 if it cannot after that time."""
         return len(select.select([int(fd)], [], [], 1e-3 * milliseconds)[0])
 
+    def rest(microseconds: int) -> None:
+        """Sleeps for some microseconds."""
+        time.sleep(1e-6 * microseconds)
+
     def nanoseconds(asked: np.ndarray) -> int:
         """Monotonic time [ns]."""
         return time.monotonic_ns()
@@ -57,6 +61,7 @@ else:
     _read = types.ExternalFunction("read", types.intp(types.int32, types.voidptr, types.uintp))
     _write = types.ExternalFunction("write", types.intp(types.int32, types.voidptr, types.uintp))
     _poll = types.ExternalFunction("poll", types.int32(types.voidptr, types.uintp, types.int32))
+    _usleep = types.ExternalFunction("usleep", types.int32(types.uint32))
     _clock = types.ExternalFunction("clock_gettime", types.int32(types.int32, types.voidptr))
     _MONOTONIC = int(time.CLOCK_MONOTONIC)
 
@@ -79,6 +84,11 @@ else:
     def write(fd, array, first, last):
         """Writes the bytes first..last of the array; number of bytes, -1 if none could be written."""
         return _write(fd, _address(array, first), last - first)
+
+    @jit
+    def rest(microseconds):
+        """Sleeps for some microseconds."""
+        _usleep(microseconds)
 
     @jit(borrows=True)
     def sleep(fd, asked, milliseconds):

@@ -11,9 +11,13 @@ from numpy.typing import NDArray
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
 from coupler_protocol.compiled.system_calls import nanoseconds
+from coupler_protocol.compiled.thread_crew import order as order_phase
+from coupler_protocol.compiled.thread_crew import over_all_threads, part_of
 from coupler_protocol.interface.mapping import forces_to_nodes
 from coupler_protocol.wire.messages import Answer, Order
 from dem_server.coupling.look import look
+from dem_server.coupling.plain_help import CONTACTS as CONTACT_PHASE
+from dem_server.coupling.plain_help import MOTION
 from dem_server.coupling.rim import move_ring
 from dem_server.effects.histories import PairHistory
 from dem_server.effects.parameter_table import Parameters
@@ -23,7 +27,7 @@ from dem_server.observe.energy_ledger import book_bodies, book_pairs, copy_befor
 from dem_server.observe.pair_work import copy_springs
 from dem_server.step import scratch_rows
 from dem_server.step.clumps import move_clumps
-from dem_server.step.contact_pass import add_inside, add_list, add_ring, farthest
+from dem_server.step.contact_pass import add_inside, add_ring, farthest
 from dem_server.step.motion import move
 
 ANSWER, ORDER = len(Answer._fields), len(Order._fields)
@@ -170,7 +174,18 @@ def largest_square(v):
 
 
 @jit
-def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history, parameters, counters, sight, ledger, marks):
+def add_counts(counts, counters):
+    """Moves what other threads have counted, counts (size,n), to the counters (n,)."""
+    for other in range(counts.shape[0]):
+        for c in range(counts.shape[1]):
+            counters[c] += counts[other, c]
+            counts[other, c] = 0
+
+
+@jit
+def plain_loop(
+    wire, ring, talk, motion, begun, bodies, clumps, listed, history, parameters, counters, sight, ledger, marks, crew, counts
+):  # fmt: skip
     """Takes steps, each from FORCE to the contacts after VELOCITY; returns (steps done, why it ended, fast discs or sub-step).
 
     begun: FORCE of the first step is sent, and what precedes it is seen. sight: a Sight, with room for what MOST steps show.
@@ -180,7 +195,8 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
     is not for the steps that follow (ODD), or also moved the ring in a sub-step (FAST_RIM: too fast; CONTACTS: a new list of
     pairs is due, or somebody has to see the step). If a VELOCITY is for several steps, those before its last one send no FORCE.
     bodies, listed, history, parameters: plain tuples, as for `cycle` and `force_pass`. marks (MOST,2): times [ns] between which
-    each step waits for VELOCITY, None without a trace.
+    each step waits for VELOCITY, None without a trace. crew: a Crew whose other threads run `help_discs`, None for one thread;
+    counts (size,n): counters of these threads.
     """
     disc, load, weight, angle, listed_at = bodies
     named, past, law = Listed(*listed), PairHistory(*history), Parameters(*parameters)
@@ -188,19 +204,21 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
     gravity, R, kick, dt, agreed, substeps, fastest, longest, cap, most, full = motion
     order, pause = talk.order, talk.pause
     x, v, spin = disc[:R, X : Y + 1], disc[:R, VX : VY + 1], disc[:R, SPIN]
-    count, alpha, said = disc.shape[0], law.alpha, SENT
+    alpha, said = law.alpha, SENT
+    first, end = R, disc.shape[0]
+    if crew is not None:
+        first, end = part_of(crew, R, end)
     moved = talk.leeway  # no disc has moved farther than the sum of the largest speeds (as in dem_server/step/cycle.py)
     for step in range(MOST):
         done = talk.first + step
-        talk.gravity[NOW] = talk.gravity[NEXT] = gravity
         last = step + 1 == MOST or nanoseconds(wire.asked) > talk.until
+        talk.gravity[NOW] = talk.gravity[NEXT] = gravity
         if not begun:
-            if pause[LEFT] == 0.0:
-                if step == 0:
-                    pause[SAID] = 1.0
-                    said = send_forces(wire, ring, disc, load, talk.answer)
-                if said != SENT:
-                    return step, said, 0
+            if step == 0 and pause[LEFT] == 0.0:
+                said = send_forces(wire, ring, disc, load, talk.answer)
+                pause[SAID] = 1.0
+            if said != SENT:
+                return step, said, 0
             due = done % sight.every == 0
             if due and look(done, disc, load, weight, named, past, clumps, R, gravity, counters, talk.answer, sight):
                 return step, NOTICED, 0
@@ -209,9 +227,13 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
             fast, quickest = 0, 0.0
             if ledger is not None:
                 copy_before(disc, load, weight, clumps, gravity, kick, ledger)
+            if crew is not None:
+                order_phase(crew, MOTION, gravity, kick)
             if clumps is not None:
                 fast, quickest = move_clumps(disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
-            more, other = move(R, count, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
+            more, other = move(first, end, disc, load, weight, angle, alpha, clumps, gravity, fastest, cap, kick, dt)
+            if crew is not None:
+                more, other, _ = over_all_threads(crew, more, other, False)
             fast, quickest, kick = fast + more, max(quickest, other), dt
             if cap:
                 counters[CAPS] += fast
@@ -251,13 +273,15 @@ def plain_loop(wire, ring, talk, motion, begun, bodies, clumps, listed, history,
                 copy_springs(past, ledger.before)
             if sub == 0 and (done + 1) % sight.every == 0:
                 sight.power[0] = ring_power(ring.carried, disc)
-            if last or sub + 1 < substeps or pause[LEFT] != 1.0:
-                add_list(disc, load, named, past, law, dt, counters, None, scratch)
-            else:  # the grid needs no more than the ring's pairs for its next step
-                add_ring(disc, load, named, past, law, dt, counters, scratch)
-                pause[SAID] = 1.0
+            if crew is not None:
+                order_phase(crew, CONTACT_PHASE, 0.0, 0.0)
+            add_ring(disc, load, named, past, law, dt, counters, crew, scratch)
+            if not last and sub + 1 == substeps and pause[LEFT] == 1.0:  # the grid needs no more than the ring's pairs
                 said = send_forces(wire, ring, disc, load, talk.answer)
-                add_inside(disc, load, named, past, law, dt, counters, scratch)
+                pause[SAID] = 1.0
+            add_inside(disc, load, named, past, law, dt, counters, crew, scratch)
+            if crew is not None:
+                add_counts(counts, counters)
             if ledger is not None:
                 book_pairs(disc, named, past, sight.spring, sight.parallel_bond, dt, ledger)
         gravity = talk.gravity[NEXT]

@@ -9,6 +9,7 @@ import time
 import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
+from coupler_protocol.compiled.thread_crew import crew_of, lead
 from coupler_protocol.exits import PhysicsFailed
 from coupler_protocol.process.plugin import interval_of
 from coupler_protocol.scene.ending import least_steps
@@ -16,6 +17,7 @@ from coupler_protocol.scene.schedule import plan
 from coupler_protocol.wire import lanes, messages
 from coupler_protocol.wire.lockstep import PATIENCE
 from dem_server.coupling import look
+from dem_server.coupling.plain_help import help_discs
 from dem_server.coupling.plain_loop import (
     CONTACTS,
     DONE,
@@ -52,7 +54,6 @@ def obstacle(side):
     found = {
         "messages of steps use the link": lanes is None or not lanes.whole,
         "a plugin is called after every step": interval_of(side.plugin) == 1,
-        "the discs have several threads": len(shares(side.model)) > 1,
     }
     return next((words for words, there in found.items() if there), "")
 
@@ -73,6 +74,8 @@ class PlainSteps:
             self.gravity, self.pause = np.zeros(2), np.zeros(4)
             self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
             self.sight = look.sight_of(side, MOST)
+            self.crew, counters = crew_of(len(shares(side.model))), side.state.counters
+            self.counts = None if self.crew is None else np.zeros((self.crew.size, len(counters)), dtype=counters.dtype)
 
     def take(self):
         """Takes plain steps, from a sent FORCE on; returns (how the present step goes on, its Order or None).
@@ -192,7 +195,7 @@ class PlainSteps:
         wire.sequence[0], wire.waited[0] = talk.sequence, 0
         arguments = self._arguments(begun)
         fresh = self.sight.fresh[0]
-        steps, why, fast = plain_loop(*arguments)
+        steps, why, fast = plain_loop(*arguments) if self.crew is None else self._loop_of_threads(arguments)
         self.checked = fresh and not self.sight.fresh[0]  # whether discs outside the ring were looked for
         if steps or why not in (INFINITE, UNSENT, NOTICED):
             state.dt = state.next_dt
@@ -201,6 +204,17 @@ class PlainSteps:
         side.gravity = float(self.gravity[NEXT])
         side.power = float(self.sight.power[0])
         return steps, why, fast
+
+    def _loop_of_threads(self, arguments):
+        """The call, with the other threads of the crew."""
+        return lead(
+            self.crew, lambda: plain_loop(*arguments), lambda crew: help_discs(*self.help_arguments(crew, arguments))
+        )  # fmt: skip
+
+    def help_arguments(self, crew, arguments):
+        """Arguments of `help_discs` for a thread of the crew beside those of `plain_loop`."""
+        _, _, _, motion, _, bodies, clumps, listed, history, parameters, *_ = arguments
+        return crew, motion, bodies, clumps, listed, history, parameters, self.counts[crew.rank]
 
     def _arguments(self, begun):
         """Arguments of `plain_loop`."""
@@ -229,7 +243,7 @@ class PlainSteps:
             self.lanes.wire, ring, said, motion, begun,
             (state.disc, state.load, state.weight, state.angle, state.listed_at), state.clumps,
             tuple(state.listed), tuple(history_of(state)), tuple(model.parameters), state.counters, self.sight, self.book,
-            self.marks,
+            self.marks, self.crew, self.counts,
         )  # fmt: skip
 
     def _count(self, steps):

@@ -16,6 +16,7 @@ from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import number_of
 from coupler_protocol.wire import lanes
+from dem_server.coupling.plain_help import help_discs
 from dem_server.coupling.plain_loop import plain_loop
 from dem_server.coupling.ring_guard import RingGuard
 from dem_server.insitu.takeover import bond
@@ -111,4 +112,7 @@ def _observed(side):
 
 def _loop(side):
     if not side.plain.why_not and least_steps(side.scene.stage[side.stage]) >= lanes.EARLIEST:
-        compile_for(plain_loop, side.plain._arguments(True))
+        arguments = side.plain._arguments(True)
+        compile_for(plain_loop, arguments)
+        if side.plain.crew is not None:
+            compile_for(help_discs, side.plain.help_arguments(side.plain.crew, arguments))

@@ -8,12 +8,12 @@ for any number of threads.
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.compiled.thread_crew import meet, part_of, work_together
 from dem_server.effects.histories import PairHistory, history_of
 from dem_server.effects.parameter_table import Parameters
 from dem_server.model import Listed, X, Y
 from dem_server.step import neighbours, scratch_rows, walls
 from dem_server.step.contact_blocks import add_parts
-from dem_server.step.thread_crew import meet, part_of, work_together
 from dem_server.step.thread_shares import shares
 from dem_server.step.walls import wall_pass_of
 
@@ -77,31 +77,36 @@ def force_pass(disc, load, listed, history, parameters, dt, counters, crew):
 @jit(borrows=True)
 def add_list(disc, load, listed, history, parameters, dt, counters, crew, f):
     """`force_pass` with scratch memory f (scratch_rows.SIZE,)."""
-    parts = number_of_parts(listed)
+    add_ring(disc, load, listed, history, parameters, dt, counters, crew, f)
+    add_inside(disc, load, listed, history, parameters, dt, counters, crew, f)
+
+
+@jit(borrows=True)
+def add_ring(disc, load, listed, history, parameters, dt, counters, crew, f):
+    """First half of `add_list`: the pairs of the ring, by one thread, after which its loads are complete."""
     if crew is None:
-        add_ring(disc, load, listed, history, parameters, dt, counters, f)
-        add_inside(disc, load, listed, history, parameters, dt, counters, f)
+        load[:] = 0.0
+        add_parts(np.int64(0), np.int64(1), disc, load, listed, history, counters, parameters, dt, f)
     else:
         begin, end = part_of(crew, 0, len(load))
         load[begin:end] = 0.0
         meet(crew)
+        if crew.rank == 0:
+            add_parts(np.int64(0), np.int64(1), disc, load, listed, history, counters, parameters, dt, f)
+        meet(crew)
+
+
+@jit(borrows=True)
+def add_inside(disc, load, listed, history, parameters, dt, counters, crew, f):
+    """Second half: all other pairs."""
+    parts = number_of_parts(listed)
+    if crew is None:
+        add_parts(np.int64(1), parts, disc, load, listed, history, counters, parameters, dt, f)
+    else:
         even, last = 1 + (parts - 1) // 2, parts - 1
-        for begin, end, shared in ((0, 1, False), (1, even, True), (even, last, True), (last, last + 1, False)):
+        for begin, end, shared in ((1, even, True), (even, last, True), (last, last + 1, False)):
             if shared:
                 begin, end = part_of(crew, begin, end)
             if shared or crew.rank == 0:
                 add_parts(begin, end, disc, load, listed, history, counters, parameters, dt, f)
             meet(crew)
-
-
-@jit(borrows=True)
-def add_ring(disc, load, listed, history, parameters, dt, counters, f):
-    """First half of `add_list` by one thread: the pairs of the ring, after which its loads are complete."""
-    load[:] = 0.0
-    add_parts(np.int64(0), np.int64(1), disc, load, listed, history, counters, parameters, dt, f)
-
-
-@jit(borrows=True)
-def add_inside(disc, load, listed, history, parameters, dt, counters, f):
-    """Second half: all other pairs."""
-    add_parts(np.int64(1), number_of_parts(listed), disc, load, listed, history, counters, parameters, dt, f)

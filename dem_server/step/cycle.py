@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from coupler_protocol.compiled.jit import jit
+from coupler_protocol.compiled.thread_crew import meet, over_all_threads, work_together
 from dem_server.effects.histories import history_of
 from dem_server.model import CAPS, SPIN, VX
 from dem_server.step import guards, scratch_rows
@@ -19,7 +20,6 @@ from dem_server.step.contact_pass import add_list, contact_forces, farthest
 from dem_server.step.masses import stable_step
 from dem_server.step.motion import SPEED_CAP, move
 from dem_server.step.neighbours import rebuild, skin
-from dem_server.step.thread_crew import meet, over_all_threads, work_together
 from dem_server.step.thread_shares import shares
 from dem_server.step.wall_surface import room_for
 from dem_server.step.walls import move_walls, wall_pass_of

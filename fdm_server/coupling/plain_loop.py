@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.compiled.lane import HEADER_NUMBERS, HERE, put, take
 from coupler_protocol.compiled.system_calls import nanoseconds
+from coupler_protocol.compiled.thread_crew import meet, order, over_all_threads, part_of
 from coupler_protocol.wire.messages import Answer, Order
 from fdm_server.coupling.exchange_pauses import BEGINS, add_path, due, judges_now, note_forces, note_velocities
 from fdm_server.coupling.look import compare, look, note, note_moved
+from fdm_server.coupling.plain_help import VELOCITIES, ZONES
 from fdm_server.coupling.rim import apply_forces
 from fdm_server.coupling.rim_growth import NOTICED as GROWS
 from fdm_server.coupling.rim_growth import watch_growth, watch_power
@@ -21,6 +23,7 @@ from fdm_server.ground.boundaries_in_time import drive_sides
 from fdm_server.ground.quiet_sides import absorb_all
 from fdm_server.observe.energy import strain_kernel
 from fdm_server.observe.energy_ledger import book_points, book_zones, copy_before, note_energies
+from fdm_server.step.forces import sum_at_gridpoints
 from fdm_server.step.gridpoint_pass import velocity_kernel
 from fdm_server.step.masses import add_static_masses
 from fdm_server.step.nodal_pass import Averages, average_changes, average_strains
@@ -191,8 +194,17 @@ def count_step(renewal, displacement, mass):
 
 
 @jit
+def book_all_zones(geometry, stiffness, velocity, seconds, stress, nodal, ledger):
+    """Books the works of stresses in the step; nodal: of `plain_loop`, with the averages of the step, or None."""
+    if nodal is None:
+        book_zones(geometry, stiffness, velocity, seconds, stress, None, ledger)
+    else:
+        book_zones(geometry, stiffness, velocity, seconds, stress, nodal[1][EXCESS], ledger)
+
+
+@jit
 def plain_loop(
-    wire, rims, course, points, resistance, always, effects, renewal, nodal, sides, midway, sight, pauses, ledger, marks
+    wire, rims, course, points, resistance, always, effects, renewal, nodal, sides, midway, sight, pauses, ledger, marks, crew
 ):  # fmt: skip
     """Takes the steps of `course`; returns (steps completed, rims heard in the step that is not, why it ended).
 
@@ -200,9 +212,10 @@ def plain_loop(
     previous, half_drag of `velocity_kernel`; always, effects: of fdm_server.step.zone_pass.zone_arguments; renewal: a Renewal in
     static large strain, else None; nodal: (Nodal, Averages, its `trial`) as plain tuples if volumetric strain is averaged at
     gridpoints, else None; sides: the arguments of `drive_sides` and `absorb_all`, and the Moved of histories, each may be None;
-    sight: the Sight of the stage; pauses: (Pauses of its Pace, path (K,2) [m] of the rims since the last exchange), None with an
-    exchange in every step; ledger: the Book of its energies, or None. midway: the first step has sent its velocities and looked
-    already. marks (n,2): times [ns] between which each step waits for FORCE, None without a trace.
+    sight: the Sight of the stage; ledger: the Book of its energies, or None. pauses: (Pauses of its Pace, path (K,2) [m] of the
+    rims since the last exchange), None with an exchange in every step. midway: the first step has sent its velocities and looked
+    already. marks (n,2): times [ns] between which each step waits for FORCE, None without a trace. crew: a Crew whose other
+    threads run `help_grid`, None for one thread.
     """
     applied, added_mass, mass, weight_mass, fixed, static_mass = points
     damping, half_combined, previous, half_drag = resistance
@@ -211,7 +224,11 @@ def plain_loop(
     drive, quiet, moved = sides
     mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy = effects
     windows, count, strips = len(wire.fd), velocity.shape[0], len(gather[1]) - 2
-    all_from = np.int64(0)  # for a literal number numba would compile the kernels once more
+    first = strip = np.int64(0)  # for a literal number numba would compile the kernels once more
+    last, end = count, strips
+    if crew is not None:
+        first, last = part_of(crew, 0, count)
+        strip, end = part_of(crew, 0, strips)
     for step in range(len(course.share)):
         if step > 0 and nanoseconds(wire.asked) > course.until:
             return step, 0, DONE
@@ -239,10 +256,14 @@ def plain_loop(
                     note_forces(rims.nodes, rims.sums, mass, pauses[0])
             if ledger is not None:
                 copy_before(velocity, stress, ledger)
+            if crew is not None:
+                order(crew, VELOCITIES, gravity, 0.0)
             velocity_kernel(
-                all_from, count, force, applied, mass, added_mass, weight_mass, fixed, gravity,
+                first, last, force, applied, mass, added_mass, weight_mass, fixed, gravity,
                 damping, half_combined, previous, half_drag, dt, velocity,
             )  # fmt: skip
+            if crew is not None:
+                meet(crew)
             drive_sides(drive, course.done + step, velocity)
             if pauses is None:
                 copy_velocities(rims, velocity)
@@ -273,16 +294,24 @@ def plain_loop(
             if unsent or noticed:
                 return step, windows, UNSENT if unsent else NOTICED
         midway = False
-        move_kernel(all_from, count, velocity, dt, displacement)
+        if crew is not None:
+            order(crew, ZONES, 0.0, 0.0)
+        move_kernel(first, last, velocity, dt, displacement)
+        if crew is not None:
+            meet(crew)
         if nodal is not None:
             joints, averages, trial = nodal
             average_strains(
                 strips, joints, averages, geometry, stiffness, velocity, displacement, dt, xy, stress, trial
             )  # fmt: skip
         inverted = zones_kernel(
-            all_from, strips, geometry, gather, stiffness, arrays,
+            strip, end, geometry, gather, stiffness, arrays,
             mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy,
         )  # fmt: skip
+        if crew is not None:
+            inverted, _, _ = over_all_threads(crew, inverted, 0.0, False)
+            in_order, ready, start, place = gather  # gridpoints at the seam between shares
+            sum_at_gridpoints(in_order, ready[strips], ready[strips + 1], start, place, corner_force, force)
         if nodal is not None:
             average_changes(
                 strips, joints, averages, geometry, gather, displacement, xy, stress, trial, corner_force, force
@@ -290,10 +319,7 @@ def plain_loop(
         if inverted > 0:
             return step, windows, INVERTED
         if ledger is not None:
-            if nodal is None:
-                book_zones(geometry, stiffness, velocity, course.seconds, stress, None, ledger)
-            else:
-                book_zones(geometry, stiffness, velocity, course.seconds, stress, averages[EXCESS], ledger)
+            book_all_zones(geometry, stiffness, velocity, course.seconds, stress, nodal, ledger)
         if renewal is not None:
             count_step(renewal, displacement, mass)
         absorb_all(quiet, velocity, applied)

@@ -10,12 +10,14 @@ import time
 import numpy as np
 
 from coupler_protocol.compiled.cache_files import is_compiled
+from coupler_protocol.compiled.thread_crew import crew_of, lead
 from coupler_protocol.process.plugin import interval_of
 from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.wire import lanes, messages
 from coupler_protocol.wire.lockstep import PATIENCE
 from fdm_server.coupling import look
 from fdm_server.coupling.common_step import check_common_step
+from fdm_server.coupling.plain_help import help_grid
 from fdm_server.coupling.plain_loop import (
     DONE,
     INFINITE,
@@ -45,7 +47,7 @@ def obstacle(side, stage):
     found = {
         "messages of steps use the link": lanes is None or not lanes.whole,
         "a plugin is called after every step": interval_of(side.plugin) == 1,
-        "the grid has several threads": len(parts.points) > 1 or len(parts.strips) > 1,
+        "volumetric strain is averaged at gridpoints by several threads": side.model.nodal is not None and len(parts.strips) > 1,
     }
     return next((words for words, there in found.items() if there), "")
 
@@ -67,6 +69,7 @@ class PlainSteps:
             self.marks = None if side.scene.record.trace is None else np.zeros((MOST, 2), dtype=np.int64)
             self.sight, self.names = look.sight_of(side, stage, MOST)
             self.moved = look.moved_of(self.sight, side.state.driven)
+            self.crew = crew_of(len(side.model.partition.strips))
             self.averages = None if side.model.nodal is None else averages_of(side.model)
             self.book = None if stage.ledger is None else stage.ledger.book_of_rows(len(self.sight.looks))
 
@@ -171,7 +174,8 @@ class PlainSteps:
         if self.pauses is not None:  # the first step may be one under forces that were received step by step
             self.rims.sums[:] = np.concatenate([rim.sums for rim in self.stage.rims])
             self.rims.answer[:] = [rim.answer for rim in self.stage.rims]
-        found = plain_loop(*self._arguments(course, midway))
+        arguments = self._arguments(course, midway)
+        found = plain_loop(*arguments) if self.crew is None else self._loop_of_threads(arguments)
         for row, talk in enumerate(conversations):
             sequence = int(wire.sequence[row])
             talk.continue_from(sequence, self.lanes.said(row) if sequence != talk.sequence else None)
@@ -194,8 +198,13 @@ class PlainSteps:
         sides = *self.stage.sides.arguments(state), self.moved
         return (
             self.lanes.wire, self.rims, course, points, drag, always, effects, self.renewal, nodal, sides, midway, self.sight,
-            self.pauses, self.book, self.marks,
+            self.pauses, self.book, self.marks, self.crew,
         )  # fmt: skip
+
+    def _loop_of_threads(self, arguments):
+        """The call, with the other threads of the crew."""
+        shared = arguments[3:7]  # points, resistance, always, effects
+        return lead(self.crew, lambda: plain_loop(*arguments), lambda crew: help_grid(crew, *shared))
 
     def _count(self, steps, noted):
         """Counts completed steps, and reads what was seen during and after them; noted: of the Course."""

@@ -16,6 +16,7 @@ from coupler_protocol.scene.ending import least_steps
 from coupler_protocol.scene.schedule import leg_of
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.wire import lanes
+from fdm_server.coupling.plain_help import help_grid
 from fdm_server.coupling.plain_loop import plain_loop
 from fdm_server.coupling.rim import open_windows
 from fdm_server.observe import record
@@ -118,4 +119,7 @@ def _limits(side, stage):
 def _loop(side, stage):
     plain = stage.plain
     if not plain.why_not and least_steps(stage.stage) >= lanes.EARLIEST:
-        compile_for(plain_loop, plain._arguments(plain._course(1), False))
+        arguments = plain._arguments(plain._course(1), False)
+        compile_for(plain_loop, arguments)
+        if plain.crew is not None:
+            compile_for(help_grid, (plain.crew, *arguments[3:7]))

@@ -7,11 +7,14 @@ import pytest
 from colluvium import open_run
 from colluvium.results.timeline import intervals
 from colluvium.running.threads import run
+from coupler_protocol.compiled import threads
 from coupler_protocol.process.plugin import from_functions, interval_of
 from coupler_protocol.scene.reader import build_scene
 from coupler_protocol.wire import lanes
 from coupler_protocol.wire.lanes import Lanes
+from dem_server.step import thread_shares
 from fdm_server.coupling import exchange_pauses
+from fdm_server.step import thread_parts
 from tests.same_bits import differing
 from tests.window_scenes import BOX, uniform
 
@@ -45,14 +48,21 @@ def scene(**more):
     return data
 
 
-def both_ways(tmp_path, data, plugin=None):
-    """Runs of a scene in one process, over a lane and without one: the first one's rows of coupled stages in run.json."""
-    for name, lane in (("lane", None), ("link", False)):
+def both_ways(tmp_path, data, plugin=None, sizes=(1, 1)):
+    """Runs of a scene in one process, over a lane and without one: the first one's rows of coupled stages in run.json.
+
+    sizes: number of threads of each run.
+    """
+    for (name, lane), size in zip((("lane", None), ("link", False)), sizes, strict=True):
         (tmp_path / name).mkdir()
         own = copy.deepcopy(data)
         if lane is not None:
             own["link"] = {"lane": lane}
-        run(build_scene(own), tmp_path / name, plugin=plugin)
+        threads.set_size(size)
+        try:
+            run(build_scene(own), tmp_path / name, plugin=plugin)
+        finally:
+            threads.set_size(1)
     with open_run(tmp_path / "lane") as found, open_run(tmp_path / "link") as other:
         rows, plain = ([row for row in one.info["stages"] if "plain_steps" in row] for one in (found, other))
     assert all(row["plain_steps"] == 0 and row["one_by_one"] for row in plain)
@@ -211,6 +221,27 @@ def test_plain_steps_follow_a_load_that_has_come_to_its_end(tmp_path):
     assert same_files(tmp_path) == []
     assert 80 <= rows[-1]["plain_steps"] <= 90
     assert "one_by_one" not in rows[-1]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("case", ["static", "real time, clumps, large strain"])
+def test_several_threads_share_plain_steps(tmp_path, monkeypatch, case):
+    """Plain steps of two threads on both sides have the bits of one thread step by step.
+
+    The scene has three runs of discs and three strips, in which two threads gain nothing.
+    """
+    for module in (thread_shares, thread_parts):
+        monkeypatch.setattr(module, "FEWEST", 1)
+    more = {"grid__length": 15.0, "grid__height": 13.0, "grid__zone_size": 0.25, "discs__radius": 0.0155}
+    if case != "static":
+        more |= {"grid__large_strain": True, "stage__3__time": "real", "coupling__substeps": 2}
+        more |= {"stones": STONES, "discs__stone": STONE}
+    rows = both_ways(tmp_path, scene(**more), sizes=(2, 1))
+    assert same_files(tmp_path) == []
+    for row in rows:
+        assert "one_by_one" not in row
+        assert "one_by_one_discrete" not in row
+        assert all(plain > row["steps"] - 12 for plain in (row["plain_steps"], *row["plain_steps_discrete"])), row
 
 
 def test_a_lane_that_breaks_leaves_its_steps_to_the_link(tmp_path, monkeypatch):

@@ -1,12 +1,25 @@
 """Threads in one compiled loop: they meet, they add what they found, and nobody waits for one that is gone."""
 
 import threading
+import time
 
 import numpy as np
 import pytest
 
 from coupler_protocol.compiled.jit import jit
-from dem_server.step.thread_crew import meet, over_all_threads, part_of, work_together
+from coupler_protocol.compiled.thread_crew import (
+    END,
+    LOOKS,
+    PAUSE,
+    await_order,
+    crew_of,
+    lead,
+    meet,
+    order,
+    over_all_threads,
+    part_of,
+    work_together,
+)
 
 
 @jit(package="dem_server")
@@ -57,3 +70,55 @@ def test_nobody_waits_for_a_thread_that_failed():
 
     with pytest.raises(ArithmeticError, match="part 1"):
         work_together(work, [(0,), (1,)], np.zeros(1, int))
+
+
+@jit(package="dem_server")
+def add_as_ordered(crew, total):
+    """Adds ordered numbers to the total of this thread until the first one leaves; returns how many orders there were."""
+    count = 0
+    while True:
+        await_order(crew)
+        if crew.ordered[0] == END:
+            return count
+        total[crew.rank] += crew.ordered[0] * crew.ordered[1]
+        count += 1
+        meet(crew)
+
+
+@jit(package="dem_server")
+def order_numbers(crew, most):
+    """Orders the numbers up to `most`."""
+    for number in range(most):
+        order(crew, 2.0, float(number), 0.0)
+        meet(crew)
+    return most
+
+
+def test_threads_help_the_first_one_until_it_leaves():
+    crew, total, counted = crew_of(3), np.zeros(3), []
+    for _ in range(2):
+        assert lead(crew, lambda: order_numbers(crew, 1000), lambda own: counted.append(add_as_ordered(own, total))) == 1000
+    assert counted == [1000] * 4
+    assert total.tolist() == [0.0, 2 * 999000.0, 2 * 999000.0]
+    assert crew_of(1) is None
+
+
+def test_a_thread_that_rests_is_there_for_the_next_order():
+    crew, total = crew_of(2), np.zeros(2)
+
+    def work():
+        for _ in range(3):
+            time.sleep(1e-6 * LOOKS * PAUSE)
+            order_numbers(crew, 10)
+
+    lead(crew, work, lambda own: add_as_ordered(own, total))
+    assert total.tolist() == [0.0, 3 * 90.0]
+
+
+def test_the_first_thread_does_not_wait_for_one_that_failed():
+    def fail(crew):
+        raise ArithmeticError("no help")
+
+    crew = crew_of(2)
+    with pytest.raises(ArithmeticError, match="no help"):
+        lead(crew, lambda: order_numbers(crew, 3), fail)
