@@ -19,7 +19,7 @@ Rows = Sequence[dict[str, Any]]
 log = logging.getLogger(__name__)
 NAME, EARLIER = "run.json", "run.earlier.json"
 ROOM = 1 << 16  # bytes that are kept for run.json while a run computes
-LIBRARIES = ("colluvium", "numpy", "numba", "scipy", "pyzmq", "msgpack", "h5py", "pydantic")
+LIBRARIES = ("colluvium", "numpy", "numba", "scipy", "pyzmq", "msgpack", "h5py", "isal", "pydantic")
 
 
 def describe(scene: Any) -> dict[str, Any]:

@@ -55,7 +55,7 @@ def _path(folder: str, port: int) -> str:
 
 def enter(place: str, offer: dict[str, Any], seconds: float = OPEN) -> socket.socket | None:
     """Goes through the door of an offer; returns the connection, or None if there is no way or nobody who knows the token."""
-    with contextlib.suppress(OSError):
+    with contextlib.suppress(OSError, OverflowError):  # a port may be any number
         if "/" in place:
             connection = socket.socket(socket.AF_UNIX)
             connection.connect(_path(place, offer["port"]))

@@ -275,6 +275,7 @@ class DiscreteSide(Kept):
 
         Raises PeerLost for steps that were not agreed.
         """
+        _refuse_other_stage(order, self.stage)
         dt, steps = order.dt, order.interval
         most = 1 if self.model.in_real_time else self.scene.coupling.exchange_every
         if not 1 <= steps <= most or order.step != self.steps + steps:
@@ -389,6 +390,7 @@ class DiscreteSide(Kept):
 
     def record(self, order):
         """Writes histories, frames and checkpoints as the Order demands."""
+        _refuse_other_stage(order, self.stage)
         self.record_histories()
         flags = int(order.flags)
         name = self._name_of(int(order.stage))
@@ -476,3 +478,9 @@ class DiscreteSide(Kept):
 
 def _plain(value):
     return value.item() if isinstance(value, np.generic) else value
+
+
+def _refuse_other_stage(order, stage):
+    """Raises PeerLost for an Order of another stage than number `stage`."""
+    if order.stage != stage:
+        raise PeerLost(f"the continuum is in stage number {order.stage:g} of the scene, this side in number {stage}")

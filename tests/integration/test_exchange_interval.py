@@ -150,7 +150,15 @@ def test_discs_know_the_gravity_of_the_last_step_of_a_stage(configs):
 def test_discs_refuse_pauses_that_the_scene_does_not_allow(interval, step):
     """At most 8 steps, and step numbers that follow each other."""
     scene = SimpleNamespace(coupling=SimpleNamespace(exchange_every=8))
-    side = SimpleNamespace(model=SimpleNamespace(in_real_time=False), scene=scene, steps=24, step=1.0)
+    side = SimpleNamespace(model=SimpleNamespace(in_real_time=False), scene=scene, stage=3, steps=24, step=1.0)
     DiscreteSide.accept_order(side, messages.Order(3.0, 28.0, 9.81, 1.0, 1.0, 4.0, 0.0))
     with pytest.raises(PeerLost, match="at most 8"):
         DiscreteSide.accept_order(side, messages.Order(3.0, step, 9.81, 1.0, 1.0, interval, 0.0))
+
+
+@pytest.mark.parametrize("stage", [-1.0, 2.0, 99.0])
+def test_discs_refuse_steps_of_another_stage(stage):
+    scene = SimpleNamespace(coupling=SimpleNamespace(exchange_every=8))
+    side = SimpleNamespace(model=SimpleNamespace(in_real_time=False), scene=scene, stage=3, steps=24, step=1.0)
+    with pytest.raises(PeerLost, match="this side in number 3"):
+        DiscreteSide.accept_order(side, messages.Order(stage, 28.0, 9.81, 1.0, 1.0, 4.0, 0.0))

@@ -248,6 +248,7 @@ def test_nobody_comes_and_nobody_is_there():
     assert door.admit(lambda: None, seconds=0.3) is None
     assert time.monotonic() - begin < 2.0
     assert enter("127.0.0.1", door.offer, seconds=0.5) is None
+    assert enter("127.0.0.1", door.offer | {"port": 1 << 40}, seconds=0.5) is None  # no port
 
 
 def test_who_took_the_port_gets_no_steps():
