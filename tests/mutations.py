@@ -216,7 +216,7 @@ def handshakes(folder):
         transport = Said([changed_control(messages.WELCOME, exchange.SESSION, right, rng)])
         talk = Conversation(transport, 1, 0, Clocks(link), StopRequest())
         with contextlib.suppress(PeerLost):
-            rim, begin = handshake.join(talk, scene, own)
+            rim, begin, _ = handshake.join(talk, scene, own)
             assert rim.shape[1] == 2
             assert len(rim) >= 3
             assert np.isfinite(rim).all()

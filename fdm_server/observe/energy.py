@@ -11,7 +11,10 @@ from fdm_server.step.stress import SD, SM, XY, ZZ
 
 @jit
 def strain_kernel(geometry, stiffness, stress, displacement, xy):
-    """Kernel of `strain_energy`; geometry, stiffness, xy: as for fdm_server.step.zone_pass.zones_kernel."""
+    """Kernel of `strain_energy`; geometry, stiffness, xy: as for fdm_server.step.zone_pass.zones_kernel.
+
+    Sums of zones and blocks are added: one long sum would round too much for a ledger that closes to round-off.
+    """
     corner, x, y, _, _ = geometry
     pattern, elastic = stiffness
     at_x, at_y = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES))
@@ -22,17 +25,19 @@ def strain_kernel(geometry, stiffness, stress, displacement, xy):
             if xy is not None:
                 n = corner[b, k]
                 at_x[0, k], at_y[0, k] = xy[n, 0] + displacement[n, 0], xy[n, 1] + displacement[n, 1]
-        m = pattern[b]
+        m, of_block = pattern[b], 0.0
         for i in range(LANES):
             double = double_areas(at_x, at_y, i)
             G = elastic[m, LANES + i]
             K = elastic[m, i] - G / 3.0
             sm, zz = stress[b, SM + i], stress[b, ZZ + i]
             area = 0.5 * (double[0] + double[1])
-            total += area * ((2.0 * sm + zz) ** 2 / (18.0 * K) + (sm - zz) ** 2 / (6.0 * G))
+            of_zone = area * ((2.0 * sm + zz) ** 2 / (18.0 * K) + (sm - zz) ** 2 / (6.0 * G))
             for t in range(4):
                 sd, tau = stress[b, SD + t * LANES + i], stress[b, XY + t * LANES + i]
-                total += 0.25 * double[t] * (sd**2 + tau**2) / (2.0 * G)
+                of_zone += 0.25 * double[t] * (sd**2 + tau**2) / (2.0 * G)
+            of_block += of_zone
+        total += of_block
     return total
 
 

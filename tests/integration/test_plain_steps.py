@@ -172,7 +172,7 @@ CASES = {
 LONG = [case for case in CASES if case not in (SHORT, SIDES)]
 
 
-@pytest.mark.parametrize("case", [SHORT, SIDES, *(pytest.param(case, marks=pytest.mark.long) for case in LONG)])
+@pytest.mark.parametrize("case", [SHORT, *(pytest.param(case, marks=pytest.mark.long) for case in (SIDES, *LONG))])
 def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
     rows = both_ways(tmp_path, scene(**CASES[case]))
     assert same_files(tmp_path) == []
