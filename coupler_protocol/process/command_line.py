@@ -7,6 +7,7 @@ import logging
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -128,7 +129,7 @@ def prepare_folder(path: str | Path, own_files: Sequence[str], force: bool, inpu
                 raise exits.EnvironmentFailed(f"{why}: copy it to another folder, or choose another --out")
         try:
             for own in doomed:
-                own.unlink()
+                own.unlink(missing_ok=True)  # the other process of the run clears the same folder
         except OSError as error:
             raise exits.EnvironmentFailed(f"cannot write to {path}: {error}") from None
         remove_report(path)
@@ -160,10 +161,11 @@ def _derived(run_dir: Path) -> list[Path]:
 def remove_report(run_dir: Path) -> None:
     """Removes what `colluvium report` and `colluvium export` wrote in a run directory: it shows a run that is computed again."""
     for path in _derived(run_dir):
-        path.unlink()
+        path.unlink(missing_ok=True)
     for folder in (run_dir / "report", run_dir / "export"):
-        if folder.is_dir() and not any(folder.iterdir()):
-            folder.rmdir()
+        with suppress(FileNotFoundError):  # the other process of the run clears the same folder
+            if folder.is_dir() and not any(folder.iterdir()):
+                folder.rmdir()
 
 
 class _LogFile(logging.FileHandler):

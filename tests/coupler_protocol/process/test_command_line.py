@@ -6,6 +6,8 @@ import json
 import logging
 import os
 
+from pathlib import Path
+
 import pytest
 
 from coupler_protocol import exits
@@ -91,6 +93,14 @@ def test_results_are_kept_unless_force_is_said(tmp_path):
         command_line.prepare_folder(out, ["run.json"], False)
     command_line.prepare_folder(out, ["run.json"], True)
     assert [path.name for path in out.iterdir()] == ["notes.txt"]
+
+
+def test_both_processes_of_a_run_clear_its_folder_at_the_same_time(tmp_path, monkeypatch):
+    """What one has seen there, the other has already removed."""
+    (tmp_path / "report").mkdir()
+    monkeypatch.setattr(Path, "exists", lambda path: True)
+    monkeypatch.setattr(Path, "glob", lambda folder, pattern: [folder / "stress.png"])
+    assert command_line.prepare_folder(tmp_path, ["fdm.rank0.now.json"], True) == tmp_path
 
 
 def test_the_report_of_an_earlier_run_is_removed_by_force(tmp_path):
