@@ -5,7 +5,6 @@ import io
 import json
 import logging
 import os
-
 from pathlib import Path
 
 import pytest
