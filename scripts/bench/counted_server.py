@@ -4,6 +4,7 @@
 
 WORDS: of the server. scripts/count_instructions.py starts this, also with the interpreter of an older tree, so this file imports
 only what is in both. Waiting sides sleep at once: how often a side looks while it waits depends on the speed of the other one.
+Compiled calls of many steps have no limit in time, which would divide them into more calls the slower this is.
 """
 
 import contextlib
@@ -18,7 +19,7 @@ DUMP_AT, START, STOP = (0x43540000 + n for n in (3, 4, 5))  # valgrind/callgrind
 # valgrind/valgrind.h, amd64: rax has the address of six words (request, five arguments), rdx the answer without valgrind. The
 # processor itself turns rdi once around and exchanges rbx with itself: nothing happens.
 REQUEST = bytes.fromhex("4889f8 31d2 48c1c703 48c1c70d 48c1c73d 48c1c733 4887db 4889d0 c3")
-FOREVER = 1 << 60  # frames
+FOREVER = 1 << 60  # frames, or [ns]
 WATCHES = ("process.trace", "timing")  # modules of coupler_protocol, of this tree and of 6c21ebf
 LINKS = ("wire.link_tcp", "link")
 
@@ -64,10 +65,11 @@ def count_stages(ask):
 
 
 def wait_asleep():
-    """Lets both links and lanes wait in the kernel at once."""
+    """Lets both links and lanes wait in the kernel at once, and compiled calls last as long as they have steps."""
     first_of(LINKS).AWAKE = 0.0
     with contextlib.suppress(ModuleNotFoundError):  # no lanes in 6c21ebf
-        lanes = importlib.import_module("coupler_protocol.wire.lanes").Lanes
+        of_lanes = importlib.import_module("coupler_protocol.wire.lanes")
+        of_lanes.LONGEST, lanes = FOREVER, of_lanes.Lanes
         make = lanes.__init__
 
         def make_patient(self, *words):
