@@ -87,7 +87,8 @@ def _gridpoints(side, stage):
         ledger.copy_before_step(state)
     update_velocities(model, state, stage.gravity)
     if ledger:
-        ledger.book_motion(model, state, stage.gravity, None, stage.rims)
+        for kick in (state.dt, None) if state.in_real_time else (None,):  # the first step of a stage, and those after it
+            ledger.book_motion(model, state, stage.gravity, kick, stage.rims)
 
 
 def _rims(side, stage):
