@@ -135,13 +135,13 @@ def test_a_coupled_step_over_a_lan_takes_its_round_trip(configs, tmp_path, monke
     rows = lan_steps.rows_of_lan(original, tmp_path / "begun", tmp_path, 10, sides, 1, {})
     assert [row["exchange_every"] for row in rows] == [1, 1, lan_steps.EVERY]
     assert not any(row.get("fell_back") for row in rows)
-    for row, name in zip(rows, lan_steps.FORMS, strict=True):
+    for name, found in zip(lan_steps.FORMS, rows, strict=True):
         stage = stages_of(tmp_path / f"{lan_steps.DELAYS[0]:g} {name}")[-1]
-        steps = lan_steps.steps_of(lan_steps.DELAYS[0], row["exchange_every"]) * LONGER
+        steps = lan_steps.steps_of(lan_steps.DELAYS[0], found["exchange_every"]) * LONGER
         exchanges = stage.get("exchanges", stage["steps"])
-        assert exchanges == pytest.approx(steps / row["exchange_every"], abs=2)
+        assert exchanges == pytest.approx(steps / found["exchange_every"], abs=2)
         assert sum(stage["seconds"][part] for part in ("continuum", "waiting", "recording")) >= 4e-3 * (exchanges - 1)
-        assert row["round_trip"] >= 4e-3
+        assert found["round_trip"] >= 4e-3
 
 
 @pytest.mark.long
