@@ -20,6 +20,7 @@ class RankParts:
         self.parts = [RankFile(path) for path in paths]
         self.path, self.kind = self.parts[0].path, self.parts[0].kind
         self.run, self.scene, self.written = self.parts[-1].run, self.parts[-1].scene, self.parts[-1].written
+        self.cut = self.parts[-1].cut  # of earlier parts, later frames were computed again
         self._limits: list[float] = []  # last step of each part that counts
         self._places: dict[tuple[str, int], tuple[int, int]] = {}  # (stage, step) -> part, frame in it
         for number, part in enumerate(self.parts):

@@ -43,7 +43,7 @@ def open_run(path: str | Path, other_path: str | Path | None = None) -> "Run":
 class Run:
     """The results of one run. Negative frames count from the end; rank 0 is the continuum.
 
-    cut: of two directories, why later frames were left out, or "".
+    cut: why later frames were left out: of two directories, or of a file that was being written when its machine stopped; or "".
     """
 
     def __init__(self, folders: list[Path]) -> None:
@@ -61,7 +61,8 @@ class Run:
             if "time" in row:  # the name in runs of discs alone before version 0.2
                 row["seconds_simulated"] = row.pop("time")
         self.scene = _first_json(folders, "scene.json")
-        end, self.cut = joined.cut(self.files) if len(folders) > 1 else (None, "")
+        end, cut = joined.cut(self.files) if len(folders) > 1 else (None, "")
+        self.cut = "; ".join(filter(None, (cut, *(file.cut for file in self.files.values()))))
         self.stages = self._order_stages(end)
         self.frames, self._rows = self._join_frames(end)
 
