@@ -7,14 +7,17 @@ from verification.hard import (
     cycles,
     free_free,
     impacts,
+    inverted_zone,
     large_discs,
     off_the_line,
     overlap,
     pauses,
+    peer_faults,
     quarter_turn,
     recontact,
     rim_contacts,
     size_ratio,
+    slow_peer,
     step_limit,
     stiff_and_soft,
     stiff_and_soft_plane,
@@ -31,3 +34,4 @@ CASES = [bonds_gone, stiff_stones, stiffness_jump, cycles, recontact, size_ratio
 CASES += [pauses]
 CASES += [large_discs, curved_rim, quarter_turn, free_free, off_the_line, bonds_gone_coupled]
 CASES += [rim_contacts, stretched_rim, stiff_and_soft_plane]
+CASES += [inverted_zone, peer_faults, slow_peer]
