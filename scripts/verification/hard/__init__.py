@@ -9,6 +9,7 @@ from verification.hard import (
     impacts,
     inverted_zone,
     large_discs,
+    near_failure,
     off_the_line,
     overlap,
     pauses,
@@ -16,6 +17,7 @@ from verification.hard import (
     quarter_turn,
     recontact,
     rim_contacts,
+    rim_impacts,
     size_ratio,
     slow_peer,
     step_limit,
@@ -23,7 +25,10 @@ from verification.hard import (
     stiff_and_soft_plane,
     stiff_stones,
     stiffness_jump,
+    stones_switched,
     stretched_rim,
+    twenty_g,
+    weak_ground,
 )
 
 TITLE = "Hard cases"
@@ -34,4 +39,4 @@ CASES = [bonds_gone, stiff_stones, stiffness_jump, cycles, recontact, size_ratio
 CASES += [pauses]
 CASES += [large_discs, curved_rim, quarter_turn, free_free, off_the_line, bonds_gone_coupled]
 CASES += [rim_contacts, stretched_rim, stiff_and_soft_plane]
-CASES += [inverted_zone, peer_faults, slow_peer]
+CASES += [stones_switched, inverted_zone, peer_faults, slow_peer, twenty_g, near_failure, weak_ground, rim_impacts]

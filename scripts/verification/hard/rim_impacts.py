@@ -1,11 +1,11 @@
 """Discs of a size ratio of twenty, shot against the rim of a coupled window.
 
-`tests/hard/fast_rim.toml`: 24 discs of r = 0.02 m about one of 0.4 m, in a window of elastic zones, without friction; in the first
-step in real time every small disc gets a speed in a direction at random, and nothing damps. A spring k between a disc of mass m
-and a control disc keeps its centre outside of the control disc if its speed is below r sqrt(k/m). *Below*, at half of that speed:
-after many impacts all discs are inside the ring, and both codes have the energy of the shot. *Beyond*, at 1.3 times and ten times
-that speed, the run must end with exit code 6, name a disc, and save both sides. Runs whose discs cannot pass through others by
-that speed, and steps shorter than a tenth of r, need a check of their own: at 1.3 times the speed, no step is too long."""
+`tests/hard/fast_rim.toml`: 24 discs of r = 0.02 m about one of 0.4 m, in a window of elastic zones, without friction; in the
+first step in real time every small disc gets a speed in a direction at random, and nothing damps. A spring k between a disc of
+mass m and a control disc keeps their centres apart by the radius of the control disc if the speed is below r sqrt(k/m).
+*Below*, at half of that speed: after the impacts all discs are inside the ring, and the discs have the energy of the shot (the
+zones take little of it). *Beyond*, at 1.3 times that speed, where no step is too long but springs are too soft, and at ten
+times, the run must end with exit code 6, name a disc, and save both sides."""
 
 import re
 import tempfile

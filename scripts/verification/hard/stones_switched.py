@@ -1,9 +1,9 @@
 """Stones of a coupled window that become ten thousand times as stiff as the soil under the stress of the ground.
 
 `tests/hard/stones_switched.toml`: the stones (bonded clusters) have the springs of the soil until the window carries the weight
-of the ground above it. Then their springs are 1e4 times as stiff from one step to the next, gravity grows by a fifth, and both codes
-continue in real time without damping. Contacts keep their forces by reference gaps; the mass rule of the rim and the masses of the
-discs follow the new springs."""
+of the ground above it. Then their springs are 1e4 times as stiff from one step to the next, gravity grows by a fifth, and both
+codes continue in real time without damping. Contacts keep their forces by reference gaps; the mass rule of the rim and the
+masses of the discs follow the new springs."""
 
 import tempfile
 

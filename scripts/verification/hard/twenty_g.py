@@ -46,9 +46,10 @@ def errors_of(folder):
     """Largest error of the ledger of each side over the largest work of its weight; each stage begins a new ledger."""
     found = []
     with colluvium.open_run(folder) as run:
+        steps, factor = run.history("gravity_factor")
+        begin = steps[factor > 1.5].min()
         for rank in (0, 1):
             steps, error = run.history("energy_error", rank)
-            begin = steps[np.flatnonzero(run.history("gravity_factor")[1] > 1.5)[0]] if rank == 0 else begin
             last = steps >= begin
             found.append(np.abs(error[last]).max() / np.abs(run.history("energy_gravity", rank)[1][last]).max())
     return found
