@@ -18,6 +18,7 @@ from verification.hard import (
     recontact,
     rim_contacts,
     rim_impacts,
+    shaking,
     size_ratio,
     slow_peer,
     step_limit,
@@ -39,4 +40,4 @@ CASES = [bonds_gone, stiff_stones, stiffness_jump, cycles, recontact, size_ratio
 CASES += [pauses]
 CASES += [large_discs, curved_rim, quarter_turn, free_free, off_the_line, bonds_gone_coupled]
 CASES += [rim_contacts, stretched_rim, stiff_and_soft_plane]
-CASES += [stones_switched, inverted_zone, peer_faults, slow_peer, twenty_g, near_failure, weak_ground, rim_impacts]
+CASES += [stones_switched, inverted_zone, peer_faults, slow_peer, twenty_g, near_failure, weak_ground, rim_impacts, shaking]
