@@ -30,6 +30,7 @@ from verification.hard import (
     stretched_rim,
     twenty_g,
     weak_ground,
+    wrong_once,
 )
 
 TITLE = "Hard cases"
@@ -40,4 +41,15 @@ CASES = [bonds_gone, stiff_stones, stiffness_jump, cycles, recontact, size_ratio
 CASES += [pauses]
 CASES += [large_discs, curved_rim, quarter_turn, free_free, off_the_line, bonds_gone_coupled]
 CASES += [rim_contacts, stretched_rim, stiff_and_soft_plane]
-CASES += [stones_switched, inverted_zone, peer_faults, slow_peer, twenty_g, near_failure, weak_ground, rim_impacts, shaking]
+CASES += [
+    stones_switched,
+    inverted_zone,
+    peer_faults,
+    slow_peer,
+    twenty_g,
+    near_failure,
+    weak_ground,
+    rim_impacts,
+    shaking,
+    wrong_once,
+]

@@ -1,9 +1,10 @@
 """A hundred thousand cycles of stick and slip.
 
-*Discs*: the contact of the discrete case stick-slip, 16 steps a cycle (so that sticking begins and ends at steps), 100,000 cycles:
-the work against the closed form. *At the rim*: a disc that does not move is pressed against a control disc of a coupled window
-with force P, and the gridpoints of the rim turn about it to and fro as one rigid body, 8 steps a cycle. The forces that the
-mapping puts on the gridpoints do the work that friction dissipates: with l = mu P, shear stiffness ks and a way ±A at the contact,
+*Discs*: the contact of the discrete case stick-slip, 16 steps a cycle (so that sticking begins and ends at steps), 100,000
+cycles: the work against the closed form. *At the rim*: a disc that does not move is pressed with a force P against a control
+disc of a coupled window, and the gridpoints of the rim rotate about it to and fro as one rigid body, 8 steps a cycle. The forces
+that the mapping gives to the gridpoints do the work that friction dissipates: with l = mu P, the shear stiffness ks and a way ±A
+at the contact,
 
     4 N l (A - l/ks) - l^2/(2 ks) in N cycles
 """

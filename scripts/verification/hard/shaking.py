@@ -1,12 +1,13 @@
 """Shaking at the cut-off frequency of the mesh.
 
-The base moves across with a velocity in the form of a triangle, ±V, one stage of a scene for each half period, in real time
-without damping. *Column*: 40 zones of h = 0.5 m above the base, free at the top. The highest frequency that travels in it is
+The velocity of the base is a triangle ±V across it, one stage of a scene for each half period, in real time without damping.
+*Column*: 40 zones of h = 0.5 m above the base, free at the top. The highest frequency of waves in it is
 
     sin(w_c dt/2) = c_S dt/h,
 
 and the column is the chain of masses rho h^2 and springs G in leap-frog: it is compared with such a chain, written without the
-code, at 0.5, 1 and 1.25 w_c. Speeds stay within four times V (a wave doubles at the free top). *Coupled*: `tests/hard/shaking.toml`, a box with a window of bonded discs, shaken at w_c = 2 c_S/h: speeds stay bounded, both ledgers close,
+code, at 0.5, 1 and 1.25 w_c. Speeds stay within four times V (a wave doubles at the free top). *Coupled*:
+`tests/hard/shaking.toml`, a box with a window of bonded discs, shaken at w_c = 2 c_S/h: speeds stay bounded, both ledgers close,
 and no watch warns."""
 
 import tempfile
