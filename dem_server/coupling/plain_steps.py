@@ -170,6 +170,7 @@ class PlainSteps:
         contact_forces(side.model, side.state)
         if side.ledger:
             side.ledger.book_contacts(side.model, side.state)
+        side.refuse_passing()
 
     def _see_completed(self):
         """Looks at the completed step if histories have a point there, as the loop step by step does."""
