@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from coupler_protocol.scene.of_window import of_window
 from fdm_server.checks.materials import materials_have_zones
 from fdm_server.checks.room_for_discs import lack_of_room
 from fdm_server.ground.even_loads import forces_of_even_loads
@@ -62,7 +63,7 @@ def _cramped(scene, grid, holes):
         for j, other in holes.items():
             if j < i and (np.any(hole.mask & other.mask) or len(np.intersect1d(hole.nodes, other.nodes))):
                 yield ("window", i), f"touches window {scene.window[j].name!r}", "leave at least one zone between windows"
-        lack = lack_of_room(grid.xy[hole.nodes], scene.discs.radius, grid.origin)
+        lack = lack_of_room(grid.xy[hole.nodes], of_window(scene, i + 1).discs.radius, grid.origin)
         if lack:
             yield ("window", i), f"window {scene.window[i].name!r} {lack[0]}", lack[1]
 
