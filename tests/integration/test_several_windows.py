@@ -7,7 +7,9 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from colluvium import open_run
+from colluvium import open_run, report, status
+from colluvium.closing import sentences
+from colluvium.results import export
 from colluvium.running import threads
 from colluvium.running.processes import as_toml
 from coupler_protocol import exits
@@ -90,6 +92,41 @@ def test_two_and_three_windows_carry_the_stress_of_the_ground(straight):
             assert len(reports) == len(run.windows) == windows
             assert all(report["error_yy"] < 0.35 for report in reports)
             assert all(np.isfinite(run.discs(-1, rank).xy).all() for rank in run.windows)
+
+
+def test_the_end_of_a_run_and_its_status_name_all_windows(straight):
+    with open_run(straight()) as run:
+        said = " ".join(sentences(run.info))
+        assert [run.name_of(rank) for rank in run.windows] == list(THREE)
+        assert [run.stones_table(rank).get("content") for rank in run.windows] == [None, 0.2, None]
+    assert all(f"window {name}" in said or f"window {name!r}" in said for name in THREE), said
+    text = "\n".join(status.lines(straight(), status.of_folder(straight())))
+    assert all(f"{name} on" in text for name in ("fdm.rank0", "dem.rank1", "dem.rank2", "dem.rank3"))
+
+
+def test_an_export_has_the_parts_of_all_windows(tmp_path, straight):
+    written = {path.name for form in ("vtu", "csv") for path in export.write_folder(straight(), form, out=tmp_path)}
+    with open_run(straight()) as run:
+        last = len(run.frames) - 1
+        for rank in run.windows:
+            files = {f"{part}.rank{rank}.{last}.{form}" for part in ("discs", "contacts") for form in ("vtu", "csv")}
+            assert files | {f"histories.rank{rank}.csv"} <= written
+            free = int((run.discs(-1, rank).control == 0).sum())
+            assert export.write(straight(), rank=rank, out=tmp_path / f"{rank}.csv") == free
+
+
+@pytest.mark.long
+def test_a_report_has_pictures_of_all_windows(tmp_path, straight):
+    """Figures of one window are drawn for each; those of an earlier report of one window are removed."""
+    for name in ("window.png", "fabric.rank4.png"):
+        (tmp_path / name).touch()
+    skipped = {}
+    written = {path.name for path in report.write(straight(), tmp_path, skipped=skipped.__setitem__)}
+    for name in ("window", "force_chains", "displacement_vectors", "fabric"):
+        assert {f"{name}.rank{rank}.png" for rank in (1, 2, 3)} <= written | set(skipped), name
+    assert "mesostructure.rank2.png" in written
+    assert skipped["mesostructure.rank1.png"] == "no stones"
+    assert {path.name for path in tmp_path.iterdir()} == written
 
 
 @pytest.mark.parametrize("order", [(3, 1, 2), pytest.param((2, 3, 1), marks=pytest.mark.long)])
