@@ -21,17 +21,17 @@ KEYS = (1.0, 0.1, 0.01)  # parts of F in the key
 KINDS = ((COMPRESSION, "compression"), (TENSION, "tension in a bond"))
 
 
-def missing(run: Run) -> str:
+def missing(run: Run, rank: int | None = None) -> str:
     """Text of the missing data: discs. "" if there are any."""
     return "" if run.windows else "no frame of discs"
 
 
 @style.styled
-def draw(run: Run) -> Any:
-    """Draws the first window in each state of the band, or at the ends of stages, with a key of forces."""
+def draw(run: Run, rank: int | None = None) -> Any:
+    """Draws a window (none: the first) in each state of the band, or at the ends of stages, with a key of forces."""
     from matplotlib.lines import Line2D
 
-    rank = run.windows[0]
+    rank = run.windows[0] if rank is None else rank
     shown = moments.of_run(run, rank, frames.last_of_stages)
     seen = np.concatenate([domain.discs_now(run, moment.frame, rank) for moment in shown])
     figure, axes = domain.panels(len(shown), seen)

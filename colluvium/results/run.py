@@ -156,6 +156,18 @@ class Run:
         corners, start = file.constant("stone_corners"), file.constant("stone_start")
         return [] if corners is None or start is None else np.split(corners, start[1:-1])
 
+    def stones_table(self, rank: int = 1) -> dict[str, Any]:
+        """The table of the scene for the stones of a window: its own, or that of all windows; {} for none."""
+        return self._window(rank).get("stones") or self.scene.get("stones") or {}
+
+    def name_of(self, rank: int) -> str:
+        """Name of a window."""
+        return str(self._window(rank).get("name", f"rank {rank}"))
+
+    def _window(self, rank: int) -> dict[str, Any]:
+        tables = self.scene.get("window") or []
+        return tables[rank - 1] if 1 <= rank <= len(tables) else {}
+
     def history(self, name: str, rank: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Steps and values of a history of one rank; rank None: the continuum, or the discs if they are alone."""
         rank = self._first() if rank is None else rank

@@ -20,7 +20,7 @@ from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
 from coupler_protocol.scene import run_number
 from coupler_protocol.scene.changes import in_stage, record_in
-from coupler_protocol.scene.local_origin import local
+from coupler_protocol.scene.of_window import of_window
 from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import number_of
 from coupler_protocol.wire import messages, payloads
@@ -57,7 +57,7 @@ class DiscreteSide(Kept):
     KEPT = ("gravity", "time", "step", "substeps", "power")
 
     def __init__(self, scene, rank, conversation, out, progress, origin=None, plugin=None):
-        self.scene = scene = local(scene)
+        self.scene = scene = of_window(scene, rank)
         self.rank, self.conversation, self.plugin = rank, conversation, plugin
         self.out, self.progress, self.origin = Path(out), progress, origin
         self.watch = stopwatch(scene.record.trace)
