@@ -3,14 +3,14 @@
 Contact normals at angles theta (modulo 180 degrees) are described by E(theta) = (1 + a cos 2(theta -
 theta_a)) / 2 pi, normal forces by f(theta) = f0 (1 + a_n cos 2(theta - theta_n)): L. Rothenburg, R.J.
 Bathurst, Analytical study of induced anisotropy in idealized granular materials, Geotechnique 39 (1989)
-601-614. Intervals: sampling_error.py.
+601-614. Intervals: coupler_protocol/measures/sampling_error.py.
 """
 
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from colluvium.results.sampling_error import Spread, spreads
+from coupler_protocol.measures.sampling_error import Spread, spreads
 
 if TYPE_CHECKING:
     from colluvium.results.rank_file import Fields
