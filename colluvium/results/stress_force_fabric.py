@@ -77,8 +77,8 @@ def fitted(
 ) -> StressForceFabric:
     """Fits Eqs (1) to (3) to contacts (C,) with normals at theta [rad], and compares both sides of Eq (4).
 
-    force, shear (C,) [N]: normal and tangential forces; bodies (C, 2, 2): as of `fit_fabric`; branch (C, 2) [m]: None for branches
-    of one length along the normals.
+    force, shear (C,) [N]: normal and tangential forces; bodies (C, 2, 2): as of `fit_fabric`; branch (C, 2) [m]: None for
+    branches of one length along the normals.
     """
     fabric = fit_fabric(theta, force, bodies)
     wave, f0 = np.exp(2j * theta), fabric.f0

@@ -105,7 +105,7 @@ class Recorder:
         """Records breaks of bonds: arrays (k, ..) of all names in quantities.CRACKS, by their steps; see `history`."""
         if set(columns) != set(CRACKS) or len({len(column) for column in columns.values()}) != 1:
             raise ValueError(f"cracks have columns of one length: {', '.join(CRACKS)}")
-        self._cracks.append(columns)
+        self._cracks.append({name: np.array(column, order="C") for name, column in columns.items()})
 
     def sync(self) -> None:
         """Waits until everything recorded so far is in the file and on the disk."""

@@ -66,7 +66,7 @@ DISCS = {
         ],
     },
     "record": EVERY | {"measure": 25},
-    "measure": [{"name": "corner", "centre": [0.5, 0.45], "radius": 0.5}],
+    "measure": [{"name": "corner", "centre": [0.6, 0.55], "radius": 0.5}],
     "stage": [
         {"name": "fill"},
         {"name": "settle", "kind": "discs", "gravity": 9.81, "until": {"ratio": 1e-6, "steps": 205}},

@@ -42,5 +42,5 @@ def test_both_kinds_of_region_have_area_edge_bounds_and_inside():
 
 @pytest.mark.parametrize("wrong", [(1.0, 2.0, 0.0), (1.0, 2.0), [[0, 0], [1, 1], [1, 0], [0, 1]], [[0, 0], [1, 0]], "circle"])
 def test_other_regions_are_refused(wrong):
-    with pytest.raises(ValueError, match="a region is|could not convert"):
+    with pytest.raises(ValueError, match=r"a region is|could not convert"):
         Region(wrong)
