@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from colluvium.figures import domain, frames, style
+from colluvium.figures import domain, frames, histories, style
 from colluvium.results import clock
 from colluvium.results.cracks import Cracks
 from colluvium.results.run import Run
@@ -64,10 +64,10 @@ def _draw_curves(axes: Any, run: Run, found: Cracks) -> None:
         at = np.concatenate(([0], steps, [end]))
         number = np.concatenate(([0], np.arange(1, len(steps) + 1), [len(steps)]))
         axes.step(at, number, where="post", color=colour, label=f"{words}: {len(steps):,}", linewidth=1.0)
-    for part in clock.parts(run):
-        for step, stage in part.starts:
-            axes.axvline(step, color=style.PALE, linewidth=0.8, zorder=0)
-            axes.annotate(stage, (step, 1.01), xycoords=("data", "axes fraction"), va="bottom", rotation=25.0)
+    starts = [start for part in clock.parts(run) for start in part.starts]
+    histories.name_stages(run, clock.Part(False, 0, end, tuple(starts)), axes)
+    for step, _ in starts:
+        axes.axvline(step, color=style.PALE, linewidth=0.8, zorder=0)
     axes.set_xlabel("step [-]")
     axes.set_ylabel("breaks since the start [-]")
     axes.grid(color=style.PALE, linewidth=0.3)

@@ -38,7 +38,7 @@ from dem_server.effects.bond import BONDED
 from dem_server.observe import wall_forces
 from dem_server.pairs import body_centres, exist, levers, listed_pairs, moments_along
 
-CUT = 0.055  # of Eq (7)
+CUT = 0.075  # of Eq (7)
 LIMIT = 1.0 - 1e-9  # of the friction limit, from which on a contact slides
 FEWEST = 3  # discs for a mean
 STRESS, STRAIN_RATE = (tuple(f"{name}_{part}" for part in ("xx", "yy", "xy")) for name in ("stress", "strain_rate"))

@@ -73,10 +73,14 @@ def collect(state):
     fresh += 0 if state.parallel is None else np.count_nonzero(_not_reported(state.parallel.state, state.parallel.reported))
     if fresh:
         rows = np.empty((fresh, COLUMNS))
-        note_breaks(
-            state.disc, state.first, state.second, state.bond_state, state.bond_reported, state.parallel, rows, np.int64(0)
-        )  # fmt: skip
+        note_breaks(*arguments(state, rows))
         state.breaks = rows if state.breaks is None else np.concatenate([state.breaks, rows])
+
+
+def arguments(state, rows):
+    """Arguments of `note_breaks` for all rows."""
+    bonds = state.bond_state, state.bond_reported, state.parallel
+    return state.disc, state.first, state.second, *bonds, rows, np.int64(0)
 
 
 def take(state):
