@@ -12,7 +12,8 @@ HEAD = (
 HINT = (
     "a, aₙ, aₜ: anisotropy of contact directions, normal and tangential forces, with 95 % intervals; fit: share of the variance "
     "over 18 bins of direction that the distributions explain; sin φ: (σ₁ - σ₂) / (σ₁ + σ₂) of the same contacts; predicted: "
-    "by the stress-force-fabric identity; chains: bodies under more than the mean stress in line with each other (docs/measuring.md)."
+    "by the stress-force-fabric identity; chains: bodies under more than the mean stress in line with each other "
+    "(docs/measuring.md)."
 )
 
 

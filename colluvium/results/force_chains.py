@@ -27,8 +27,8 @@ class ForceChains(NamedTuple):
     """Chains of a frame.
 
     links (L, 2): rows of the two discs whose contact joins bodies of a chain; chain (L,): number of its chain, from 0; chains:
-    how many there are; bodies: in chains; share: of the bodies with contacts; longest: bodies of the largest chain; direction [deg] in
-    [0, 180): of the links, and how much they agree (0: every direction, 1: one); NaN without chains.
+    how many there are; bodies: in chains; share: of the bodies with contacts; longest: bodies of the largest chain; direction
+    [deg] in [0, 180): of the links, and how much they agree (0: every direction, 1: one); NaN without chains.
     """
 
     links: np.ndarray

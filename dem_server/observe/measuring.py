@@ -238,4 +238,4 @@ def _to_both(near: Near, of_contacts: np.ndarray) -> np.ndarray:
 
 def _sums(body: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
     """Sums (count, k) of rows (m, k) by body (m,)."""
-    return np.stack([np.bincount(body, column, count) for column in values.T], axis=1)
+    return np.stack([np.bincount(body, column, count) for column in values.T], axis=1).astype(float)  # without rows: of integers

@@ -148,6 +148,14 @@ def test_a_region_without_discs_has_a_porosity_and_nothing_else():
     assert np.isnan(list(found.values())).all()
 
 
+def test_discs_that_do_not_touch_have_no_stress():
+    model, state, vectors = lattice(SQUARE, 2.1 * R)
+    found = measured(model, state, cells(vectors))
+    assert [found[f"stress_{part}"] for part in ("xx", "yy", "xy")] == [0.0, 0.0, 0.0]
+    assert (found["coordination"], found["bodies"]) == (0.0, 36.0)
+    assert np.isnan([found["mechanical_coordination"], found["sliding"]]).all()
+
+
 def test_regions_out_of_the_window_or_without_discs_are_refused():
     rim = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
     inside = [Measure(name="c", centre=(1.0, 1.0), radius=1.0), Measure(name="p", polygon=[(0, 0), (2, 0), (1, 2)])]
