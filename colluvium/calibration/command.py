@@ -44,7 +44,7 @@ def command(options: argparse.Namespace) -> int:
     out = Path(options.out or Path("runs") / f"{Path(options.scene).stem}.calibrate")
     at_once = options.at_once or len(os.sched_getaffinity(0))
     say = (lambda text: None) if options.quiet else _say
-    laboratory = SampleTests(scene, plan.sample, plan.targets, out, at_once, lambda text: None)
+    laboratory = SampleTests(scene, plan.sample, plan.targets, out, at_once, _say)
     print("\n".join(study.opening(plan, scene)), file=sys.stdout if options.dry_run else sys.stderr)
     if options.dry_run:
         print("\n".join(study.forecast(plan, scene, laboratory, at_once)))
@@ -54,8 +54,6 @@ def command(options: argparse.Namespace) -> int:
         signal.signal(number, signal.default_int_handler)
     began = time.monotonic()
     outcome = study.search(plan, scene, laboratory, say)
-    for one in laboratory.failed:
-        print(f"{one.name}: exit code {one.code}: {one.message}", file=sys.stderr)
     if outcome is None:
         return laboratory.failed[0].code if laboratory.failed else exits.PHYSICS
     found = answer.found(plan, scene, outcome, laboratory, time.monotonic() - began)

@@ -48,7 +48,7 @@ class SampleTests:
     def __init__(
         self, scene: Any, sample: str, targets: Targets, out: Path, at_once: int, report: Callable[[str], None]
     ) -> None:  # fmt: skip
-        """sample: soil, clump or cluster; out: folder of the calibration; report(text): called when a test ends."""
+        """sample: soil, clump or cluster; out: folder of the calibration; report(text): called when a test fails."""
         self.scene, self.sample, self.targets, self.out = scene, sample, targets, out
         self.at_once, self.report = at_once, report
         self.pressures = [goal.pressure for goal in targets.goals if goal.pressure] or [middle(scene.lab.confinement)]
@@ -61,14 +61,14 @@ class SampleTests:
         return 1 if short else len(self.pressures)
 
     def measure(self, values: Values, seeds: Sequence[int], short: bool) -> dict[int, dict[str, float]]:
-        """Answers by the name of the goal, of the sample of each seed; a seed whose tests failed is missing."""
+        """Answers by the name of the goal, of the sample of each seed; a seed whose tests all failed is missing."""
         tests = [self.trial(values, pressure, seed, short) for seed in seeds for pressure in self.pressures_of(short)]
         self._compute(values, tests, short)
         found = {}
         for seed in seeds:
             own = [row for test in tests if test.seed == seed and (row := self.rows.get(key_of(test)))]
             self.used |= {row["scene"]: row for row in own}
-            if len(own) == len(self.pressures_of(short)):
+            if own:
                 found[seed] = _moduli(own) if short else _moduli(own) | _peaks(own)
         return found
 
@@ -116,7 +116,9 @@ class SampleTests:
         left = [(test, self._job(values, test, short)) for test in tests if key_of(test) not in self.rows]
         before = _processor_seconds()
         try:
-            self.failed += run_all([job for _, job in left], self.at_once, self.report)
+            for one in run_all([job for _, job in left], self.at_once, lambda text: None):
+                self.failed.append(one)
+                self.report(f"{one.name}: exit code {one.code}: {one.message}")
         finally:
             done = [(test, job) for test, job in left if job.done()]
             each = (_processor_seconds() - before) / max(len(done), 1)
