@@ -31,6 +31,7 @@ RADIUS, WIDEST, NARROWEST = 0.8, 1.5, 0.04  # of the trust region, in units of c
 GROWS, SHRINKS = 1.6, 0.5  # of the radius after a good and a bad prediction
 TRUSTED = 0.5  # share of the predicted gain that makes a prediction good
 WORTH = 0.9  # predicted sum of Eq (1) over the present one from which on another set is not worth a test
+NEAR = 2.0  # tolerances within which moduli are near enough for the stage of strengths, which varies all parameters
 VAIN = 3  # sets in a row without a gain that end a stage
 START_PULL = 0.1  # tolerances that one unit of a coordinate away from the start counts
 SIZES = {"poisson": 0.15, "dilation": 20.0}  # a change of an answer, for the surrogate; 1 for logarithms
@@ -96,7 +97,8 @@ class Search:
         free, elastic = np.array([name in ELASTIC for name in self.space.names]), [goal.elastic for goal in self.goals]
         short, best, ended = all(elastic), self.space.start, "stationary"
         if any(elastic) and free.any():
-            best, ended = self._stage("elastic", best, seeds, np.array(elastic), free, True)
+            enough = 1.0 if short else NEAR
+            best, ended = self._stage("elastic", best, seeds, np.array(elastic), free, True, enough)
         if not short and ended != "tests":
             every = np.ones(len(self.goals), dtype=bool)
             best, ended = self._stage("strength", best, seeds, every, np.ones(len(free), dtype=bool), False)
@@ -113,16 +115,20 @@ class Search:
         return Outcome(self.goals, best, there, rows, self.trials, self.tests, self._surrogate(), ended)
 
     def _stage(
-        self, stage: str, values: Values, seeds: Sequence[int], goals: np.ndarray, free: np.ndarray, short: bool
-    ) -> tuple[Values, str]:
-        """Sets of one stage; goals (m,), free (d,): which ones count and vary. Returns the best set and why the stage ended."""
+        self, stage: str, values: Values, seeds: Sequence[int], goals: np.ndarray, free: np.ndarray, short: bool,
+        enough: float = 1.0,
+    ) -> tuple[Values, str]:  # fmt: skip
+        """Sets of one stage until all misses are below `enough`; goals (m,), free (d,): which ones count and vary.
+
+        Returns the best set and why the stage ended.
+        """
         best = values
         means = self._test(values, seeds, short)
         if not np.isfinite(means).any():
             raise NoAnswerError
         merit, radius, vain = self._merit(means, goals), RADIUS, 0
         self._note(stage, values, seeds, means, merit)
-        while not self._reached(means, goals):
+        while not self._reached(means, goals, enough):
             if not self._affordable(len(seeds), short):
                 return best, "tests"
             wanted, predicted = self._propose(best, goals, free, short, radius)
@@ -206,9 +212,9 @@ class Search:
         misses = self._misses(means)[slice(None) if goals is None else goals]
         return float(2.0 * (np.sqrt(1.0 + misses**2) - 1.0).sum()) if np.isfinite(misses).all() else float("inf")
 
-    def _reached(self, means: np.ndarray, goals: np.ndarray | None = None) -> bool:
+    def _reached(self, means: np.ndarray, goals: np.ndarray | None = None, enough: float = 1.0) -> bool:
         misses = self._misses(means)[slice(None) if goals is None else goals]
-        return bool((np.abs(misses) <= 1.0).all())
+        return bool((np.abs(misses) <= enough).all())
 
     def _note(self, stage: str, values: Values, seeds: Sequence[int], means: np.ndarray, merit: float) -> None:
         """Adds a trial and reports it."""

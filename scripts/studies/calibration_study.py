@@ -5,8 +5,8 @@
 
 SCENE is the scene of a calibration and ANSWER its answer.json. Tests are those of `colluvium calibrate`, at all stresses of
 lab.confinement; each is computed once and kept in DIR, so that an interrupted study continues. `radius`, `porosity` and `content`
-change the sample and keep the parameters. Writes calibration_NAME.png for each NAME: E, nu, c and phi over the parameter, with the
-standard deviation over the seeds.
+change the sample and keep the parameters. Writes calibration_NAME.png for each NAME: E, nu, c and phi over the parameter, with
+the standard deviation over the seeds.
 """
 
 import argparse
