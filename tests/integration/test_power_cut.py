@@ -19,7 +19,7 @@ SCENES = {  # with every how many states are tried
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.trial] if name == "coupled" else []) for name in SCENES])
 def test_a_run_goes_on_after_a_power_cut(tmp_path, name):
     tables, every = SCENES[name]
     scene, straight = Scene(**tables), tmp_path / "straight"
