@@ -18,6 +18,7 @@ from coupler_protocol.scene.installed import distribution, installed, loaded
 from coupler_protocol.scene.named_files import without_paths
 from coupler_protocol.scene.names import Title
 from coupler_protocol.scene.tables.boundary import Boundary, InitialStress
+from coupler_protocol.scene.tables.calibrate import Calibrate
 from coupler_protocol.scene.tables.changes import (
     StageDiscs,
     StageGrain,
@@ -265,6 +266,9 @@ class SceneBase(Table):
     record: Record = Field(default=Record(), description="recorded data and their intervals")
     fos: FactorOfSafety = Field(default=FactorOfSafety(), description="search for a factor of safety")
     lab: Lab = Field(default=Lab(), description="samples and loading of laboratory tests")
+    calibrate: Calibrate | None = Field(
+        default=None, description="targets and free parameters of a calibration; no table: defaults"
+    )
     stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
 
     _drawn: Any = PrivateAttr(None)
