@@ -12,6 +12,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from colluvium.results.cracks import NONE, Cracks
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.files import undo_log
 from coupler_protocol.files.vtkhdf import FrameInfo
@@ -172,6 +173,14 @@ class RankFile:
         """Steps and values of a history."""
         rows = self._file[f"Histories/{name}"][:]
         return rows["step"], rows["value"]
+
+    def cracks(self) -> Cracks:
+        """All breaks of bonds in the file."""
+        group = self._file.get("Cracks") or {}
+        if any(name not in group for name in Cracks._fields):
+            return NONE
+        count = min(len(group[name]) for name in Cracks._fields)  # a writer that was killed left columns of two lengths
+        return Cracks(*(group[name][:count] for name in Cracks._fields))
 
     def close(self) -> None:
         """Closes the file; arrays that were read remain valid."""

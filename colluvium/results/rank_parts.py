@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from colluvium.results.cracks import Cracks
 from colluvium.results.rank_file import Fields, RankFile
 
 
@@ -75,6 +76,12 @@ class RankParts:
                 end = min(end, steps[0]) if len(steps) else end
         steps, values = (np.concatenate(column) for column in zip(*pieces, strict=True))
         return steps, values
+
+    def cracks(self) -> Cracks:
+        """All breaks of bonds, without those of steps that were computed again."""
+        found = [part.cracks() for part in self.parts]
+        kept = [one.where(one.step <= limit) for one, limit in zip(found, self._limits, strict=True)]
+        return Cracks(*(np.concatenate(columns) for columns in zip(*kept, strict=True)))
 
     def close(self) -> None:
         """Closes the files; arrays that were read remain valid."""

@@ -27,7 +27,7 @@ SCENE, RUN = "scene_identity", "run"  # attributes of files for frames
 MOST_TOLD = 8  # differences of two scenes that are named
 log = logging.getLogger(__name__)
 FUNCTIONS = "functions"  # name of a plugin that was made from functions, not a file
-FREE = ("title", "units", "record", "link", "fos")  # keys of a scene by which no State differs
+FREE = ("title", "units", "record", "measure", "link", "fos")  # keys of a scene by which no State differs
 END, INSIDE = "end of step", "inside of the stage"  # phases of a State from which steps can go on; others are for inspection
 
 
