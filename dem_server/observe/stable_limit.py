@@ -118,7 +118,8 @@ def motion_of_ring(model, state, rim):
 def safe_limit(model, state, rim, origin=NOWHERE):
     """Limit of the step (coupler_protocol.criteria.stable_step.limit) by discs and stones, with all listed pairs closed.
 
-    None if no disc is near another one: no spring limits the step. origin (2,) [m]: point of the scene from which positions count.
+    None if no disc is near another one: no spring limits the step. origin (2,) [m]: point of the scene from which positions
+    count.
     """
     if not len(state.first):
         return None

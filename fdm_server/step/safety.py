@@ -31,13 +31,13 @@ def check_motion(model, state):
     if not np.isfinite(speed):
         bad = np.flatnonzero(~np.isfinite(state.velocity).all(axis=1))
         raise Unstable(
-            f"velocities of {len(bad)} gridpoints are NaN or infinite, one {_at(model, bad[0])}: the step is too long for "
-            f"something stiffer than the zones, or a law failed"
+            f"velocities of {len(bad)} gridpoints are NaN or infinite, one {_at(model, bad[0])}, number {bad[0]}: the step is "
+            f"too long for something stiffer than the zones, or a law failed"
         )
     if speed > model.extent:
         fastest = np.abs(state.velocity).max(axis=1).argmax()
         raise Unstable(
-            f"a gridpoint {_at(model, fastest)} moves {speed:.3g} m in a step, more than the size of the grid: "
+            f"gridpoint {fastest} {_at(model, fastest)} moves {speed:.3g} m in a step, more than the size of the grid: "
             f"forces have grown without bounds"
         )
 
