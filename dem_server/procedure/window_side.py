@@ -20,7 +20,7 @@ from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
 from coupler_protocol.scene import run_number
 from coupler_protocol.scene.changes import in_stage, record_in
-from coupler_protocol.scene.local_origin import local
+from coupler_protocol.scene.of_window import of_window
 from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import number_of
 from coupler_protocol.wire import messages, payloads
@@ -34,12 +34,13 @@ from dem_server.coupling.window_strain import WindowStrain, bins_over_box
 from dem_server.insitu.takeover import take_over
 from dem_server.observe import energy, record, stable_limit, unbalanced_ratio
 from dem_server.observe.energy_ledger import Ledger
+from dem_server.observe.measuring import Measuring
 from dem_server.observe.not_finite import first_not_finite
 from dem_server.packing.coupled_window import drawn_stones, packed_window
 from dem_server.procedure import restart, soundness, stage_changes
 from dem_server.procedure.compile_ahead import coupled_kernels
 from dem_server.procedure.load_ahead import libraries
-from dem_server.step import clock, guards
+from dem_server.step import breaks, clock, guards
 from dem_server.step.motion import SPEED_CAP
 from dem_server.stones import bodies
 
@@ -58,7 +59,7 @@ class DiscreteSide(Kept):
     KEPT = ("gravity", "time", "step", "substeps", "power")
 
     def __init__(self, scene, rank, conversation, out, progress, origin=None, plugin=None):
-        self.scene = scene = local(scene)
+        self.scene = scene = of_window(scene, rank)
         self.rank, self.conversation, self.plugin = rank, conversation, plugin
         self.out, self.progress, self.origin = Path(out), progress, origin
         self.watch = stopwatch(scene.record.trace)
@@ -73,6 +74,7 @@ class DiscreteSide(Kept):
         self.stage = self.talk = None
         self.ledger = None  # a dem_server.observe.energy_ledger.Ledger if the scene has record.energy
         self.recorder = None
+        self.measuring = Measuring.of_window(scene, rank)  # None: the window has no region
         self.report, self.openings, self.limits, self.changes = {}, [], [], []
         self.record_of_stage = scene.record  # its intervals
         self.recorded = stage_changes.recorded_fields(scene)  # of all stages
@@ -91,6 +93,8 @@ class DiscreteSide(Kept):
         nodes, moment, self.run_number = join(self.conversation, self.scene, self.moments, None if self.moments else libraries())
         self.progress.name_run(self.run_number)
         self._find(moment)
+        if self.measuring and not self.source:
+            self.measuring.refuse_outside(nodes)
         self.stones = drawn_stones(self.scene, self.rank, nodes, self._note)
         constants = record.stones(self.stones.outlines, self.scene.origin) if self.stones else None
         path = part_file(self.out, restart.name(self.rank))
@@ -370,6 +374,7 @@ class DiscreteSide(Kept):
     def look(self, order):
         """Computes an Answer and checks the ring after a step with histories."""
         self.looked = self._new_answer(order.gravity)
+        self._look_for_cracks()
         self._say(self.guard.check(self.model, self.state))
         self.progress(self._name_of(self.stage), "", self.steps, None, self.looked.ratio, order.gravity_factor)
 
@@ -385,6 +390,17 @@ class DiscreteSide(Kept):
         self.guard.note_list(self.state)
         self.recorder.histories(steps, self._histories(looks, times))
         self.progress(self._name_of(self.stage), "", steps[-1], None, looks[-1].ratio, factor)
+
+    def _look_for_cracks(self):
+        """Records the breaks of bonds since the last look."""
+        rows = breaks.take(self.state)
+        if rows is not None:
+            self.note_cracks(np.full(len(rows), self.steps), [self.time] * len(rows), rows)
+
+    def note_cracks(self, steps, times, rows):
+        """Records breaks of bonds: rows (k, 9) of dem_server.step.breaks, steps (k,) and times [s] of their looks."""
+        columns = breaks.as_columns(rows, self.model.material, self.scene.origin)
+        self.recorder.cracks({"step": steps, "time": np.array(times), **columns})
 
     def _say(self, warning):
         if warning:
@@ -414,13 +430,16 @@ class DiscreteSide(Kept):
         )
 
     def record(self, order):
-        """Writes histories, frames and checkpoints as the Order demands."""
+        """Writes histories, measures, frames and checkpoints as the Order demands."""
         _refuse_other_stage(order, self.stage)
         self.record_histories()
         flags = int(order.flags)
         name = self._name_of(int(order.stage))
         if flags & messages.RECORD:
+            self._look_for_cracks()
             self._frame(FrameInfo(self.steps, self.time, name, order.gravity_factor))
+        if self.measuring and (self.steps % self.record_of_stage.measure == 0 or flags & messages.RECORD):
+            self.recorder.history(self.steps, **self.measuring.values(self.model, self.state))
         if self.plugin is not None:
             self.plugin.step(self._moment(name), soundness.check)
             if flags & messages.END_OF_STAGE:
