@@ -39,7 +39,6 @@ from dem_server.stones import bodies, mesostructure
 
 PICTURE = Path(__file__).resolve().parents[2] / "docs" / "pictures" / "hard_cases.png"
 ENOUGH = 1e8  # growth at which a naive curve ends
-SHARE = 0.9  # of the stable step of the free body
 UTM = np.array([412345.0, 5300000.0])  # [m]
 R = 0.03  # radius of the discs in panels of two discs [m]
 
@@ -117,7 +116,7 @@ def with_forces(choose, steps):
         joined.grid.applied[joined.nodes] = choose(kept)
 
     joined.hang = hang
-    return coupled_energy.followed(joined, steps, 1e-6 * SIZE, share=SHARE, every=10)[0]
+    return coupled_energy.followed(joined, steps, 1e-6 * SIZE, every=10)[0]
 
 
 def coupled_body(asked, naive, choose, steps):
@@ -189,7 +188,7 @@ def over_time(state, values, step=None):
 
 def stale_list(few):
     """Contacts of a list of pairs that nobody renews."""
-    curves, steps = [], 500
+    curves, steps = [], 2500
     for forces in (add_forces, contact_forces):
         model, state = pair(0.5 * R, 5.0)
         curves.append(over_time(state, distances(model, state, forces, steps)))
@@ -201,11 +200,11 @@ def soft_springs(few):
     mass = 2000.0 * np.pi * R**2
     speed = 1.3 * 2.0 * R * (2.0 * KN / mass) ** 0.5
     model, state = pair(0.1 * R, speed)
-    naive = over_time(state, distances(model, state, contact_forces, 30))
+    naive = over_time(state, distances(model, state, contact_forces, 120))
     model, state = pair(0.1 * R, speed)
     seen, time = [], []
     try:
-        for _ in range(30):
+        for _ in range(120):
             time.append((time[-1] if time else 0.0) + 1e3 * advance(model, state, 0.0, 1))
             seen.append((state.x[1, 0] - state.x[0, 0]) / (2.0 * R))
     except ArithmeticError:

@@ -137,11 +137,14 @@ def goes_on(out, straight):
         assert differing(straight / f"{side}.{LAST}.h5", out / f"{side}.{LAST}.h5") == []
 
 
-CASES = [
-    pytest.param(name, way, marks=() if name in SHORT and way == "plain steps" else pytest.mark.long)
-    for name in FAULTS
-    for way in EVERY
-]
+def marks(name, way):
+    """Four faults are short tests, the others long ones; step by step they are trials."""
+    if way == "one by one":
+        return (pytest.mark.long, pytest.mark.trial)
+    return () if name in SHORT else (pytest.mark.long,)
+
+
+CASES = [pytest.param(name, way, marks=marks(name, way)) for name in FAULTS for way in EVERY]
 
 
 @pytest.mark.parametrize(("name", "way"), CASES)
@@ -159,6 +162,7 @@ RUN_ITSELF = [name for name, (*_, own) in FAULTS.items() if own is not None]
 
 
 @pytest.mark.long
+@pytest.mark.trial
 @pytest.mark.parametrize("way", EVERY)
 @pytest.mark.parametrize("name", RUN_ITSELF)
 def test_numbers_that_go_wrong_by_themselves_are_noticed_by_the_next_look(tmp_path, straight, monkeypatch, name, way):

@@ -18,21 +18,25 @@ def panels(tmp_path_factory):
     return {panel["naive"]: panel["curves"] for panel in json.loads((folder / "panels.json").read_text())}
 
 
-def ends(panels, naive):
-    """Last values of the naive scheme and of this project."""
-    (_, bad), (_, good) = panels[naive]
-    return bad[-1], good[-1]
-
-
 def test_there_are_ten(panels):
     assert len(panels) == 10
 
 
-@pytest.mark.parametrize("naive", ["no mass rule at the rim", "step 1 % above the limit", "forces one step late"])
-def test_what_grows_without_a_rule_stays_bounded_with_it(panels, naive):
+@pytest.mark.parametrize("naive", ["no mass rule at the rim", "step 1 % above the limit"])
+def test_speeds_grow_without_a_rule_and_stay_bounded_with_it(panels, naive):
     (_, bad), (_, good) = panels[naive]
-    assert max(bad) > 30.0 * max(good)
-    assert max(good) < 10.0
+    assert max(bad) > 1e4
+    assert max(good) < 20.0
+
+
+@pytest.mark.parametrize(
+    ("naive", "growth"),
+    [("forces one step late", 1.05), ("forces held over ten steps", 1.3), ("the last force acts again", 1.002)],
+)
+def test_a_body_keeps_its_energy_only_with_the_forces_of_its_step(panels, naive, growth):
+    (_, bad), (_, good) = panels[naive]
+    assert bad[-1] > growth
+    assert max(abs(value - 1.0) for value in good) < 1e-4
 
 
 def test_discs_pass_through_each_other_without_lists_and_guards(panels):
@@ -42,12 +46,7 @@ def test_discs_pass_through_each_other_without_lists_and_guards(panels):
         assert min(bad) < 0.0 < min(good)
 
 
-def test_stones_switched_on_keep_their_energy(panels):
-    bad, good = ends(panels, "contacts lose their reference")
-    assert good == pytest.approx(1.0, rel=0.2)
-    assert abs(bad - 1.0) > 2.0
-
-
-def test_discs_come_to_rest_about_a_local_origin(panels):
-    bad, good = ends(panels, "positions from the origin of UTM")
-    assert good < 0.1 * bad
+def test_stones_switched_on_store_no_more_than_before(panels):
+    (_, bad), (_, good) = panels["contacts lose their reference"]
+    assert max(good) <= 1.0
+    assert min(bad) > 100.0
