@@ -60,6 +60,11 @@ EXAMPLES = (
         "of zones. `colluvium check` gives the resulting size of the window.",
     ),
     (
+        "Two windows with their own discs",
+        "quick_two_windows.toml",
+        "Each window is a process of its own, rank 1 onwards. What is not given in `[window.discs]` is that of `[discs]`.",
+    ),
+    (
         "A footing",
         "footing.toml",
         "Displacement-controlled: part of a side moves, and its reaction is the load. The velocity is low enough if half of it "

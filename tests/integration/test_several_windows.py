@@ -137,7 +137,8 @@ def test_the_order_of_arrival_does_not_change_a_bit(tmp_path, straight, order):
     assert_same_runs(straight(), tmp_path)
 
 
-@pytest.mark.parametrize("rank", [2, pytest.param(3, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("rank", [2, 3])
 def test_a_run_goes_on_after_one_of_its_windows_was_killed(tmp_path, straight, rank):
     killed_run(build_scene(tables()), tmp_path / "run", kill_where(DiscreteSide, "record", of_rank(rank, 90)))
     with arriving((3, 2, 1)):
