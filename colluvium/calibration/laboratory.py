@@ -4,8 +4,8 @@ A test has a folder of its own in `trials`, numbered by its set of parameters, a
 stress, seed, answers, seconds of its run. A test whose scene is in that file is not computed again.
 
 A short test, for the moduli, is made at one stress and ends at half of the strength; its steps are enough for the loading to be
-quasi-static (docs/lab.md), at least those of an oedometer. Full tests end at the strain that the targets give, the same for all
-sets.
+quasi-static (docs/lab.md), at least those of an oedometer. Full tests have the rate and strain that the targets give, which
+are the same for all sets.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ from colluvium.calibration.targets import Targets, strength_name
 from colluvium.lab import trials as lab_trials
 from colluvium.lab.answers import answers_of
 from colluvium.lab.curves import curve_of
-from colluvium.lab.loading import ELASTIC, LEAST, LONG, MOST, QUIET, loading
+from colluvium.lab.loading import ELASTIC, FEWEST, LEAST, LONG, MOST, QUIET, loading
 from colluvium.lab.specimen import specimen
 from colluvium.lab.trials import Trial
 from colluvium.running.pool import Failed, Job, run_all
@@ -94,14 +94,12 @@ class SampleTests:
         body = specimen("biaxial", scene.discs.radius, scene.lab)
         plain = loading("biaxial", scene, body, pressure, self._content(scene))
         young, peak = self.targets.value("young"), self._peak(pressure)
-        full = plain.strain
-        if scene.lab.strain is None and young is not None and peak is not None:
-            full = min(max(LONG * peak / young, LEAST), MOST)
-        if not short:
-            return {"strain": full}
-        strain = HALF * peak / young if young and peak else HALF * full / LONG
-        rows = body.height / (2.0 * scene.discs.radius)
-        return {"strain": strain, "rate": min(QUIET * strain / (HALF * rows), strain / ELASTIC)}
+        yields = peak / young if young and peak else plain.strain / LONG
+        quiet = QUIET * yields / (body.height / (2.0 * scene.discs.radius))
+        if short:
+            return {"strain": HALF * yields, "rate": min(quiet, HALF * yields / ELASTIC)}
+        strain = scene.lab.strain or min(max(LONG * yields, LEAST), MOST)
+        return {"strain": strain, "rate": scene.lab.rate or min(quiet, strain / FEWEST)}
 
     def _content(self, scene: Any) -> float:
         return scene.stones.content if self.sample != "soil" else 0.0
