@@ -112,16 +112,17 @@ class SampleTests:
     def _compute(self, values: Values, tests: list[Trial], short: bool) -> None:
         """Runs the tests that are not kept, and keeps all that are done, also after Ctrl-C."""
         left = [(test, self._job(values, test, short)) for test in tests if key_of(test) not in self.rows]
+        ended = {job.name for _, job in left if job.done()}  # before an interruption
         before = _processor_seconds()
         try:
             for one in run_all([job for _, job in left], self.at_once, lambda text: None):
                 self.failed.append(one)
                 self.report(f"{one.name}: exit code {one.code}: {one.message}")
         finally:
-            done = [(test, job) for test, job in left if job.done()]
-            each = (_processor_seconds() - before) / max(len(done), 1)
-            for test, job in done:
-                self._keep(values, test, job, {"short": short, "processor": each})
+            new = [(test, job) for test, job in left if job.done()]
+            each = (_processor_seconds() - before) / max(len([job for _, job in new if job.name not in ended]), 1)
+            for test, job in new:
+                self._keep(values, test, job, short, None if job.name in ended else each)
 
     def _job(self, values: Values, test: Trial, short: bool) -> Job:
         """The run of a test; its folder begins with the number of its set."""
@@ -130,8 +131,9 @@ class SampleTests:
         name = f"set{number:03d}.{test.name}{'.short' if short else ''}"
         return Job(name, test.tables, self.out / "trials" / name)
 
-    def _keep(self, values: Values, test: Trial, job: Job, more: dict[str, Any]) -> None:
-        """Adds a finished test to the file."""
+    def _keep(self, values: Values, test: Trial, job: Job, short: bool, processor: float | None) -> None:
+        """Adds a finished test to the file; processor: seconds, None if its run ended in an earlier call."""
+        seconds = run_json.read(job.out / run_json.NAME).get("seconds") or 0.0
         found = answers_of("biaxial", curve_of(test, job.out))
         row = {
             "scene": key_of(test),
@@ -141,10 +143,12 @@ class SampleTests:
             "sample": test.sample,
             "pressure": test.pressure,
             "seed": test.seed,
+            "short": short,
             "steps": test.loading.steps,
             "answers": {name: found[name] for name in ANSWERS},
-            "seconds": run_json.read(job.out / run_json.NAME).get("seconds") or 0.0,
-        } | more
+            "seconds": seconds,
+            "processor": seconds if processor is None else processor,
+        }
         self.rows[row["scene"]] = row
         with (self.out / KEPT).open("a", encoding="utf-8") as file:
             file.write(json.dumps(row) + "\n")

@@ -23,7 +23,7 @@ from colluvium.figures.style import PAGE, styled
 from colluvium.lab.strength import deviation, line_of
 from coupler_protocol.scene.reader import read_scene
 
-FACTORS = {"normal": (0.6, 1.6), "ratio": (0.5, 2.0, 4.0), "friction": (0.5, 2.0, 4.0), "bond": (0.5, 2.0)}
+FACTORS = {"normal": (0.6, 1.6), "ratio": (0.5, 3.0), "friction": (0.5, 3.0), "bond": (0.5, 2.0)}
 ROLLING = (0.05, 0.15)
 SAMPLES = {
     "radius": ("discs.radius", (0.02, 0.05)),
