@@ -48,7 +48,7 @@ def test_targets_are_reached_in_spite_of_scatter(true):
 
 
 def test_rolling_resistance_is_named_where_friction_is_not_enough_and_reaches_the_target():
-    calibrate = targets(**TRUE, rolling=0.2)
+    calibrate = targets(**TRUE, rolling=0.2) | {"tolerance": 0.1}
     outcome, plan = searched(calibrate, Synthetic())
     assert outcome.ended != "reached"
     said = words_of(outcome, plan)
