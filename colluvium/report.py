@@ -9,6 +9,7 @@ from colluvium.html import player
 from colluvium.results.run import Run, open_run
 from coupler_protocol.exits import EnvironmentFailed
 
+OF_WINDOWS = ("mesostructure", "window", "force_chains", "displacement_vectors", "fabric")  # a picture of each window
 FIGURES = (  # file name, module of colluvium.figures, function
     ("mesostructure", "mesostructure", "draw"),
     ("mesh", "mesh", "draw"),
@@ -22,6 +23,7 @@ FIGURES = (  # file name, module of colluvium.figures, function
     ("force_chains", "chains", "draw"),
     ("displacement_vectors", "vectors", "draw"),
     ("fabric", "roses", "draw"),
+    ("cracks", "cracks", "draw"),
     ("histories", "histories", "draw"),
     ("load_curves", "load_curves", "draw"),
     ("timeline", "timeline", "draw"),
@@ -58,15 +60,32 @@ def write(
 def _files(run: Run, folder: Path, skipped: Callable[[str, str], None]) -> Iterator[Path]:
     """Yields each file as soon as it is written."""
     for name, module, function in FIGURES:
-        path = folder / f"{name}.png"
         drawing = importlib.import_module(f"colluvium.figures.{module}")
-        if lacking := drawing.missing(run):
-            path.unlink(missing_ok=True)  # of an earlier report
-            skipped(path.name, lacking)
-        else:
-            _save(getattr(drawing, function)(run), path)
-            yield path
+        _remove_other_windows(folder, name, run)
+        for part, words in _parts(name, run):
+            path = folder / f"{part}.png"
+            if lacking := drawing.missing(run, *words):
+                path.unlink(missing_ok=True)  # of an earlier report
+                skipped(path.name, lacking)
+            else:
+                _save(getattr(drawing, function)(run, *words), path)
+                yield path
     yield player.write(run, folder / "report.html")
+
+
+def _parts(name: str, run: Run) -> list[tuple[str, tuple[int, ...]]]:
+    """(name, further arguments) of the pictures of a figure: one, or one for each of several windows."""
+    if name not in OF_WINDOWS or len(run.windows) < 2:
+        return [(name, ())]
+    return [(f"{name}.rank{rank}", (rank,)) for rank in run.windows]
+
+
+def _remove_other_windows(folder: Path, name: str, run: Run) -> None:
+    """Removes pictures of a figure that an earlier report made of another number of windows."""
+    now = {f"{part}.png" for part, _ in _parts(name, run)}
+    for path in (folder / f"{name}.png", *folder.glob(f"{name}.rank*.png")):
+        if path.name not in now:
+            path.unlink(missing_ok=True)
 
 
 def _save(figure: Any, path: Path) -> None:

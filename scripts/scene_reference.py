@@ -60,6 +60,11 @@ EXAMPLES = (
         "of zones. `colluvium check` gives the resulting size of the window.",
     ),
     (
+        "Two windows with their own discs",
+        "quick_two_windows.toml",
+        "Each window is a process of its own, rank 1 onwards. What is not given in `[window.discs]` is that of `[discs]`.",
+    ),
+    (
         "A footing",
         "footing.toml",
         "Displacement-controlled: part of a side moves, and its reaction is the load. The velocity is low enough if half of it "
@@ -145,6 +150,28 @@ def choices_in(annotation):
             yield from choices_in(part)
 
 
+OWN = """## Several windows
+
+Each `[[window]]` is one discrete process, rank 1 onwards in the order of the file. All windows have the discs of `[discs]` and
+the stones of `[stones]`. `[window.discs]` has the keys that differ in the window above it; `[window.stones]` replaces `[stones]`.
+For stones in some windows only, leave out `[stones]` and give those windows `[window.stones]`.
+
+```toml
+[[window]]
+name = "crest"
+polygon = [[20.0, 6.0], [24.0, 6.0], [24.0, 9.0], [20.0, 9.0]]
+[[window]]
+name = "toe"
+polygon = [[10.0, 2.0], [14.0, 2.0], [14.0, 4.5], [10.0, 4.5]]
+[window.discs]                           # of the toe
+radius = 0.06
+[window.discs.soil]
+friction = { coefficient = 0.3 }
+bond = false                             # no bonds in this window
+```
+
+`--set window.toe.discs.radius=0.05` overrides a key of a window. Changes of stages (`[stage.discs]`) act in all windows.
+"""
 CHANGES = """## Changes from a stage on
 
 A stage changes a material of the grid or of the discs by the table of the scene, with only the keys that change. The changes last
@@ -192,8 +219,9 @@ def page():
     """The whole page."""
     from coupler_protocol.scene.declare import Effect
 
-    lines, described = [HEAD, CHANGES, *examples()], {}
-    for path, model, many in tables(scene_class(), ""):
+    lines, described = [HEAD, OWN, CHANGES, *examples()], {}
+    found = list(tables(scene_class(), ""))
+    for path, model, many in sorted(found, key=lambda row: row[0].startswith("window.")):
         mark = f"[[{path}]]" if many else f"[{path}]" if path else "Top level"
         effect = " (effect)" if issubclass(model, Effect) else ""
         lines += [f"## `{mark}`{effect}", ""]

@@ -40,3 +40,29 @@ def uniform(grid, polygon, **discs):
             {"name": "couple", "handover": 300, "until": rest},
         ],
     }
+
+
+THREE = {
+    "stiff": [[1.0, 1.0], [3.0, 1.0], [3.0, 3.0], [1.0, 3.0]],
+    "stony": [[4.5, 3.5], [6.5, 3.5], [6.5, 5.0], [4.5, 5.0]],
+    "loose": [[4.5, 1.0], [6.5, 1.0], [6.5, 2.5], [4.5, 2.5]],
+}  # windows of BOX: corners by name
+
+
+def three_windows(radius=0.08):
+    """Tables of a short scene of three windows: as [discs], smaller discs with stones, and soil without bonds."""
+    data = uniform(dict(BOX), THREE["stiff"], radius=radius)
+    data["material"][0] |= {"mohr_coulomb": {"cohesion": 60e3, "friction": 30.0}}
+    stone = {"density": 2700.0, "spring": {"normal": 1e8, "shear": 1e8}, "friction": {"coefficient": 1.0}}
+    size = {"mean": 0.5, "sigma": 0.1, "min": 0.4, "max": 0.6}
+    own = {
+        "stiff": {},
+        "stony": {"discs": {"radius": 0.06, "stone": stone}, "stones": {"content": 0.2, "size": size, "gap": 0.05}},
+        "loose": {"discs": {"soil": {"bond": False, "friction": {"coefficient": 0.4}}, "damping": {"local": 0.5}}},
+    }
+    data["window"] = [{"name": name, "polygon": corners} | own[name] for name, corners in THREE.items()]
+    data["record"] = {"every": 40, "history": 10}
+    data["stage"][0]["until"] = {"steps": 10}
+    data["stage"][2] |= {"handover": 30, "until": {"steps": 50}}
+    data["stage"].append({"name": "more", "kind": "overload", "gravity": 2.0, "until": {"steps": 60}})
+    return data

@@ -12,17 +12,21 @@ from colluvium.results.window_fields import outline_of, starting_places
 BODIES = ("#b9a98f", "#8f7a5b", "#d3b98a", "#a0826a", "#c6a78c", "#7d6f5e")  # stones side by side, to tell them apart
 
 
-def missing(run: Run) -> str:
+def missing(run: Run, rank: int | None = None) -> str:
     """Text of the missing data: discs. "" if there are any."""
     return "" if run.windows else "no frame of discs"
 
 
 @style.styled
-def draw(run: Run) -> Any:
-    """Draws the first window with stones (else the first) at the start: packing; with stones also mesostructure and both."""
+def draw(run: Run, rank: int | None = None) -> Any:
+    """Draws a window at the start: packing; with stones also mesostructure and both.
+
+    rank None: the first window with stones, or the first one.
+    """
     import matplotlib.pyplot as plt
 
-    rank = next((rank for rank in run.windows if run.stones(rank)), run.windows[0])
+    if rank is None:
+        rank = next((rank for rank in run.windows if run.stones(rank)), run.windows[0])
     frame = next(i for i in range(len(run.frames)) if run.has(i, rank))
     discs, placed = run.discs(frame, rank), run.stones(rank)
     columns = 3 if placed else 1

@@ -16,17 +16,17 @@ def missing(run: Run) -> str:
 
 @style.styled
 def draw(run: Run) -> Any:
-    """Draws the last frame: the whole slope and, beside it, the first window; in a row above, the last frame before a run-out."""
+    """Draws the last frame: the whole slope and, beside it, each window; in a row above, the last frame before a run-out."""
     import matplotlib.pyplot as plt
 
     shown = sorted({frames.before_run_out(run)[-1], frames.last(run)})
-    columns = max(1 + _has_window(run, frame) for frame in shown)
+    columns = 1 + max(len(_windows(run, frame)) for frame in shown)
     figure, rows = plt.subplots(
         len(shown),
         columns,
-        figsize=(style.PAGE if columns > 1 else 5.5, 3.3 * len(shown)),
+        figsize=(style.PAGE * (1 + columns) / 3.0 if columns > 1 else 5.5, 3.3 * len(shown)),
         squeeze=False,
-        width_ratios=(2.0, 1.0)[:columns],
+        width_ratios=(2.0, *[1.0] * (columns - 1)),
         layout="compressed",
     )
     for axes, frame in zip(rows, shown, strict=True):
@@ -34,9 +34,9 @@ def draw(run: Run) -> Any:
     return figure
 
 
-def _has_window(run: Run, frame: int) -> bool:
-    """Whether a frame has zones and a window beside them."""
-    return run.has(frame, 0) and any(run.has(frame, rank) for rank in run.windows)
+def _windows(run: Run, frame: int) -> list[int]:
+    """Ranks of the windows of a frame that has zones beside them; else none."""
+    return [rank for rank in run.windows if run.has(frame, rank)] if run.has(frame, 0) else []
 
 
 def _draw_row(run: Run, frame: int, figure: Any, axes: Any) -> None:
@@ -44,18 +44,18 @@ def _draw_row(run: Run, frame: int, figure: Any, axes: Any) -> None:
     sizes = [np.linalg.norm(body.displacement, axis=1) for body in run.bodies(frame)]
     factor, unit = style.readable("m", *sizes)
     low, high = style.limits(*(factor * size for size in sizes))
-    windows = [rank for rank in run.windows if run.has(frame, rank)]
+    windows = _windows(run, frame)
     for place in axes:
         drawn = _draw_bodies(run, frame, place, factor)
         for artist in drawn:
             artist.set_clim(low, high)
         domain.finish(place, f"displacement: {style.moment(run.frames[frame])}{frames.note(run, frame)}")
-    if len(axes) == 2 and not _has_window(run, frame):
-        axes[1].set_axis_off()
-    elif len(axes) == 2:
-        _close_up(axes[1], outline_of(run, frame, windows[0]))
-        axes[1].set_title("the window and its rim")
-        axes[1].tick_params(labelleft=True)
+    for place in axes[1 + len(windows) :]:
+        place.set_axis_off()
+    for place, rank in zip(axes[1:], windows, strict=False):
+        _close_up(place, outline_of(run, frame, rank))
+        place.set_title("the window and its rim" if len(run.windows) == 1 else f"window {run.name_of(rank)!r} and its rim")
+        place.tick_params(labelleft=True)
     domain.colour_bar(figure, drawn[0], list(axes), f"displacement [{unit}]", extend="max")
 
 

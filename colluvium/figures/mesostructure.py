@@ -15,24 +15,26 @@ STONE, EDGE, SOIL = "#b9a98f", "#5b4a33", "#f4f0e8"
 DRAWN, FOUND = "#d0472f", "#123a5e"
 
 
-def missing(run: Run) -> str:
-    """Text of the missing data: a window with stones. "" if there is one."""
-    return "" if any(run.stones(rank) for rank in run.windows) else "no stones"
+def missing(run: Run, rank: int | None = None) -> str:
+    """Text of the missing data: stones of a window (none: of any). "" if there are any."""
+    return "" if any(run.stones(one) for one in (run.windows if rank is None else [rank])) else "no stones"
 
 
 @style.styled
-def draw(run: Run) -> Any:
-    """Draws the first window with stones: positions, sizes and azimuths."""
+def draw(run: Run, rank: int | None = None) -> Any:
+    """Draws a window (none: the first with stones): positions, sizes and azimuths."""
     import matplotlib.pyplot as plt
 
-    rank = next(rank for rank in run.windows if run.stones(rank))
+    if rank is None:
+        rank = next(rank for rank in run.windows if run.stones(rank))
     frame = next(i for i in range(len(run.frames)) if run.has(i, rank))
     placed, window = run.stones(rank), outline_of(run, frame, rank)
     figure = plt.figure(figsize=(8.5, 6.5), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.3))
     panel(figure.add_subplot(grid[:, 0]), window, placed)
-    sizes(figure.add_subplot(grid[0, 1]), placed, run.scene["stones"].get("size"))
-    azimuths(figure.add_subplot(grid[1, 1]), placed, run.scene["stones"])
+    table = run.stones_table(rank)
+    sizes(figure.add_subplot(grid[0, 1]), placed, table.get("size"))
+    azimuths(figure.add_subplot(grid[1, 1]), placed, table)
     return figure
 
 

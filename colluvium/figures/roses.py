@@ -30,16 +30,19 @@ class Rose(NamedTuple):
     force: np.ndarray  # (2 BINS,) mean normal force of the contacts in each bin [N], 0 without contacts
 
 
-def missing(run: Run) -> str:
+def missing(run: Run, rank: int | None = None) -> str:
     """Text of the missing data: enough contacts under pressure. "" if there are enough."""
     if not run.windows:
         return "no frame of discs"
-    return "" if shown(run) else f"fewer than {FEWEST} contacts under pressure"
+    return "" if shown(run, rank) else f"fewer than {FEWEST} contacts under pressure"
 
 
-def shown(run: Run) -> list[moments.Moment]:
-    """The end of the couple stage, which is the initial coupled state, and the moments of the band, if contacts are enough."""
-    rank = run.windows[0]
+def shown(run: Run, rank: int | None = None) -> list[moments.Moment]:
+    """The end of the couple stage, which is the initial coupled state, and the moments of the band, if contacts are enough.
+
+    rank: of a window; None: the first.
+    """
+    rank = run.windows[0] if rank is None else rank
     found = moments.of_run(run, rank)
     coupling = run.stages_where(couples=True)
     start = run.last_frame(coupling[0]) if coupling else found[0].frame
@@ -69,11 +72,12 @@ def bin_directions(theta: np.ndarray, force: np.ndarray, bodies: np.ndarray | No
 
 
 @style.styled
-def draw(run: Run) -> Any:
-    """Draws roses of the first window. Rows: normals, forces. Columns: moments; each row has one scale."""
+def draw(run: Run, rank: int | None = None) -> Any:
+    """Draws roses of a window (none: the first). Rows: normals, forces. Columns: moments; each row has one scale."""
     import matplotlib.pyplot as plt
 
-    rank, found = run.windows[0], shown(run)
+    rank = run.windows[0] if rank is None else rank
+    found = shown(run, rank)
     roses = [rose(run, moment.frame, rank) for moment in found]
     columns = min(len(found), COLUMNS)
     blocks = -(-len(found) // columns)

@@ -16,24 +16,24 @@ ZONES, SOIL, STONE, FILL = "#8c8c8c", "#123a5e", "#c0561f", "#efe8da"
 KINDS = ((ZONES, "gridpoint"), (SOIL, "disc of soil"), (STONE, "disc of a stone"))
 
 
-def missing(run: Run) -> str:
+def missing(run: Run, rank: int | None = None) -> str:
     """Text of the missing data: discs that have moved. "" if there are any."""
     if not run.windows:
         return "no frame of discs"
-    return "" if _shown(run) else "no disc has moved"
+    return "" if _shown(run, run.windows[0] if rank is None else rank) else "no disc has moved"
 
 
 @style.styled
-def draw(run: Run) -> Any:
-    """Draws the first window in each state of the band, or at the ends of the stages; arrows begin at the initial positions.
+def draw(run: Run, rank: int | None = None) -> Any:
+    """Draws a window (none: the first) in each state of the band, or at the ends of stages; arrows begin at initial positions.
 
     One logarithmic scale for all panels, with a key in the first: length = LONGEST (1 + log10(u/U) / D) cells, with U the longest
     displacement of all panels and D so many decades that the longest of no panel is shorter than one decade.
     """
     from matplotlib.patches import Patch
 
-    rank = run.windows[0]
-    shown = _shown(run)
+    rank = run.windows[0] if rank is None else rank
+    shown = _shown(run, rank)
     outline = outline_of(run, shown[0].frame, rank)
     cell = float(np.ptp(outline, axis=0).max()) / CELLS
     figure, axes = domain.panels(len(shown), outline)
@@ -50,9 +50,8 @@ def draw(run: Run) -> Any:
     return figure
 
 
-def _shown(run: Run) -> list[moments.Moment]:
-    """Moments at which any disc has moved."""
-    rank = run.windows[0]
+def _shown(run: Run, rank: int) -> list[moments.Moment]:
+    """Moments at which any disc of a window has moved."""
     found = moments.of_run(run, rank, frames.last_of_stages)
     return [one for one in found if run.discs(one.frame, rank).displacement.any()]
 

@@ -14,6 +14,7 @@ from coupler_protocol.files.room import disk_free, megabytes
 from coupler_protocol.geometry import polygon_area
 from coupler_protocol.scene.changes import changes_anything_in, changes_in, words
 from coupler_protocol.scene.local_origin import local
+from coupler_protocol.scene.of_window import of_windows
 from coupler_protocol.scene.rules.between_tables import listed_doubts
 from coupler_protocol.scene.rules.sizes import checkpoint_of, files_of, frames_of, memory_of
 from coupler_protocol.scene.rules.units import as_written
@@ -50,12 +51,28 @@ def _tables(scene: Any, place: str) -> list[str]:
         holders = [(f"material {m.name!r}", m) for m in scene.material]
     elif parent == "grain":
         discs = scene.discs
-        holders = [("discs.soil", discs and discs.soil), ("discs.stone", discs and discs.stone), ("ring", scene.ring)]
-        holders += [(f"discs.pair {' and '.join(p.between)}", p) for p in (discs.pair if discs else [])]
+        holders = [*_grains("discs", discs), ("ring", scene.ring)] if discs else [("ring", scene.ring)]
     else:
         holders = [(parent, getattr(scene, parent, None))]
+    holders += _holders_in_windows(scene, parent)
     holders += _holders_in_stages(scene, parent)
     return [name for name, holder in holders if holder is not None and getattr(holder, key, None) is not None]
+
+
+def _grains(name: str, discs: Any) -> list[tuple[str, Any]]:
+    """(name, table) of all materials and pairs of a table of discs."""
+    pairs = [(f"{name}.pair {' and '.join(pair.between)}", pair) for pair in discs.pair]
+    return [(f"{name}.soil", discs.soil), (f"{name}.stone", discs.stone), *pairs]
+
+
+def _holders_in_windows(scene: Any, parent: str) -> Iterator[tuple[str, Any]]:
+    """Yields (name, table) of the tables of windows that give effects of this place and do not leave them out."""
+    for window in scene.window:
+        if window.discs is None:
+            continue
+        name = f"window {window.name!r} discs"
+        for what, table in {"grain": _grains(name, window.discs), "discs": [(name, window.discs)]}.get(parent, []):
+            yield what, SimpleNamespace(**{key: c for key, c in changes_in(table).items() if not c.absent})
 
 
 def _holders_in_stages(scene: Any, parent: str) -> Iterator[tuple[str, Any]]:
@@ -77,27 +94,38 @@ def _holders_in_stages(scene: Any, parent: str) -> Iterator[tuple[str, Any]]:
 def sizes(scene: Any) -> dict[str, Any]:
     """Numbers of zones, gridpoints, segments and discs, and sizes of windows, that follow from the scene alone."""
     if scene.grid is None:
-        return {"windows": [], "stones": scene.stones.model_dump(mode="json") if scene.stones else None}
+        return {"windows": [], "stones": _plain(scene.stones)}
     from fdm_server.mesh.grid import build_grid
     from fdm_server.mesh.window_zones import rim_of, window_zones
 
     scene = local(scene)
     grid = build_grid(scene)
     windows, stiffness = [], {found.name: found for found in window_stiffness.of_windows(scene, grid)}
-    for window in scene.window:
+    for window, own in of_windows(scene):
         rim = grid.xy[rim_of(grid, window_zones(grid, window))]
         (width, height), area = np.ptp(rim, axis=0).tolist(), polygon_area(rim)
-        discs = (1 - scene.discs.porosity) * area / (0.7853981633974483 * grading_of(scene.discs).moment(2))
+        discs = (1 - own.discs.porosity) * area / (0.7853981633974483 * grading_of(own.discs).moment(2))
         sizes = {"width": width, "height": height, "area": area, "segments": len(rim), "discs": round(discs)}
         if window.name in stiffness:
-            _, own, zones = stiffness[window.name]
-            sizes |= {"young": own, "young_zones": zones}
-        windows.append({"name": window.name, **sizes})
-    stones = scene.stones.model_dump(mode="json") if scene.stones else None
+            _, young, zones = stiffness[window.name]
+            sizes |= {"young": young, "young_zones": zones}
+        windows.append({"name": window.name, **sizes, **_differs(window, own)})
     counts: dict[str, Any] = {"columns": int(grid.column.max()) + 1, "rows": int(grid.row.max()) + 1}
     counts |= {"zones": len(grid.zones), "gridpoints": len(grid.xy), "materials": materials(scene, grid)}
     begins = {"begins": list(scene.origin)} if any(scene.origin) else {}
-    return {**counts, **begins, "windows": windows, "stones": stones}
+    return {**counts, **begins, "windows": windows, "stones": _plain(scene.stones)}
+
+
+def _plain(table: Any) -> Any:
+    """Plain data of a table; None for none."""
+    return None if table is None else table.model_dump(mode="json")
+
+
+def _differs(window: Any, own: Any) -> dict[str, Any]:
+    """What a window has of its own: {"radius", "file" of discs, "stones"}."""
+    found = {} if window.discs is None else {"radius": own.discs.radius}
+    found |= file_of_discs(own) if window.discs is not None and window.discs.file is not None else {}
+    return found | ({} if window.stones is None else {"stones": _plain(window.stones)})
 
 
 def materials(scene: Any, grid: Any) -> list[dict[str, Any]]:
@@ -121,10 +149,10 @@ def materials_as_text(rows: list[dict[str, Any]]) -> Iterator[str]:
         yield f"material {m['name']}: {m['zones']} zones, {drawn}, {pairs}"
 
 
-def _stones_as_text(stones: dict[str, Any]) -> str:
+def _stones_as_text(stones: dict[str, Any], where: str = "each window") -> str:
     if stones["file"]:
         return f"stones: as mapped in {stones['file']}, each a {stones['body']}; beyond a window: {stones['outside']}"
-    words = f"stones: {100 * stones['content']:g} % of each window, each a {stones['body']}"
+    words = f"stones: {100 * stones['content']:g} % of {where}, each a {stones['body']}"
     words += f", mean size {stones['size']['mean']:g} m"
     return words + (f", shaped as in {stones['shapes']}" if stones["shapes"] else "")
 
@@ -134,10 +162,17 @@ def stages(scene: Any) -> list[dict[str, Any]]:
     return [
         {"name": s.name, "kind": s.kind, "gravity": leg.gravity, "factor": [leg.start, leg.end], "over": leg.over}
         | {"until": s.until.model_dump(exclude_none=True) if s.until else {}, "discard": s.discard}
-        | {"changes": words(scene, i) if changes_anything_in(s) else []}
+        | {"changes": _changes(scene, i) if changes_anything_in(s) else []}
         | {"time": s.time, "large_strain": large_strain(scene, s), "sides": [b.summary for b in new_boundaries(scene, i)]}
         for i, (s, leg) in enumerate(zip(scene.stage, plan(scene), strict=True))
     ]
+
+
+def _changes(scene: Any, index: int) -> list[str]:
+    """What changes from a stage on, also of the discs of windows with their own."""
+    found = words(scene, index)
+    own = [(window, text) for window, own in of_windows(scene) if window.discs is not None for text in words(own, index)]
+    return [*found, *(f"window {window.name!r}: {text}" for window, text in own if text not in found)]
 
 
 def file_of_discs(scene: Any) -> dict[str, Any]:
@@ -190,6 +225,13 @@ def beginning(origin: Sequence[float]) -> str:
     return f"the grid begins at x = {x:.12g}, y = {y:.12g} m, about which the scene is computed"
 
 
+def _filling(window: dict[str, Any]) -> str:
+    """Discs of a window in words."""
+    if "file" in window:
+        return f"{window['file']['discs']} discs in {window['file']['path']}"
+    return f"about {window['discs']} discs" + (f" of its own, radius {window['radius']:g} m" if "radius" in window else "")
+
+
 def print_description(found: dict[str, Any], console: Any) -> None:
     """Prints a description; `found["locate"]`, `found["limits"]`: results of these modules, if they were computed."""
     from colluvium.forecast import step_limits
@@ -211,8 +253,11 @@ def print_description(found: dict[str, Any], console: Any) -> None:
     for w in found["windows"]:
         console.print(
             f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['area']:.4g} m2, {w['segments']} segments, "
-            f"about {w['discs']} discs"
+            + _filling(w),
+            markup=False,
         )
+        if "stones" in w:
+            console.print(f"  {_stones_as_text(w['stones'], 'this window')}", markup=False)
         if "young" in w:
             moduli = (
                 f"E of its contacts about {as_written(w['young'])} Pa, of the zones it replaces {as_written(w['young_zones'])} Pa"

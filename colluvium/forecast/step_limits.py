@@ -15,6 +15,7 @@ import numpy as np
 
 from coupler_protocol.criteria.stable_step import Limit, as_text
 from coupler_protocol.scene.local_origin import local
+from coupler_protocol.scene.of_window import of_window, of_windows
 from coupler_protocol.scene.stage_kinds import coupled
 
 if TYPE_CHECKING:
@@ -36,7 +37,8 @@ def limits_of_scene(scene: Any, exact: bool = False, note: Callable[..., None] |
     nodes = np.concatenate([window.nodes for window in windows])
     found = safe_limits(model, state, nodes, state.added_mass[nodes])
     each = [safe_limit(window.model, window.state, window.rim, model.grid.origin) for window in windows]
-    found["discs"] = min(each, key=lambda limit: limit["share"])
+    if any(each):
+        found["discs"] = min(filter(None, each), key=lambda limit: limit["share"])
     if exact:
         found["exact"] = linearised_step.exact_limit(model, state, windows)
     return found
@@ -54,16 +56,18 @@ def open_model(scene: Any, note: Callable[..., None] | None = None) -> tuple[Any
     from fdm_server.mesh.window_zones import rim_of, window_zones
     from fdm_server.model import build_model, new_state
 
-    scene = local(in_stage(scene, number_of(scene.stage, couples=True) or 0))
-    grid = build_grid(scene)
-    model = build_model(scene, grid)
+    first = number_of(scene.stage, couples=True) or 0
+    now = local(in_stage(scene, first))
+    grid = build_grid(now)
+    model = build_model(now, grid)
     state, windows = new_state(model), []
     for rank, window in enumerate(scene.window, start=1):
         mask = window_zones(grid, window)
         nodes = rim_of(grid, mask)
-        stones = drawn_stones(scene, rank, grid.xy[nodes], note)
-        discs, packed, rim, _ = packed_window(scene, rank, grid.xy[nodes], stones, note)
-        body = scene.stones and scene.stones.body
+        own = in_stage(of_window(scene, rank), first)
+        stones = drawn_stones(own, rank, grid.xy[nodes], note)
+        discs, packed, rim, _ = packed_window(own, rank, grid.xy[nodes], stones, note)
+        body = own.stones and own.stones.body
         discs, _ = take_over(discs, packed, None, 0.0, stones, body, matching=False, stressed=False)
         model, state, _ = cut_window(model, state, mask)
         windows.append(Window(nodes, discs, packed, rim))
@@ -109,9 +113,9 @@ def saved_model(scene: Any, index: int, paths: Sequence[Path]) -> tuple[Any, Any
     model = model_at(scene, grid, saved.zone, index)
     damping = scene.damping if stage.damping is None else stage.damping
     model = replace(model, law=with_damping(model.law, damping))
-    for window, fields in zip(scene.window, discs, strict=True):
+    for (window, own), fields in zip(of_windows(scene), discs, strict=True):
         nodes, found = rim_of(grid, window_zones(grid, window)), checkpoint.rebuild(WindowState, fields)
-        rim = Rim(build_ring(grid.xy[nodes], scene.discs.radius), scene.coupling.mapping, found.rim)
+        rim = Rim(build_ring(grid.xy[nodes], own.discs.radius), scene.coupling.mapping, found.rim)
         windows.append(Window(nodes, found.model, found.discs, rim))
     return model, saved.grid, windows
 

@@ -17,6 +17,7 @@ import shapely
 
 from colluvium.forecast.packing_moduli import Solid, estimate, solid_of_plane
 from coupler_protocol.geometry import polygon_area
+from coupler_protocol.scene.of_window import of_windows as each_window
 from coupler_protocol.scene.rules.units import as_written
 
 FACTOR = 2.0  # between window and zones from which on a window is doubted
@@ -38,14 +39,16 @@ def of_windows(scene: Any, grid: Any) -> Iterator[Stiffness]:
     from fdm_server.mesh.grid import areas
     from fdm_server.mesh.window_zones import rim_of, window_zones
 
-    if scene.discs is None or scene.discs.soil is None or scene.discs.soil.spring is None:
+    if scene.discs is None:
         return
     young = np.array([young_modulus(material.elastic) for material in scene.material])
     size = areas(grid.xy, grid.zones)
-    for window in scene.window:
+    for window, own in each_window(scene):
+        if own.discs.soil is None or own.discs.soil.spring is None:
+            continue
         mask = window_zones(grid, window)
         zones = float(np.average(young[grid.material[mask]], weights=size[mask]))
-        yield Stiffness(window.name, solid(scene.discs, content(scene, grid.xy[rim_of(grid, mask)])).young, zones)
+        yield Stiffness(window.name, solid(own.discs, content(own, grid.xy[rim_of(grid, mask)])).young, zones)
 
 
 def solid(discs: Any, stones: float) -> Solid:
@@ -77,7 +80,8 @@ def content(scene: Any, rim: Any) -> float:
 
 def doubts(scene: Any, found: list[Stiffness]) -> Iterator[dict[str, str]]:
     """A doubt, as a row of `listed_doubts`, for each window that is softer or stiffer than its zones by more than FACTOR."""
-    for number, one in enumerate(found):
+    windows = {window.name: (number, own) for number, (window, own) in enumerate(each_window(scene))}
+    for one in found:
         times = one.zones / one.window
         if 1.0 / FACTOR <= times <= FACTOR:
             continue
@@ -86,7 +90,8 @@ def doubts(scene: Any, found: list[Stiffness]) -> Iterator[dict[str, str]]:
             f"window {one.name!r} is {word} than the zones it replaces: its contacts give E {as_written(one.window)} Pa, "
             f"the zones have E {as_written(one.zones)} Pa"
         )
-        springs = ", ".join(_springs(scene.discs, times))
+        number, own = windows[one.name]
+        springs = ", ".join(_springs(own.discs, times))
         remedy = f"fit the discs with colluvium calibrate, or multiply all springs by {times:.3g}: {springs}"
         yield {"key": f"window[{number}]", "what": what, "remedy": remedy}
 

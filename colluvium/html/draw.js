@@ -168,6 +168,11 @@ function chainWidth(rank, widest, view) {
   return Math.max((widest * (rank + 0.5)) / CLASSES, (0.3 * view.ratio) / view.pixels);
 }
 
+// Of the window with the largest discs: lines of equal force have one width in all windows.
+function chainRadius(state) {
+  return Math.max(...run.frames[state.frame].windows.map(middleRadius));
+}
+
 function middleRadius(window) {
   const radius = data.array(window.radius);
   return radius[Math.floor(radius.length / 2)] || 0;
@@ -178,7 +183,7 @@ function drawChains(context, window, x, y, radius, view, state) {
   const [a, b] = window.contacts.ends.map((number) => data.array(number));
   const force = data.array(window.contacts.force);
   const strongest = widestForce(state);
-  const widest = middleRadius(window), members = Array.from({ length: 2 * CLASSES }, () => []);
+  const widest = chainRadius(state), members = Array.from({ length: 2 * CLASSES }, () => []);
   for (let i = 0; i < force.length; i++) members[2 * chainClass(force[i], strongest) + (force[i] < 0 ? 1 : 0)].push(i);
   context.lineCap = "round";
   members.forEach((contacts, number) => {

@@ -29,7 +29,7 @@ function barOf(key, before, state) {
 // Lines as wide as the drawing has them now.
 function chainsKey(state, view) {
   const force = widestForce(state), scale = state.scale === "run" ? "one scale for all frames" : "scale of this frame";
-  const radius = middleRadius(run.frames[state.frame].windows[0]);
+  const radius = chainRadius(state);
   const signs = [1, 0.1, 0.01].map((part) => {
     const width = chainWidth(chainClass(force * part, force), radius, view) * (view.pixels / view.ratio);
     return ["line", run.chains.compression, forceWords(Number((force * part).toPrecision(2))), width];

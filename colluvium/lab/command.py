@@ -30,6 +30,9 @@ def add_command(commands: Any) -> None:
         p.add_argument("scene", metavar="SCENE", help="scene file (TOML) with [discs]; its table [lab] sets the tests")
         p.add_argument("--out", metavar="DIR", help="folder of the results (default runs/NAME.KIND)")
         p.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
+        p.add_argument(
+            "--window", metavar="NAME", help="test the discs of this window, by name or rank (default: those of [discs])"
+        )
         p.add_argument("--half-rate", action="store_true", help="test all samples at half the rate as well, and compare")
         p.add_argument("--at-once", metavar="N", type=command_line.positive, help="processes at once (default: one a core)")
         p.add_argument("--dry-run", action="store_true", help="print the trials and what they would cost")
@@ -46,10 +49,11 @@ def command(options: argparse.Namespace) -> int:
     from coupler_protocol.scene.reader import build_scene, read_scene
 
     options.scene = command_line.scene_file(options.scene)
-    scene = read_scene(options.scene, options.set)
+    scene = chosen(read_scene(options.scene, options.set), options.window, options.scene)
     if problems := problems_of(scene, options.scene):
         raise SceneError(problems)
-    out = Path(options.out or Path("runs") / f"{Path(options.scene).stem}.{options.kind}")
+    name = ".".join([Path(options.scene).stem, *([options.window] if options.window else []), options.kind])
+    out = Path(options.out or Path("runs") / name)
     trials = trials_of(options.kind, scene, (1.0, 0.5) if options.half_rate else (1.0,))
     for trial in trials:
         build_scene(trial.tables)  # reports problems before a process starts
@@ -69,6 +73,21 @@ def command(options: argparse.Namespace) -> int:
         _draw(options.kind, scene, found, trials, curves, out)
     _print(found, options.json, out)
     return failed[0].code if failed else exits.DONE
+
+
+def chosen(scene: Any, window: str | None, path: str) -> Any:
+    """The scene with the discs and stones of the window of this name or rank; raises SceneError if there is none."""
+    from coupler_protocol.scene.of_window import of_window
+
+    names = [one.name for one in scene.window]
+    if window is None:
+        return scene
+    if window in names:
+        return of_window(scene, names.index(window) + 1)
+    if window.isdecimal() and 1 <= int(window) <= len(names):
+        return of_window(scene, int(window))
+    known = f"windows: {', '.join(names)}" if names else "leave out --window"
+    raise SceneError([Problem(path, None, "--window", f"the scene has no window {window!r}", known)])
 
 
 def problems_of(scene: Any, path: str) -> list[Problem]:

@@ -18,7 +18,7 @@ from coupler_protocol.files.restart import Origin
 from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.process.log_lines import PlacedFormatter
 from coupler_protocol.process.progress import Progress
-from coupler_protocol.scene.named_files import KEYS
+from coupler_protocol.scene.named_files import paths_of
 
 if TYPE_CHECKING:
     from coupler_protocol.process.plugin import Plugin
@@ -148,8 +148,7 @@ def make_folder(path: str | Path) -> Path:
 
 def inputs_of(scene: Any, *others: str | Path | None) -> list[str | Path]:
     """Files that a run reads: those that its scene names, and `others`."""
-    named = [getattr(getattr(scene, table), key, None) for table, key in KEYS if getattr(scene, table, None) is not None]
-    return [path for path in (*named, *others) if path is not None]
+    return [path for path in (*paths_of(scene).values(), *others) if path is not None]
 
 
 def _derived(run_dir: Path) -> list[Path]:

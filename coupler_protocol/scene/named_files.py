@@ -6,34 +6,65 @@ and the run that continues it, compare the contents of the files and not their p
 
 import hashlib
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 KEYS = (("discs", "file"), ("stones", "file"), ("stones", "shapes"))  # tables and keys with a path; the hash has the key KEY_hash
+Place = tuple[Any, ...]  # path of a table in a scene, of the scene itself or of a window
 DIGITS = 64  # of a hash: 32 bytes, hexadecimal
 SHOWN = 12  # digits of a hash in messages
 
 
-def located(data: Any, folder: str | Path) -> tuple[Any, list[tuple[tuple[str, str], str, str]]]:
+def _tables(data: Any) -> Iterator[tuple[Place, Any, str]]:
+    """(path, table, key) of every key with a path in plain data of a scene: of its tables and of those of its windows."""
+    windows = data.get("window") if isinstance(data, dict) else None
+    holders: list[tuple[Place, Any]] = [((), data)]
+    holders += [(("window", i), window) for i, window in enumerate(windows if isinstance(windows, list) else ())]
+    for at, holder in holders:
+        for name, key in KEYS:
+            table = holder.get(name) if isinstance(holder, dict) else None
+            if isinstance(table, dict):
+                yield (*at, name), table, key
+
+
+def _at(data: Any, path: Place) -> Any:
+    """The value at a path in plain data; None if there is none."""
+    for part in path:
+        inside = isinstance(data, dict) or (isinstance(data, list) and isinstance(part, int) and part < len(data))
+        data = (data.get(part) if isinstance(data, dict) else data[part]) if inside else None
+    return data
+
+
+def _with(data: Any, path: Place, value: Any) -> Any:
+    """Plain data with another value at a path; nothing else is changed or copied."""
+    if not path:
+        return value
+    first, *rest = path
+    inside = _with(data[first], tuple(rest), value)
+    return data | {first: inside} if isinstance(data, dict) else [*data[:first], inside, *data[first + 1 :]]
+
+
+def located(data: Any, folder: str | Path) -> tuple[Any, list[tuple[Place, str, str]]]:
     """Plain data of a scene with absolute paths and hashes of files; and problems as (path of the key, reason, remedy)."""
     problems = []
-    for table, key in KEYS if isinstance(data, dict) else ():
-        name = data[table].get(key) if isinstance(data.get(table), dict) else None
-        wanted = data[table].get(f"{key}_hash") if isinstance(data.get(table), dict) else None
+    for at, _, key in list(_tables(data)):
+        table = _at(data, at)
+        name, wanted = table.get(key), table.get(f"{key}_hash")
         if not isinstance(name, str) or not name:
             if wanted is not None:
-                problems.append(((table, f"{key}_hash"), f"a hash without {key}", f"add {key}, or remove the key"))
+                problems.append(((*at, f"{key}_hash"), f"a hash without {key}", f"add {key}, or remove the key"))
             continue
         if "\0" in name:
-            problems.append(((table, key), f"{name!r} is not a path", "remove the zero byte"))
+            problems.append(((*at, key), f"{name!r} is not a path", "remove the zero byte"))
             continue
         path = Path(os.path.abspath(Path(folder, name)))
         found = hash_of(path) if path.is_file() else None
         if None not in (found, wanted) and found != wanted:
             hashes = f"its hash is {str(found)[:SHOWN]}.., not {str(wanted)[:SHOWN]}.."
             why = f"{path} is not the file that the scene was made with: {hashes}"
-            problems.append(((table, key), why, f"restore the file, or remove {key}_hash and compute the scene from its start"))
-        data = data | {table: data[table] | {key: str(path), f"{key}_hash": found or wanted}}
+            problems.append(((*at, key), why, f"restore the file, or remove {key}_hash and compute the scene from its start"))
+        data = _with(data, at, table | {key: str(path), f"{key}_hash": found or wanted})
     return data, problems
 
 
@@ -45,29 +76,39 @@ def hash_of(path: str | Path) -> str:
 
 def without_paths(resolved: Any) -> Any:
     """Plain data of a scene that compares equal where files have the same contents, wherever they are."""
-    for table, key in KEYS:
-        inside = resolved.get(table) if isinstance(resolved, dict) else None
-        if isinstance(inside, dict) and inside.get(f"{key}_hash") is not None:
+    for at, _, key in list(_tables(resolved)):
+        inside = _at(resolved, at)
+        if inside.get(f"{key}_hash") is not None:
             other = {name: value for name, value in inside.items() if name != f"{key}_hash"}
-            resolved = resolved | {table: other | {key: f"contents with the hash {str(inside[f'{key}_hash'])[:SHOWN]}"}}
+            resolved = _with(resolved, at, other | {key: f"contents with the hash {str(inside[f'{key}_hash'])[:SHOWN]}"})
     return resolved
+
+
+def paths_of(scene: Any) -> dict[Place, str]:
+    """The files that a scene names, by the paths of their keys."""
+    found = {}
+    for at, holder in [((), scene), *((("window", i), window) for i, window in enumerate(scene.window))]:
+        for name, key in KEYS:
+            value = getattr(getattr(holder, name, None), key, None)
+            if value is not None:
+                found[(*at, name, key)] = value
+    return found
 
 
 def absent(scene: Any, path: Any) -> bool:
     """Whether the key at `path` names a file that is not on this machine."""
-    table = getattr(scene, path[0], None) if tuple(path) in KEYS else None
-    name = getattr(table, path[1], None)
+    name = paths_of(scene).get(tuple(path))
     return name is not None and not Path(name).is_file()
 
 
 def with_hashes_of(other: Any, resolved: Any) -> Any:
     """Plain data of a scene, with hashes from `other` (of another machine) for files that are not on this one."""
-    for table, key in KEYS:
-        inside, theirs = (data.get(table) if isinstance(data, dict) else None for data in (resolved, other))
-        if not isinstance(inside, dict) or not isinstance(theirs, dict) or inside.get(key) is None or theirs.get(key) is None:
+    for at, inside, key in list(_tables(resolved)):
+        theirs = _at(other, at)
+        if not isinstance(theirs, dict) or inside.get(key) is None or theirs.get(key) is None:
             continue
         if inside.get(f"{key}_hash") is None and theirs.get(f"{key}_hash") is not None:
-            resolved = resolved | {table: inside | {f"{key}_hash": theirs[f"{key}_hash"]}}
+            resolved = _with(resolved, at, _at(resolved, at) | {f"{key}_hash": theirs[f"{key}_hash"]})
     return resolved
 
 

@@ -10,22 +10,33 @@ from functools import cache
 from itertools import pairwise
 from typing import Any, Literal
 
-from pydantic import Field, PrivateAttr, create_model, model_validator
+from pydantic import Field, PrivateAttr, create_model
 
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.scene.declare import Table, quantity
 from coupler_protocol.scene.installed import distribution, installed, loaded
 from coupler_protocol.scene.named_files import without_paths
-from coupler_protocol.scene.names import Name, Title
+from coupler_protocol.scene.names import Title
 from coupler_protocol.scene.tables.boundary import Boundary, InitialStress
-from coupler_protocol.scene.tables.changes import StageDiscs, StageGrain, StageMaterial, StagePair, StageRing, change_of
+from coupler_protocol.scene.tables.calibrate import Calibrate
+from coupler_protocol.scene.tables.changes import (
+    StageDiscs,
+    StageGrain,
+    StageMaterial,
+    StagePair,
+    StageRing,
+    change_of,
+    optional_fields,
+)
 from coupler_protocol.scene.tables.discs import Discs
 from coupler_protocol.scene.tables.fos import FactorOfSafety
-from coupler_protocol.scene.tables.grid import Grid, Point, Span
+from coupler_protocol.scene.tables.grid import Grid
 from coupler_protocol.scene.tables.lab import Lab
 from coupler_protocol.scene.tables.materials import Grain, Material, Pair, Ring
+from coupler_protocol.scene.tables.measure import Measure
 from coupler_protocol.scene.tables.stages import Stage, time_axis
 from coupler_protocol.scene.tables.stones import Stones
+from coupler_protocol.scene.tables.windows import Window, WindowDiscs, WindowGrain, WindowPair
 
 FORMAT = 1
 DAMPING = "damping of the grid in this stage (none: that of the scene); in real time its local part also applies to the discs"
@@ -68,35 +79,13 @@ def _effect_fields(place: str) -> dict[str, Any]:
     }
 
 
-def _change_fields(place: str) -> dict[str, Any]:
-    """Optional fields for changes of the effects below `place`."""
+def _change_fields(place: str, words: str = "{}: keys that change; false: the effect ends") -> dict[str, Any]:
+    """Optional fields for changes of the effects below `place`; words: their description, {}: that of the effect."""
     inside = {name.partition(".")[2]: cls for name, cls in declared_effects().items() if name.startswith(place + ".")}
-    words = "{}: keys that change; false: the effect ends"
     return {
         name: (change_of(cls) | None, Field(default=None, description=words.format((cls.__doc__ or "").strip().splitlines()[0])))
         for name, cls in inside.items()
     }
-
-
-class Window(Table):
-    """Zones that become a hole and are computed by one discrete process.
-
-    They are given by columns and rows, or by a polygon, convex or not, around their centres. At least one zone remains between a
-    window and the sides, the ground surface and other windows. Without a grid: the polygon that discs fill.
-    """
-
-    name: Name = quantity(meaning="name of the window")
-    columns: Span | None = quantity(None, meaning="first and last zone in x, from 0")
-    rows: Span | None = quantity(None, meaning="first and last zone in y, from 0")
-    polygon: list[Point] | None = quantity(
-        None, unit="m", place="xy", meaning="corners of the outline: zones with their centre inside become the hole", min_length=3
-    )
-
-    @model_validator(mode="after")
-    def _in_order(self) -> "Window":
-        if any(span is not None and span[0] > span[1] for span in (self.columns, self.rows)):
-            raise ValueError("columns and rows are [first, last] with first <= last")
-        return self
 
 
 class Coupling(Table):
@@ -139,6 +128,7 @@ class Record(Table):
 
     every: int = quantity(200, unit="steps", meaning="steps between frames", ge=1)
     history: int = quantity(10, unit="steps", meaning="steps between points of the histories", ge=1)
+    measure: int = quantity(100, unit="steps", meaning="steps between values of the regions in `[[measure]]`", ge=1)
     checkpoint: float = quantity(
         240.0,
         unit="s",
@@ -163,7 +153,7 @@ def scene_class() -> Any:
     """The class of scenes, with all installed effects in their places; mypy cannot use classes made at run time as types."""
     grain = _effect_fields("grain")
     material, discs_material = _extended(Material, **_effect_fields("material")), _extended(Grain, **grain)
-    ring, pair = _extended(Ring, **grain), _extended(Pair, **grain)
+    ring, pair, window = _extended(Ring, **grain), _extended(Pair, **grain), _window_class()
     discs = _extended(
         Discs,
         soil=(discs_material, quantity(meaning="material of the discs")),
@@ -184,6 +174,10 @@ def scene_class() -> Any:
             Field(default_factory=list, description="soils of the continuum"),
         ),
         discs=(discs | None, Field(default=None, description="discs that fill the windows")),
+        window=(
+            list[window],  # type: ignore[valid-type]
+            Field(default_factory=list, description="windows of discs, rank 1 onwards"),
+        ),
         ring=(
             ring | None,
             Field(default=None, description="properties of contacts with control discs; none: bonded, properties of the disc"),
@@ -225,6 +219,26 @@ def _changes_of_a_stage() -> dict[str, Any]:
     }
 
 
+def _window_class() -> Any:
+    """The class of windows, with all effects that a window's own discs may have."""
+    words = "{}: keys that differ; false: without it"
+    effects = _change_fields("grain", words)
+    grain, pair = _extended(WindowGrain, **optional_fields(Grain), **effects), _extended(WindowPair, **effects)
+    discs = _extended(
+        WindowDiscs,
+        **{name: field for name, field in optional_fields(Discs).items() if name != "wall"},
+        soil=(grain | None, Field(default=None, description="material of the discs")),
+        stone=(grain | None, Field(default=None, description="material of the discs in stones")),
+        pair=(
+            list[pair],  # type: ignore[valid-type]
+            Field(default_factory=list, description="values for contacts between two materials"),
+        ),
+        **_change_fields("discs", words),
+    )
+    own = "discs of this window: what differs from `[discs]`; no table: nothing differs"
+    return _extended(Window, discs=(discs | None, Field(default=None, description=own)))
+
+
 def _extended(table: type[Table], **fields: Any) -> Any:
     """The class of a table with more fields, under its own name."""
     return create_model(table.__name__, __base__=table, __doc__=table.__doc__, **fields)
@@ -246,11 +260,15 @@ class SceneBase(Table):
     initial_stress: InitialStress | None = Field(default=None, description="stress before the first stage; no table: none")
     window: list[Window] = Field(default_factory=list, description="windows of discs, rank 1 onwards")
     stones: Stones | None = Field(default=None, description="stones in the windows; no table: none")
+    measure: list[Measure] = Field(default_factory=list, description="regions in which discs are measured; no table: none")
     coupling: Coupling = Field(default=Coupling(), description="transfer of motion and force across the interface")
     link: Link = Field(default=Link(), description="clocks of the connection")
     record: Record = Field(default=Record(), description="recorded data and their intervals")
     fos: FactorOfSafety = Field(default=FactorOfSafety(), description="search for a factor of safety")
     lab: Lab = Field(default=Lab(), description="samples and loading of laboratory tests")
+    calibrate: Calibrate | None = Field(
+        default=None, description="targets and free parameters of a calibration; no table: defaults"
+    )
     stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
 
     _drawn: Any = PrivateAttr(None)

@@ -10,12 +10,14 @@ import shapely
 
 from coupler_protocol.files import disc_csv
 from coupler_protocol.problems import SceneError, unfit
+from coupler_protocol.scene.rules.window_tables import in_all_windows
 
 BURST = 0.1  # of the smaller radius: largest overlap of two discs, or of one with a wall, at the start
 SAME = 1e-6  # of the smaller radius: two centres closer than this are one position, and a contact has no direction
 DEEP = 0.2  # of the smaller radius: largest overlap in the packing of a window, of two discs or of one with the ring
 
 
+@in_all_windows
 def discs_of_a_file_can_begin(scene):
     """The file of discs exists, is valid in every line, and its discs can begin at their positions."""
     if scene.discs is None or scene.discs.file is None:

@@ -3,11 +3,13 @@
 import numpy as np
 
 from coupler_protocol.geometry import NOWHERE, polygon_area
+from coupler_protocol.scene.rules.window_tables import in_all_windows
 from dem_server.stones.outlines import OutlineError, overlapping, read_outlines
 
 LISTED = 8  # names of stones a message lists
 
 
+@in_all_windows
 def outlines_can_be_read(scene):
     """Files of stones exist and contain simple polygons, and those of a map do not overlap."""
     for key in ("shapes", "file") if scene.stones is not None else ():
@@ -28,6 +30,7 @@ def outlines_of(stones, key="file", start=NOWHERE):
     return read_outlines(getattr(stones, key), stones.scale, stones.origin, stones.flip_y, start if key == "file" else NOWHERE)
 
 
+@in_all_windows
 def stones_too_small_for_discs(scene):
     """Mapped stones smaller than a disc."""
     if scene.stones is None or scene.stones.file is None:

@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from coupler_protocol.geometry import spot
+from coupler_protocol.scene.of_window import of_window
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.grading import grading_of
 from fdm_server.checks.materials import doubts_of_materials
@@ -80,7 +81,7 @@ def _rims(scene, grid):
             continue
         xy = grid.xy[rim_of(grid, window_zones(grid, window))]
         side = np.roll(xy, -1, axis=0) - xy
-        length, largest = np.hypot(*side.T), 2.0 * grading_of(scene.discs).largest
+        length, largest = np.hypot(*side.T), 2.0 * grading_of(of_window(scene, i + 1).discs).largest
         shortest = int(length.argmin())
         if largest > length[shortest] * (1.0 + 1e-9):
             what = f"discs of up to {largest:.4g} m are larger than zones on the rim of {window.name!r}: one side of it, at "

@@ -5,11 +5,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from coupler_protocol.geometry import spot
+from coupler_protocol.scene.of_window import of_window
 from fdm_server.checks.materials import materials_have_zones
 from fdm_server.checks.room_for_discs import lack_of_room
 from fdm_server.ground.even_loads import forces_of_even_loads
 from fdm_server.ground.excavation import excavations, held_in_stages
-from fdm_server.mesh.grid import build_grid
+from fdm_server.mesh.grid import build_grid, centroids
 from fdm_server.mesh.grid_sides import as_drawn, edges_of, extent_of, points_in, sides_of
 from fdm_server.mesh.window_zones import rim_of, window_zones
 
@@ -60,11 +62,26 @@ def _cramped(scene, grid, holes):
     """Yields problems of windows {number: hole} without a zone between them, or too small for their discs."""
     for i, hole in holes.items():
         for j, other in holes.items():
-            if j < i and (np.any(hole.mask & other.mask) or len(np.intersect1d(hole.nodes, other.nodes))):
-                yield ("window", i), f"touches window {scene.window[j].name!r}", "leave at least one zone between windows"
-        lack = lack_of_room(grid.xy[hole.nodes], scene.discs.radius, grid.origin)
+            problem = _touching(grid, hole, other) if j < i else ""
+            if problem:
+                what = f"window {scene.window[i].name!r} {problem.format(repr(scene.window[j].name))}"
+                yield ("window", i), what, "leave at least one zone between windows"
+        lack = lack_of_room(grid.xy[hole.nodes], of_window(scene, i + 1).discs.radius, grid.origin)
         if lack:
             yield ("window", i), f"window {scene.window[i].name!r} {lack[0]}", lack[1]
+
+
+def _touching(grid, hole, other):
+    """What two holes have in common, in words with {} for the name of the other one; "" if there is a zone between them."""
+    shared = np.flatnonzero(hole.mask & other.mask)
+    if len(shared):
+        at = spot(centroids(grid.xy, grid.zones[shared[:1]])[0], grid.origin)
+        return f"overlaps window {{}} in {len(shared)} zone{'s' if len(shared) > 1 else ''}, one at {at}"
+    common = np.intersect1d(hole.nodes, other.nodes)
+    if not len(common):
+        return ""
+    at, many = spot(grid.xy[common[0]], grid.origin), "s" if len(common) > 1 else ""
+    return f"touches window {{}} in {len(common)} gridpoint{many}, at {at}"
 
 
 def _misplaced(scene, grid):

@@ -159,9 +159,9 @@ def kernels_of_grid(scene, out, steps, repeats):
     return [seconds / steps for seconds in repeated(call, 1, repeats)]
 
 
-def kernels_of_discs(scene, out, steps, repeats):
-    """Seconds a step of the discs of rank 1 in one compiled call, with the ring held."""
-    saved = checkpoint.rebuild(WindowState, checkpoint.load(out / "dem.rank1.couple.h5")[0])
+def kernels_of_discs(scene, out, steps, repeats, rank=1):
+    """Seconds a step of the discs of a rank in one compiled call, with the ring held."""
+    saved = checkpoint.rebuild(WindowState, checkpoint.load(out / f"dem.rank{rank}.couple.h5")[0])
     gravity = scene.stage[0].gravity
     call = repeated(lambda: dem_cycle.advance(saved.model, saved.discs, gravity, steps), 1, repeats)
     return [seconds / steps for seconds in call]

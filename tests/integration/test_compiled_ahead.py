@@ -14,6 +14,7 @@ interpreted = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT", "0") != "0"
 
 
 @interpreted
+@pytest.mark.trial
 @pytest.mark.long
 @pytest.mark.parametrize("case", [SHORT, *(case for case in CASES if "energies" in case)])  # each effect is in one of these
 def test_nothing_is_compiled_after_a_side_has_compiled_ahead(tmp_path, case):

@@ -57,8 +57,9 @@ def kill(pids):
 
 
 def seeds(count):
-    """Seeds of a test; only the first one is quick enough for every day."""
-    return [seed if seed == 0 else pytest.param(seed, marks=pytest.mark.long) for seed in range(count)]
+    """Seeds of a test; only the first one is quick enough for every day, the second one for continuous integration."""
+    marks = [[], [pytest.mark.long], *([[pytest.mark.long, pytest.mark.trial]] * count)]
+    return [pytest.param(seed, marks=marks[seed]) for seed in range(count)]
 
 
 @pytest.mark.parametrize("seed", seeds(int(os.environ.get("COLLUVIUM_SEEDS", "5"))))  # 20 in the full form

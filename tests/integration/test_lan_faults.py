@@ -118,6 +118,7 @@ def test_small_packets_cost_no_bit(office, undisturbed):
         office.assert_done(undisturbed)
 
 
+@pytest.mark.trial
 @pytest.mark.parametrize("seconds", [4.0, 20.0])
 @pytest.mark.parametrize("lane", [False, True])
 def test_an_outage_costs_time_and_no_bit(office, undisturbed, seconds, lane):
@@ -128,6 +129,7 @@ def test_an_outage_costs_time_and_no_bit(office, undisturbed, seconds, lane):
         office.assert_done(undisturbed)
 
 
+@pytest.mark.trial
 @pytest.mark.parametrize("sender", [None, "a", "b"])
 def test_after_a_silent_end_of_the_line_both_sides_end_in_words_and_go_on_later(office, undisturbed, sender):
     """Neither side is told: all packets are dropped, or those of one machine."""
@@ -149,6 +151,7 @@ def test_after_a_silent_end_of_the_line_both_sides_end_in_words_and_go_on_later(
             assert f"step {max(common)} of stage 'couple'" in (folder / log).read_text()
 
 
+@pytest.mark.trial
 @pytest.mark.parametrize("victim", [0, 1], ids=["grid", "discs"])
 def test_a_machine_that_stands_still_costs_time_and_no_bit(office, undisturbed, victim):
     with lan.Lan() as net:
@@ -181,6 +184,7 @@ def slowed(process, run=0.01, stop=0.49):
         thread.join()
 
 
+@pytest.mark.trial
 @pytest.mark.parametrize("victim", [0, 1], ids=["grid", "discs"])
 def test_a_machine_fifty_times_slower_costs_time_and_no_bit(office, undisturbed, victim):
     with lan.Lan() as net:

@@ -155,6 +155,7 @@ class Reader:
             self.code = 0
 
 
+@pytest.mark.trial
 @pytest.mark.long
 def test_every_command_of_the_page_prints_what_the_page_says(tmp_path):
     if why := lacking():

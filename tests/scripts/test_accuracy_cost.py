@@ -22,6 +22,7 @@ def test_seconds_are_a_median_and_the_result_is_kept():
     assert spread >= 0.0
 
 
+@pytest.mark.trial
 @pytest.mark.long
 def test_w1_reports_both_holes(tmp_path):
     found, page = computed("W1", tmp_path)
@@ -34,6 +35,7 @@ def test_w1_reports_both_holes(tmp_path):
     assert "## W1: " in page
 
 
+@pytest.mark.trial
 @pytest.mark.long
 def test_w3_finds_order_two_and_the_floors_of_the_model(tmp_path):
     rows, page = computed("W3", tmp_path)

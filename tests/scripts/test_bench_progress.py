@@ -116,6 +116,7 @@ def _inner(x):
     return 2.0 * x
 
 
+@pytest.mark.trial
 @pytest.mark.long
 def test_quick_rows_of_both_codes(capsys):
     said = []

@@ -13,6 +13,7 @@ from fdm_server.step.stress import limit
 from tests.commands import run_script
 
 
+@pytest.mark.trial
 @pytest.mark.long
 def test_every_row_has_its_companion(tmp_path):
     done = run_script("bench_step.py", "--fdm", "--fast", "--repeats", "2", "--json", tmp_path / "rows.json")

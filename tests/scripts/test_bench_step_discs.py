@@ -14,6 +14,7 @@ from dem_server.step.cycle import advance
 from tests.commands import run_script
 
 
+@pytest.mark.trial
 @pytest.mark.long
 def test_every_row_has_its_companion(tmp_path):
     done = run_script("bench_step.py", "--dem", "--fast", "--repeats", "2", "--json", tmp_path / "rows.json")

@@ -65,6 +65,7 @@ def test_without_valgrind_a_request_does_nothing():
     assert [ask(counted_server.START), ask(counted_server.DUMP_AT, b"a"), ask(counted_server.STOP)] == [0, 0, 0]
 
 
+@pytest.mark.trial
 @pytest.mark.long
 @pytest.mark.skipif(shutil.which("valgrind") is None, reason="valgrind is not installed")
 def test_three_times_the_turns_are_three_times_the_instructions(tmp_path):

@@ -5,7 +5,7 @@ import json
 import interval_study
 import pytest
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.trial]
 
 
 def test_the_column_rests_at_the_same_place_with_fewer_messages(tmp_path, capsys):

@@ -21,6 +21,7 @@ def study():
     return module
 
 
+@pytest.mark.trial
 @pytest.mark.long
 def test_every_case_and_state_is_reported(tmp_path):
     pytest.importorskip("matplotlib")

@@ -81,7 +81,7 @@ def test_continuous_integration_runs_the_short_form_of_every_section_but_hard():
 def test_continuous_integration_runs_the_tests_that_the_test_command_leaves_out():
     commands = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
     tests = [line.partition(" -m pytest ")[2] for line in commands if " -m pytest " in line]
-    assert tests == ["-q", "-q -m long"]
+    assert tests == ["-q", '-q -m "long and not trial"']
 
 
 @pytest.mark.parametrize("section", SECTIONS)

@@ -12,28 +12,33 @@ import numpy as np
 from coupler_protocol.problems import Finding, dotted
 from coupler_protocol.scene.installed import installed, loaded
 from coupler_protocol.scene.local_origin import local
+from coupler_protocol.scene.of_window import of_windows
 from coupler_protocol.scene.rules.changes import CHANGE_RULES
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
 from coupler_protocol.scene.rules.endings import DOUBTS_OF_ENDINGS, RULES_OF_ENDINGS
 from coupler_protocol.scene.rules.idle import DOUBTS_OF_IDLE
+from coupler_protocol.scene.rules.measures import MEASURE_RULES
 from coupler_protocol.scene.rules.polygons import polygons_are_outlines
 from coupler_protocol.scene.rules.signs import DOUBTS_OF_SIGNS
 from coupler_protocol.scene.rules.sizes import fewer_than_memory_holds, many_frames, meshes_of_a_search_fit
 from coupler_protocol.scene.rules.stages import STAGE_RULES
 from coupler_protocol.scene.rules.units import doubts_of_units, units_are_si
 from coupler_protocol.scene.rules.walls import DOUBTS_OF_WALLS
+from coupler_protocol.scene.rules.window_tables import in_all_windows, own_tables_fit, without_misfits
 from coupler_protocol.scene.rules.windows import WINDOW_RULES
 from coupler_protocol.scene.scene import declared_effects, distribution_of
 from coupler_protocol.scene.tables.stages import STOPPED
 
+NAMED = {"measure": "region"}  # tables whose items have another name than the table
 LEAST = 4.0  # largest discs that must fit side by side into the shorter side of a window
 
 
 def broken_rules(scene: Any) -> list[Finding]:
     """All broken rules of a scene whose single tables are valid: (path, problem, remedy). Rules get the local scene."""
-    here = local(scene)
+    misfits = list(own_tables_fit(scene))
+    here = without_misfits(local(scene), misfits)
     for rules in (COMMON_RULES + (GRID_RULES if scene.grid else ALONE_RULES), RULES_OF_VALUES):
-        broken = [found for rule in rules for found in rule(here)]
+        broken = misfits + [found for rule in rules for found in rule(here)]
         if broken:
             return broken
     return [found for point in installed("colluvium.rules") for found in loaded(point)(here)]
@@ -71,6 +76,7 @@ def grid_needs_material(scene: Any) -> Iterator[Finding]:
         yield ("material", 0), "every material has a region or a top", "let the first one fill the grid: remove its region or top"
 
 
+@in_all_windows
 def effects_of_discs_are_ours(scene: Any) -> Iterator[Finding]:
     """Laws of discs are those of this distribution: the kernels of discs compute no others."""
     discs = scene.discs
@@ -92,13 +98,13 @@ def effects_of_discs_are_ours(scene: Any) -> Iterator[Finding]:
 
 
 def names_are_unique(scene: Any) -> Iterator[Finding]:
-    """No two materials, windows or stages have the same name; files of stages are also told apart where case does not count."""
-    for table in ("material", "window", "stage"):
+    """No two materials, windows, regions or stages have one name; those of stages also differ where case does not count."""
+    for table in ("material", "window", "measure", "stage"):
         seen: dict[str, str] = {}
         for i, item in enumerate(getattr(scene, table)):
             name = normalize("NFC", item.name).casefold() if table == "stage" else item.name
             if name in seen:
-                same = f"two {table}s are named {item.name!r}"
+                same = f"two {NAMED.get(table, table)}s are named {item.name!r}"
                 alike = f"{seen[name]!r} and {item.name!r} name the same files on some disks"
                 why = same if seen[name] == item.name else alike
                 yield (table, i, "name"), why, "give each its own name"
@@ -109,6 +115,7 @@ def names_are_unique(scene: Any) -> Iterator[Finding]:
             yield ("stage", i, "name"), why, "give the stage another name"
 
 
+@in_all_windows
 def stones_need_their_material(scene: Any) -> Iterator[Finding]:
     """Stones need a material with springs, and a cluster also bonds; a material without stones waits for a scene with them."""
     grain = scene.discs.stone if scene.discs else None
@@ -127,6 +134,7 @@ def stones_need_their_material(scene: Any) -> Iterator[Finding]:
         yield ("stones", "size", "min"), f"stones of {scene.stones.size.min:g} m are smaller than a disc", smallest
 
 
+@in_all_windows
 def stones_are_drawn_or_mapped(scene: Any) -> Iterator[Finding]:
     """Random stones have a content and sizes; mapped stones have neither, nor other keys that would have no effect."""
     stones = scene.stones
@@ -148,6 +156,7 @@ def stones_are_drawn_or_mapped(scene: Any) -> Iterator[Finding]:
         yield ("stones", key), why, "remove the key"
 
 
+@in_all_windows
 def pairs_name_what_there_is(scene: Any) -> Iterator[Finding]:
     """Each pair of materials has one table, both materials exist, and they can touch."""
     seen = set()
@@ -166,10 +175,10 @@ def pairs_name_what_there_is(scene: Any) -> Iterator[Finding]:
 
 def largest_discs_fit(scene: Any) -> Iterator[Finding]:
     """With a grading, a window is at least four of the largest discs across."""
-    if scene.discs is None or scene.discs.grading is None:
-        return
-    for i, window in enumerate(scene.window):
-        across, largest = across_of(scene, window), scene.discs.grading.largest
+    for i, (window, own) in enumerate(of_windows(scene)):
+        if own.discs is None or own.discs.grading is None:
+            continue
+        across, largest = across_of(scene, window), own.discs.grading.largest
         if across < 2.0 * LEAST * largest:
             why = f"window {window.name!r} is {across:g} m across: too small for its largest discs, of {2.0 * largest:g} m"
             yield ("window", i), why, f"largest diameter at most {across / LEAST:.3g} m, or a larger window"
@@ -195,6 +204,7 @@ COMMON_RULES = (
     pairs_name_what_there_is,
     largest_discs_fit,
     *CHANGE_RULES,
+    *MEASURE_RULES,
 )
 GRID_RULES = (
     grid_needs_material,

@@ -7,6 +7,7 @@ from pydantic import ValidationError
 
 from coupler_protocol.problems import Finding, KeyPath, reason_and_remedy
 from coupler_protocol.scene.changes import GRAINS, changed, changes_in
+from coupler_protocol.scene.rules.window_tables import in_all_windows, in_no_window
 from coupler_protocol.scene.stage_kinds import number_of, of
 from coupler_protocol.scene.tables.changes import Change, StageDiscs
 from coupler_protocol.scene.tables.grading import grading_of
@@ -58,23 +59,43 @@ def changes_name_what_there_is(scene: Any) -> Iterator[Finding]:
             seen.add(table.name)
         if stage.discs is None or scene.discs is None:
             continue
-        if stage.discs.stone is not None and scene.discs.stone is None:
-            yield ("stage", i, "discs", "stone"), "the scene has no material stone", "add [discs.stone], or remove the table"
         pairs: set[frozenset[str]] = set()
         for k, pair in enumerate(stage.discs.pair):
             at: KeyPath = ("stage", i, "discs", "pair", k, "between")
             between = frozenset(pair.between)
             if between in pairs:
                 yield at, f"two tables for the pair {' and '.join(pair.between)}", "give each pair of materials one table"
-            elif "stone" in between and scene.discs.stone is None:
-                yield at, "the scene has no material stone", "add a [discs.stone] table or remove the pair"
             elif between == {"ring"}:
                 yield at, "control discs have no contacts with each other", "remove the pair"
             pairs.add(between)
 
 
+@in_no_window
+def changes_of_stones_have_stones(scene: Any) -> Iterator[Finding]:
+    """A table of a stage for the material of stones needs that material in a window."""
+    for i, stage in enumerate(scene.stage if scene.discs is not None and scene.discs.stone is None else ()):
+        if stage.discs is not None and stage.discs.stone is not None:
+            yield ("stage", i, "discs", "stone"), "the scene has no material stone", "add [discs.stone], or remove the table"
+        for k, pair in enumerate(stage.discs.pair if stage.discs is not None else ()):
+            if "stone" in pair.between:
+                remedy = "add a [discs.stone] table or remove the pair"
+                yield ("stage", i, "discs", "pair", k, "between"), "the scene has no material stone", remedy
+
+
+@in_all_windows
 def changes_fit_their_effects(scene: Any) -> Iterator[Finding]:
     """Every change sets something and leaves a table that its effect accepts; what all kinds need stays."""
+    yield from (found for found, of_nothing in _misfits(scene) if not of_nothing)
+
+
+@in_no_window
+def effects_that_end_are_there(scene: Any) -> Iterator[Finding]:
+    """An effect that ends acts before, in one window at least."""
+    yield from (found for found, of_nothing in _misfits(scene) if of_nothing)
+
+
+def _misfits(scene: Any) -> Iterator[tuple[Finding, bool]]:
+    """(finding, whether it is about the end of an effect that does not act) of all tables of stages."""
     now: dict[Any, Any] = {("material", m.name): m for m in scene.material} | {"ring": scene.ring}
     if scene.discs is not None:
         now |= {"discs": scene.discs} | {grain: getattr(scene.discs, grain) for grain in GRAINS}
@@ -86,11 +107,14 @@ def changes_fit_their_effects(scene: Any) -> Iterator[Finding]:
             owner, found = now.get(holder), effects.setdefault(holder, {})
             changes = changes_in(table)
             if not changes and not _says_more(table):
-                yield path, "this table changes nothing", "give the effects that change, with the keys that change"
+                yield (path, "this table changes nothing", "give the effects that change, with the keys that change"), False
             for name, change in changes.items():
                 before = found.get(name, getattr(owner, name, None))
+                if change.absent and before is None and not change.given():
+                    yield ((*path, name), f"there is no {name} that could end", "remove the key"), True
+                    continue
                 broken = list(_faults((*path, name), holder, name, before, change))
-                yield from broken
+                yield from ((one, False) for one in broken)
                 found[name] = before if broken else changed(before, change)
         if stage.discard:
             effects = kept
@@ -121,8 +145,6 @@ def _faults(path: KeyPath, holder: Any, name: str, before: Any, change: Change) 
         needed = NEEDED.get(holder[0] if isinstance(holder, tuple) else holder, ()) if not isinstance(holder, frozenset) else ()
         if given:
             yield path, "the effect ends and changes", "give false to end it, or the keys that change"
-        elif before is None:
-            yield path, f"there is no {name} that could end", "remove the key"
         elif name in needed:
             yield path, f"nothing holds without {name}", "give it other values"
         return
@@ -142,24 +164,31 @@ def _faults(path: KeyPath, holder: Any, name: str, before: Any, change: Change) 
                 yield at, reason, remedy
 
 
+@in_no_window
 def bonds_that_can_be_made(scene: Any) -> Iterator[Finding]:
-    """A gap for new bonds needs materials that bond, and is small."""
-    discs, bonding = scene.discs, _bonds(scene)
-    for i, stage in enumerate(scene.stage):
-        gap = stage.discs.bond_gap if stage.discs is not None and discs is not None else None
-        if gap is None:
-            continue
-        path = ("stage", i, "discs", "bond_gap")
+    """A gap for new bonds needs materials that bond."""
+    bonding = _bonds(scene)
+    for i, stage, _ in _gaps(scene):
         if not bonding[i]:
-            yield (
-                path,
-                f"no material of discs has bonds in stage {stage.name!r}",
-                "add bond or parallel_bond to one, or remove the key",
-            )
-        least = grading_of(discs).smallest
-        if discs.file is None and gap > REACH * least:
+            why = f"no material of discs has bonds in stage {stage.name!r}"
+            yield ("stage", i, "discs", "bond_gap"), why, "add bond or parallel_bond to one, or remove the key"
+
+
+@in_all_windows
+def gaps_of_bonds_are_small(scene: Any) -> Iterator[Finding]:
+    """A gap for new bonds is small beside the discs."""
+    for i, _, gap in _gaps(scene):
+        least = grading_of(scene.discs).smallest
+        if scene.discs.file is None and gap > REACH * least:
             why = f"a gap of {gap:g} m is more than a quarter of the smallest radius, {least:.3g} m"
-            yield path, why, f"at most {REACH * least:.2g} m"
+            yield ("stage", i, "discs", "bond_gap"), why, f"at most {REACH * least:.2g} m"
+
+
+def _gaps(scene: Any) -> Iterator[tuple[int, Any, float]]:
+    """(number, stage, gap) of the stages that bond discs across a gap."""
+    for i, stage in enumerate(scene.stage if scene.discs is not None else ()):
+        if stage.discs is not None and stage.discs.bond_gap is not None:
+            yield i, stage, stage.discs.bond_gap
 
 
 def _bonds(scene: Any) -> list[bool]:
@@ -177,4 +206,12 @@ def _bonds(scene: Any) -> list[bool]:
     return found
 
 
-CHANGE_RULES = (changes_have_their_stage, changes_name_what_there_is, changes_fit_their_effects, bonds_that_can_be_made)
+CHANGE_RULES = (
+    changes_have_their_stage,
+    changes_name_what_there_is,
+    changes_of_stones_have_stones,
+    effects_that_end_are_there,
+    changes_fit_their_effects,
+    bonds_that_can_be_made,
+    gaps_of_bonds_are_small,
+)

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from coupler_protocol.problems import Finding
+from coupler_protocol.scene.of_window import of_windows
 from coupler_protocol.scene.rules.stages import never_ends
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.discs import names_of_walls
@@ -106,8 +107,12 @@ def only_without_a_grid(scene: Any) -> Iterator[Finding]:
     """Scenes with a grid have no keys for discs alone."""
     if scene.discs and scene.discs.wall:
         yield ("discs", "wall"), "only scenes without a grid have this", "remove it, or remove [grid]"
-    if scene.discs and scene.discs.file is not None and len(scene.window) > 1:
-        yield ("discs", "file"), f"one file cannot fill {len(scene.window)} windows", "keep one [[window]], or remove the file"
+    files = [own.discs.file for _, own in of_windows(scene)] if scene.discs else []
+    for path in dict.fromkeys(file for file in files if file is not None and files.count(file) > 1):
+        i = files.index(path)
+        given = scene.window[i].discs is not None and scene.window[i].discs.file is not None
+        remedy = "keep one [[window]], or give each window its own file: [window.discs] file = .."
+        yield (("window", i) if given else ()) + ("discs", "file"), f"one file cannot fill {files.count(path)} windows", remedy
     for i, stage in enumerate(scene.stage):
         if stage.wall:
             yield ("stage", i, "wall"), "only scenes without a grid have this", "remove it, or remove [grid]"

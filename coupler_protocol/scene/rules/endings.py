@@ -10,6 +10,7 @@ from typing import Any
 
 from coupler_protocol.problems import Finding
 from coupler_protocol.scene.local_origin import FAR
+from coupler_protocol.scene.of_window import scenes_of_discs
 from coupler_protocol.scene.rules.units import height_of, least_zone, overburden
 from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import of
@@ -27,12 +28,13 @@ def round_off(scene: Any) -> float:
     Of discs with springs k/2, contact forces are of the order of the stress s times the diameter d, and positions x round off by
     EPS x, gaps and forces with them: EPS x k/2 / (s d).
     """
-    discs = scene.discs
-    if discs is None:
+    if scene.discs is None:
         return GRID
-    stress = max(overburden(scene), discs.confinement)
-    extent = scene.grid.length if scene.grid is not None and scene.grid.length else _extent_of_window(scene)
-    return max(GRID, EPS * extent * 0.5 * discs.soil.spring.normal / (stress * 2.0 * discs.radius))
+    extent, found = scene.grid.length if scene.grid is not None and scene.grid.length else _extent_of_window(scene), [GRID]
+    for _, own in scenes_of_discs(scene):
+        stress = max(overburden(scene), own.discs.confinement)
+        found.append(EPS * extent * 0.5 * own.discs.soil.spring.normal / (stress * 2.0 * own.discs.radius))
+    return max(found)
 
 
 def _extent_of_window(scene: Any) -> float:
@@ -113,9 +115,9 @@ def _real_step(scene: Any, stage: Any) -> float:
     if scene.grid is not None:
         speed = max(sqrt((m.elastic.bulk + 4.0 / 3.0 * m.elastic.shear) / m.density) for m in scene.material)
         found.append((stage.step_factor or 0.5) * least_zone(scene) / speed)
-    if scene.discs is not None:
-        mass = scene.discs.soil.density * pi * scene.discs.radius**2
-        found.append((stage.step_factor or scene.discs.time_step) * sqrt(mass / scene.discs.soil.spring.normal))
+    for _, own in scenes_of_discs(scene) if scene.discs is not None else ():
+        mass = own.discs.soil.density * pi * own.discs.radius**2
+        found.append((stage.step_factor or own.discs.time_step) * sqrt(mass / own.discs.soil.spring.normal))
     return min(found)
 
 

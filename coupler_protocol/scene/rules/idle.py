@@ -8,6 +8,7 @@ import numpy as np
 from coupler_protocol.problems import Finding
 from coupler_protocol.scene.changes import in_stage
 from coupler_protocol.scene.declare import Table
+from coupler_protocol.scene.rules.window_tables import in_all_windows
 from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.used_materials import discs_used
@@ -50,6 +51,7 @@ def ring_without_contacts(scene: Any) -> Iterator[Finding]:
             yield ("discs", "pair", i), why, remedy
 
 
+@in_all_windows
 def keys_of_a_packing(scene: Any) -> Iterator[Finding]:
     """Keys that pack discs which come from a file, and keys of a file without one."""
     discs = scene.discs
@@ -65,12 +67,14 @@ def keys_of_a_packing(scene: Any) -> Iterator[Finding]:
         yield ("discs", "time_step"), "no stage is in real time", 'remove the key, or give a stage time = "real"'
 
 
+@in_all_windows
 def spread_beside_a_grading(scene: Any) -> Iterator[Finding]:
     """Spread beside a grading: the grading says all sizes."""
     if scene.discs is not None and scene.discs.grading is not None and changed(scene.discs, "spread"):
         yield ("discs", "spread"), "discs.grading gives the sizes of the discs", "remove spread, or the grading"
 
 
+@in_all_windows
 def material_without_stones(scene: Any) -> Iterator[Finding]:
     """A material of stones in a scene that has none; the file of discs alone may have them."""
     discs = scene.discs

@@ -8,6 +8,7 @@ import numpy as np
 
 from coupler_protocol.geometry import polygon_area
 from coupler_protocol.problems import Finding
+from coupler_protocol.scene.of_window import of_windows
 from coupler_protocol.scene.tables.grading import grading_of
 
 MOST_ZONES, MOST_DISCS = 4_000_000, 1_000_000
@@ -59,8 +60,13 @@ def _circles(grid: Any) -> float:
     return depth if grid.growth == 1.0 else log1p(depth * (grid.growth - 1.0)) / log(grid.growth)
 
 
+def all_discs_of(scene: Any) -> float:
+    """Discs [-] of all windows, as `discs_of` estimates them."""
+    return sum(discs_of(own, window) for window, own in of_windows(scene))
+
+
 def discs_of(scene: Any, window: Any) -> float:
-    """Discs [-] of a window that is packed, approximately; 0 where they come from a file."""
+    """Discs [-] of a window that is packed, approximately; 0 where they come from a file. scene: that of the window."""
     if scene.discs is None or scene.discs.file is not None:
         return 0.0
     if window.polygon is not None:
@@ -84,13 +90,11 @@ def fewer_than_memory_holds(scene: Any) -> Iterator[Finding]:
             factor = (zones / MOST_ZONES) ** 0.5
             size = " x ".join(f"{_up(factor * d):.2g}" for d in dict.fromkeys(scene.grid.zone_size))
             yield ("grid", "zone_size"), what, f"use zones of at least {size} m; graded makes them large far from the slope"
-    for i, window in enumerate(scene.window):
-        discs = discs_of(scene, window)
+    for i, (window, own) in enumerate(of_windows(scene)):
+        discs = discs_of(own, window)
         if discs > MOST_DISCS:
             what = f"window {window.name!r} would have about {discs:.3g} discs, {_memory(discs * DISC_BYTES)} of memory: "
-            remedy = (
-                f"use a radius of at least {_up(scene.discs.radius * (discs / MOST_DISCS) ** 0.5):.2g} m, or a smaller window"
-            )
+            remedy = f"use a radius of at least {_up(own.discs.radius * (discs / MOST_DISCS) ** 0.5):.2g} m, or a smaller window"
             yield ("window", i), f"{what}at most {MOST_DISCS:,}", remedy
 
 
@@ -116,7 +120,7 @@ def frames_of(scene: Any) -> int:
 
 def files_of(scene: Any) -> float:
     """Size [MB] of the frames of `frames_of` and of all checkpoints that stay, before compression."""
-    zones, discs = zones_of(scene), sum(discs_of(scene, window) for window in scene.window)
+    zones, discs = zones_of(scene), all_discs_of(scene)
     frames = frames_of(scene) * (zones * ZONE_FRAME + discs * DISC_FRAME)
     return (frames + len(scene.stage) * (zones * ZONE_STATE + discs * DISC_STATE)) / 1e6 + STAY * checkpoint_of(scene)
 
@@ -125,7 +129,7 @@ def checkpoint_of(scene: Any) -> float:
     """Size [MB] of the checkpoints of all sides inside of a stage, on the disk and in memory; 0 if there are none."""
     if not scene.record.checkpoint and scene.record.checkpoint_steps is None:
         return 0.0
-    discs = sum(discs_of(scene, window) for window in scene.window)
+    discs = all_discs_of(scene)
     return (zones_of(scene) * (ZONE_STATE + INSIDE) + discs * DISC_STATE) / 1e6
 
 
@@ -149,5 +153,5 @@ def _memory(size: float) -> str:
 
 def memory_of(scene: Any) -> dict[str, float]:
     """Memory [MB] that the zones and the discs of a scene take, approximately: {"grid", "discs"}, beside 0.2 GB a process."""
-    discs = sum(discs_of(scene, window) for window in scene.window)
+    discs = all_discs_of(scene)
     return {"grid": zones_of(scene) * ZONE_BYTES / 1e6, "discs": discs * DISC_BYTES / 1e6}

@@ -21,6 +21,7 @@ from coupler_protocol.problems import Finding, KeyPath, dotted
 from coupler_protocol.scene import stage_kinds
 from coupler_protocol.scene.changes import in_stage
 from coupler_protocol.scene.declare import Table
+from coupler_protocol.scene.rules.window_tables import in_all_windows
 from coupler_protocol.scene.schedule import plan
 
 ANY = 'If these values are meant, say units = "any" (--set units=any)'
@@ -221,6 +222,7 @@ def _grains_in_stages(scene: Any) -> Iterator[tuple[KeyPath, str, Any]]:
                 yield ("stage", s, "discs", key), key, getattr(in_stage(scene, s).discs, key)
 
 
+@in_all_windows
 def _soft_discs(scene: Any) -> Iterator[Suspect]:
     """Springs under which discs would lie in each other."""
     discs = scene.discs
@@ -237,6 +239,7 @@ def _soft_discs(scene: Any) -> Iterator[Suspect]:
             yield Suspect(path, what, remedy, "springs", load > NOTHING_LEFT * stiffness)
 
 
+@in_all_windows
 def _weak_bonds(scene: Any) -> Iterator[Suspect]:
     """Bonds whose strength is nothing beside the stress on the discs: forces in kN, stresses in kPa."""
     discs = scene.discs
@@ -254,6 +257,7 @@ def _weak_bonds(scene: Any) -> Iterator[Suspect]:
                     yield Suspect((*place, law, name), what, f"did you mean {value:g}e3 ({value:g} k{unit})?", "strength")
 
 
+@in_all_windows
 def _coefficients(scene: Any) -> Iterator[Suspect]:
     """Angles in degrees where discs have coefficients."""
     grains = {"soil": scene.discs and scene.discs.soil, "stone": scene.discs and scene.discs.stone}

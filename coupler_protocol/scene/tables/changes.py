@@ -33,14 +33,20 @@ class Change(Table):
 @cache
 def change_of(effect: type[Effect]) -> type[Change]:
     """The Change of an effect: its keys, none of them required."""
+    doc = f"Changes of: {_first_line(effect)}."
+    made = create_model(effect.__name__, __base__=Change, __doc__=doc, **optional_fields(effect))
+    made.effect = effect
+    return made
+
+
+def optional_fields(table: type[Table]) -> dict[str, Any]:
+    """Fields with the units, bounds and meanings of a table's keys, None if they are not given."""
     fields: dict[str, Any] = {}
-    for name, field in effect.model_fields.items():
+    for name, field in table.model_fields.items():
         kind: Any = field.annotation
         fields[name] = (kind | None, Field(None, description=field.description, json_schema_extra=field.json_schema_extra))
         fields[name][1].metadata.extend(field.metadata)  # the bounds
-    made = create_model(effect.__name__, __base__=Change, __doc__=f"Changes of: {_first_line(effect)}.", **fields)
-    made.effect = effect
-    return made
+    return fields
 
 
 def _first_line(effect: type) -> str:
@@ -98,3 +104,4 @@ class StageRecord(Table):
 
     every: int | None = quantity(None, unit="steps", meaning="steps between frames", ge=1)
     history: int | None = quantity(None, unit="steps", meaning="steps between points of the histories", ge=1)
+    measure: int | None = quantity(None, unit="steps", meaning="steps between values of the regions in `[[measure]]`", ge=1)

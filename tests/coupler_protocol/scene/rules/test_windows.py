@@ -1,9 +1,13 @@
 """What a scene must say of a window drawn as a polygon: every problem with the window's name and what would be right."""
 
+import tomllib
+
 import pytest
 
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.reader import build_scene
+from fdm_server.mesh.grid import build_grid
+from fdm_server.mesh.window_zones import rim_of, window_zones
 from tests.window_scenes import BOX, CIRCLE, L_SHAPE, uniform
 
 
@@ -47,16 +51,21 @@ def test_a_narrow_arm_is_refused_where_it_is():
 
 
 def test_two_polygons_keep_a_zone_between_them():
-    """An L and a box in its notch: their rims may not meet, not even in one gridpoint."""
+    """An L and a box in its notch: their rims may not meet, not even in one gridpoint, nor may a third one meet both."""
     data = uniform(BOX, L_SHAPE)
-    for corner, fits in (((3.5, 3.5), True), ((3.0, 3.0), False), ((2.5, 3.0), False)):
+    touches = "window 'notch' touches window 'hole' in 10 gridpoints, at (3, 3)"
+    for corner, words in (
+        ((3.5, 3.5), ""),
+        ((3.0, 3.0), touches),
+        ((2.5, 3.0), "overlaps window 'hole' in 4 zones, one at (2.75, 3.25"),
+    ):
         x, y = corner
         second = {"name": "notch", "polygon": [[x, y], [x + 2.5, y], [x + 2.5, y + 2.0], [x, y + 2.0]]}
         both = data | {"window": [data["window"][0], second]}
-        if fits:
+        if not words:
             assert len(build_scene(both).window) == 2
         else:
-            assert "touches window 'hole'" in problems(both)
+            assert words in problems(both)
 
 
 def test_a_window_may_lie_in_a_ring():
@@ -66,3 +75,43 @@ def test_a_window_may_lie_in_a_ring():
     assert build_scene(data).window[0].polygon is not None
     data["window"][0]["polygon"] = [[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]]
     assert "touches the boundary" in problems(data)
+
+
+def test_windows_that_meet_in_one_gridpoint_are_refused_and_all_pairs_are_told():
+    boxes = {"low": (1.0, 1.0), "middle": (2.5, 2.5), "high": (4.0, 4.0)}
+    windows = [{"name": n, "polygon": [[x, y], [x + 1.5, y], [x + 1.5, y + 1.5], [x, y + 1.5]]} for n, (x, y) in boxes.items()]
+    found = problems(uniform(BOX, L_SHAPE) | {"window": windows})
+    assert "window 'middle' touches window 'low' in 1 gridpoint, at (2.5, 2.5)" in found
+    assert "window 'high' touches window 'middle' in 1 gridpoint, at (4, 4)" in found
+
+
+def test_oblique_windows_along_a_face_keep_a_zone_between_them(configs):
+    """Parallelograms in columns that run along the face: one zone apart is right, side by side and corner to corner are not."""
+    data = tomllib.loads((configs / "quick_notch.toml").read_text(encoding="utf-8"))
+    grid = build_grid(build_scene(data))
+    blocks = {
+        "below": (14, 16, 3, 6),
+        "level": (14, 16, 8, 11),
+        "side": (17, 19, 3, 6),
+        "corner": (17, 19, 7, 10),
+        "apart": (18, 20, 3, 6),
+    }
+
+    def window(name):
+        left, right, low, high = blocks[name]
+        inside = (grid.column >= left) & (grid.column <= right) & (grid.row >= low) & (grid.row <= high)
+        return {"name": name, "polygon": grid.xy[rim_of(grid, inside)].tolist()}
+
+    for name, words in (
+        ("level", ""),
+        ("apart", ""),
+        ("side", "touches window 'below' in 5 gridpoints"),
+        ("corner", "in 1 gridpoint"),
+    ):
+        both = data | {"window": [window("below"), window(name)]}
+        both["discs"] = data["discs"] | {"radius": 0.1}
+        if words:
+            assert words in problems(both), name
+        else:
+            rims = [rim_of(grid, window_zones(grid, one)) for one in build_scene(both).window]
+            assert not set(rims[0]) & set(rims[1])
