@@ -177,6 +177,7 @@ CASES = {
 
 
 LONG = [case for case in CASES if case not in (SHORT, SIDES)]
+MOST_PLAIN = 0.8  # share of plain steps: a compiled call also ends by the clock, more often on a busy machine
 
 
 @pytest.mark.parametrize("case", [SHORT, *(pytest.param(case, marks=pytest.mark.long) for case in (SIDES, *LONG))])
@@ -187,9 +188,9 @@ def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
     seen = 6 + (8 if "measure" in CASES[case] else 0)  # steps that begin a stage, or that measuring sees
     for row in rows:
         assert "one_by_one" not in row
-        assert row["plain_steps"] >= row["steps"] - seen - row["steps"] // 60, (row, history)
+        assert row["plain_steps"] >= MOST_PLAIN * row["steps"] - seen, (row, history)
         assert "one_by_one_discrete" not in row
-        assert all(plain >= row["steps"] - seen - row["steps"] // 60 for plain in row["plain_steps_discrete"]), row
+        assert all(plain >= MOST_PLAIN * row["steps"] - seen for plain in row["plain_steps_discrete"]), row
     if every := CASES[case].get("coupling__exchange_every"):
         assert all(row["steps"] / every <= row["exchanges"] < 0.7 * row["steps"] and not row["fell_back"] for row in rows), rows
     if "record__trace" in CASES[case]:
@@ -211,7 +212,7 @@ def test_a_stage_ends_by_what_compiled_code_has_seen_as_step_by_step(tmp_path, u
     rows = both_ways(tmp_path, scene(stage__3__until=until, record__every=1000, coupling__exchange_every=every))
     assert same_files(tmp_path) == []
     assert rows[-1]["ended_by"].partition(" ")[0] in until
-    assert rows[-1]["plain_steps"] >= rows[-1]["steps"] - 6
+    assert rows[-1]["plain_steps"] >= MOST_PLAIN * rows[-1]["steps"] - 6
     assert 30 < rows[-1]["steps"] < 900
 
 
@@ -222,7 +223,7 @@ def test_plain_steps_return_to_an_exchange_in_every_step(tmp_path, monkeypatch):
     rows = both_ways(tmp_path, scene(coupling__exchange_every=10))
     assert same_files(tmp_path) == []
     assert "times as stiff" in rows[-1]["fell_back"]
-    assert all(row["plain_steps"] >= row["steps"] - 6 - row["steps"] // 60 for row in rows)
+    assert all(row["plain_steps"] >= MOST_PLAIN * row["steps"] - 6 for row in rows)
 
 
 def test_plain_steps_follow_a_load_that_has_come_to_its_end(tmp_path):

@@ -45,7 +45,7 @@ def straight(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(lanes, "EARLIEST", 0)
         run(build_scene(data), out)
-    assert json.loads((out / "run.json").read_text())["stages"][-1]["plain_steps"] > 0.99 * STEPS
+    assert json.loads((out / "run.json").read_text())["stages"][-1]["plain_steps"] > 0.9 * STEPS
     return file, out
 
 
@@ -127,8 +127,8 @@ def test_sides_that_the_system_stops_for_a_while_cost_no_bit_and_no_lane(straigh
     for name in NAMES.values():
         assert differing(straight[1] / f"{name}.more.h5", servers.out / f"{name}.more.h5") == []
     row = servers.row()
-    assert row["plain_steps"] > 0.99 * STEPS
-    assert row["plain_steps_discrete"][0] > 0.99 * STEPS
+    assert row["plain_steps"] > 0.9 * STEPS
+    assert row["plain_steps_discrete"][0] > 0.9 * STEPS
     assert "one_by_one" not in row
 
 
