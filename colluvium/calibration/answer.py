@@ -66,7 +66,7 @@ def toml_of(tables: dict[str, dict[str, Any]], plan: Plan, scene: Any, rows: Seq
         density = getattr(scene.discs, material).density
         lines.append(f"density = {density!r}")
         kept = getattr(scene.discs, material).model_dump(mode="json", exclude_none=True)
-        for effect, keys in (kept | effects).items():
+        for effect, keys in (effects | {name: keys for name, keys in kept.items() if name not in effects}).items():
             if isinstance(keys, dict):
                 lines.append(f"{effect} = {{ {', '.join(f'{key} = {_number(value)}' for key, value in keys.items())} }}")
     return "\n".join(lines) + "\n"
@@ -74,7 +74,7 @@ def toml_of(tables: dict[str, dict[str, Any]], plan: Plan, scene: Any, rows: Seq
 
 def _number(value: Any) -> str:
     if isinstance(value, float):
-        return f"{value:.4e}".replace("e+0", "e").replace("e+", "e") if abs(value) >= 1e5 else f"{value:g}"
+        return f"{value:.4g}".replace("e+0", "e").replace("e+", "e") if abs(value) >= 1e5 else f"{value:g}"
     return json.dumps(value)
 
 

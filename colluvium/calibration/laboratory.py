@@ -4,8 +4,8 @@ A test has a folder of its own in `trials`, numbered by its set of parameters, a
 stress, seed, answers, seconds of its run. A test whose scene is in that file is not computed again.
 
 A short test, for the moduli, is made at one stress and ends at half of the strength; its steps are enough for the loading to be
-quasi-static (docs/lab.md), at least those of an oedometer. Full tests end at the strain that the targets give, the same for all
-sets.
+quasi-static (docs/lab.md), at least those of an oedometer. Full tests have the rate and strain that the targets give, which
+are the same for all sets.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ from colluvium.calibration.targets import Targets, strength_name
 from colluvium.lab import trials as lab_trials
 from colluvium.lab.answers import answers_of
 from colluvium.lab.curves import curve_of
-from colluvium.lab.loading import ELASTIC, LEAST, LONG, MOST, QUIET, loading
+from colluvium.lab.loading import ELASTIC, FEWEST, LEAST, LONG, MOST, QUIET, loading
 from colluvium.lab.specimen import specimen
 from colluvium.lab.trials import Trial
 from colluvium.running.pool import Failed, Job, run_all
@@ -94,14 +94,12 @@ class SampleTests:
         body = specimen("biaxial", scene.discs.radius, scene.lab)
         plain = loading("biaxial", scene, body, pressure, self._content(scene))
         young, peak = self.targets.value("young"), self._peak(pressure)
-        full = plain.strain
-        if scene.lab.strain is None and young is not None and peak is not None:
-            full = min(max(LONG * peak / young, LEAST), MOST)
-        if not short:
-            return {"strain": full}
-        strain = HALF * peak / young if young and peak else HALF * full / LONG
-        rows = body.height / (2.0 * scene.discs.radius)
-        return {"strain": strain, "rate": min(QUIET * strain / (HALF * rows), strain / ELASTIC)}
+        yields = peak / young if young and peak else plain.strain / LONG
+        quiet = QUIET * yields / (body.height / (2.0 * scene.discs.radius))
+        if short:
+            return {"strain": HALF * yields, "rate": min(quiet, HALF * yields / ELASTIC)}
+        strain = scene.lab.strain or min(max(LONG * yields, LEAST), MOST)
+        return {"strain": strain, "rate": scene.lab.rate or min(quiet, strain / FEWEST)}
 
     def _content(self, scene: Any) -> float:
         return scene.stones.content if self.sample != "soil" else 0.0
@@ -114,16 +112,17 @@ class SampleTests:
     def _compute(self, values: Values, tests: list[Trial], short: bool) -> None:
         """Runs the tests that are not kept, and keeps all that are done, also after Ctrl-C."""
         left = [(test, self._job(values, test, short)) for test in tests if key_of(test) not in self.rows]
+        ended = {job.name for _, job in left if job.done()}  # before an interruption
         before = _processor_seconds()
         try:
             for one in run_all([job for _, job in left], self.at_once, lambda text: None):
                 self.failed.append(one)
                 self.report(f"{one.name}: exit code {one.code}: {one.message}")
         finally:
-            done = [(test, job) for test, job in left if job.done()]
-            each = (_processor_seconds() - before) / max(len(done), 1)
-            for test, job in done:
-                self._keep(values, test, job, {"short": short, "processor": each})
+            new = [(test, job) for test, job in left if job.done()]
+            each = (_processor_seconds() - before) / max(len([job for _, job in new if job.name not in ended]), 1)
+            for test, job in new:
+                self._keep(values, test, job, short, None if job.name in ended else each)
 
     def _job(self, values: Values, test: Trial, short: bool) -> Job:
         """The run of a test; its folder begins with the number of its set."""
@@ -132,8 +131,9 @@ class SampleTests:
         name = f"set{number:03d}.{test.name}{'.short' if short else ''}"
         return Job(name, test.tables, self.out / "trials" / name)
 
-    def _keep(self, values: Values, test: Trial, job: Job, more: dict[str, Any]) -> None:
-        """Adds a finished test to the file."""
+    def _keep(self, values: Values, test: Trial, job: Job, short: bool, processor: float | None) -> None:
+        """Adds a finished test to the file; processor: seconds, None if its run ended in an earlier call."""
+        seconds = run_json.read(job.out / run_json.NAME).get("seconds") or 0.0
         found = answers_of("biaxial", curve_of(test, job.out))
         row = {
             "scene": key_of(test),
@@ -143,10 +143,12 @@ class SampleTests:
             "sample": test.sample,
             "pressure": test.pressure,
             "seed": test.seed,
+            "short": short,
             "steps": test.loading.steps,
             "answers": {name: found[name] for name in ANSWERS},
-            "seconds": run_json.read(job.out / run_json.NAME).get("seconds") or 0.0,
-        } | more
+            "seconds": seconds,
+            "processor": seconds if processor is None else processor,
+        }
         self.rows[row["scene"]] = row
         with (self.out / KEPT).open("a", encoding="utf-8") as file:
             file.write(json.dumps(row) + "\n")

@@ -11,14 +11,15 @@
 The start inverts the estimates of packing_moduli for the targets E2, nu2, c, phi, with a content C of stones:
 
     K2 = a kn,  G = a (kn + ks) / 2:   r = ks/kn = 2 G / K2 - 1 within its bounds,   kn = E2 (3 + r) / (4 a (1 + r))       (1)
-    sin phi = (1 - C) 0.85 sin(atan mu) + C                                                                              (2)
+    sin phi = (1 - C) (0.85 sin(atan mu) + 1.2 mur) + C                                                                  (2)
     Fnb = pt / b,    pt = c / tan(phi)                                                                                   (3)
 
-with a the stiffness K2 for a unit spring and b the tension pt for a unit bond. Coordinates are logarithms, that of
-`rolling` is linear: one unit of each changes a packing about as much.
+with a the stiffness K2 for a unit spring and b the tension pt for a unit bond. The term with mur is a fit: 0.18 raised phi of
+bonded discs from about 16 to 28.7 degrees. Coordinates are logarithms, that of `rolling` is linear: one unit of each changes a
+packing about as much.
 """
 
-from math import asin, exp, log, radians, sin, tan
+from math import asin, atan, exp, log, radians, sin, tan
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -34,6 +35,8 @@ KEYS = {"normal": "spring", "ratio": "spring", "friction": "friction", "bond": "
 FAR = 30.0  # default bounds of stiffness and bonds, as a factor of their start
 DIGITS = 3  # of a parameter
 BRITTLE = 2.0  # shear over tensile strength of bonds that a scene does not have
+ROLLS = 1.2  # of Eq (2)
+STEEPEST = 0.9  # largest sine of an estimate
 START_FRICTION = 0.5  # where rolling resistance varies as well
 ROLLED = 0.2  # rolling coefficient of one unit of its coordinate
 
@@ -126,8 +129,11 @@ def _physics(scene: Any, targets: Targets, content: float) -> Values:
         found["normal"] = young / (1.0 - nu * nu) * (3.0 + ratio) / (4.0 * unit.bulk * (1.0 + ratio))
     if targets.friction is not None and any(goal.pressure for goal in targets.goals):
         sine = min(max((sin(radians(targets.friction)) - content) / (1.0 - content) / ROLLING, 0.05), 0.95)
-        bounded = table.bounds.friction
-        found["friction"] = START_FRICTION if "rolling" in table.vary else min(max(tan(asin(sine)), bounded[0]), bounded[1])
+        if "rolling" in table.vary:
+            found["friction"] = START_FRICTION
+            found["rolling"] = max(0.0, ROLLING * (sine - sin(atan(START_FRICTION))) / ROLLS)
+        else:
+            found["friction"] = min(max(tan(asin(sine)), table.bounds.friction[0]), table.bounds.friction[1])
         if targets.cohesion:
             found["bond"] = targets.cohesion / tan(radians(targets.friction)) / unit.tension
     if found["bond"] <= 0.0:  # without a target of c: a tension of the mean stress
@@ -136,12 +142,13 @@ def _physics(scene: Any, targets: Targets, content: float) -> Values:
 
 
 def estimate_of(scene: Any, values: Values, content: float) -> Estimate:
-    """Estimated moduli and strength of the packing with these parameters."""
+    """Estimated moduli and strength of the packing with these parameters, with the rolling term of Eq (2)."""
     tables = {effect: SimpleNamespace(**keys) for effect, keys in tables_of(scene, values)["soil"].items()}
     soil = SimpleNamespace(**({"friction": None, "bond": None} | tables))
     discs = scene.discs
     kept = SimpleNamespace(soil=soil, pair=[], stiffness=discs.stiffness, porosity=discs.porosity, radius=discs.radius)
-    return estimate(kept, content)
+    found = estimate(kept, content)
+    return found._replace(sine=min(found.sine + (1.0 - content) * ROLLS * values.get("rolling", 0.0), STEEPEST))
 
 
 def tables_of(scene: Any, values: Values) -> dict[str, dict[str, Any]]:

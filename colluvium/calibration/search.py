@@ -139,8 +139,9 @@ class Search:
             self._note(stage, wanted, seeds, found, now)
             good = merit - now > TRUSTED * (merit - predicted) if np.isfinite(merit) else np.isfinite(now)
             radius = min(radius * GROWS, WIDEST) if good else radius * SHRINKS
-            vain = 0 if now < merit else vain + 1
-            if now < merit:
+            better = now < merit or self._reached(found, goals, enough)
+            vain = 0 if better else vain + 1
+            if better:
                 best, merit, means = wanted, now, found
             if vain >= VAIN or radius < NARROWEST:
                 return best, "stationary" if np.isfinite(merit) else "failed"

@@ -23,7 +23,7 @@ from colluvium.figures.style import PAGE, styled
 from colluvium.lab.strength import deviation, line_of
 from coupler_protocol.scene.reader import read_scene
 
-FACTORS = {"normal": (0.6, 1.6), "ratio": (0.5, 2.0, 4.0), "friction": (0.5, 2.0, 4.0), "bond": (0.5, 2.0)}
+FACTORS = {"normal": (0.6, 1.6), "ratio": (0.5, 3.0), "friction": (0.5, 3.0), "bond": (0.5, 2.0)}
 ROLLING = (0.05, 0.15)
 SAMPLES = {
     "radius": ("discs.radius", (0.02, 0.05)),
@@ -123,9 +123,9 @@ def draw(rows, name, path):
         )
         marked = [(row["value"], scale * row[key]["mean"]) for row in own if row["answer"]]
         if marked:
-            panel.plot(*zip(*marked, strict=True), "o", color="#c1443c", markersize=5.0)
+            panel.plot(*zip(*marked, strict=True), "o", color="#c1443c", markersize=5.0, zorder=3)
         panel.set(title=label, xlabel=LABELS[name])
-        panel.set_ylim(0.0, None if key != "nu" else 0.5)
+        panel.set_ylim(0.0, 1.1 * max(scale * row[key]["mean"] for row in rows))  # of all pictures alike
         if name in FACTORS:
             panel.set_xscale("log")
             panel.set_xticks(x, [f"{value:.3g}" for value in x])

@@ -48,7 +48,7 @@ def test_targets_are_reached_in_spite_of_scatter(true):
 
 
 def test_rolling_resistance_is_named_where_friction_is_not_enough_and_reaches_the_target():
-    calibrate = targets(**TRUE, rolling=0.2)
+    calibrate = targets(**TRUE, rolling=0.2) | {"tolerance": 0.1}
     outcome, plan = searched(calibrate, Synthetic())
     assert outcome.ended != "reached"
     said = words_of(outcome, plan)
@@ -83,9 +83,11 @@ def test_moduli_alone_need_short_tests_only():
     assert outcome.tests <= 20
 
 
-def test_a_stage_tests_all_its_sets_with_the_same_seeds_and_no_sample_twice():
+def test_a_search_repeats_and_tests_all_sets_of_a_stage_with_the_same_seeds_and_no_sample_twice():
     laboratory, said = Synthetic(), []
     outcome, _ = searched(targets(**TRUE), laboratory, said=said)
+    again, _ = searched(targets(**TRUE), Synthetic())
+    assert [trial.values for trial in again.trials] == [trial.values for trial in outcome.trials]
     for stage in ("elastic", "strength", "refine"):
         assert len({trial.seeds for trial in outcome.trials if trial.stage == stage}) <= 1
     asked = [(tuple(values.items()), seed, short) for values, seeds, short in laboratory.calls for seed in seeds]
@@ -99,12 +101,6 @@ def test_the_number_of_tests_is_kept_and_said():
     assert outcome.ended == "tests"
     assert outcome.tests <= 24 + 3 * len(PRESSURES)  # the check is made in any case
     assert "larger calibrate.tests" in words_of(outcome, plan)
-
-
-def test_a_search_repeats():
-    one, other = (searched(targets(**TRUE), Synthetic())[0] for _ in range(2))
-    assert one.values == other.values
-    assert [trial.values for trial in one.trials] == [trial.values for trial in other.trials]
 
 
 def test_samples_that_fail_are_left_out_and_a_start_without_answers_ends_the_search():
