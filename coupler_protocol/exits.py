@@ -65,9 +65,9 @@ class Interrupted(RunEnded):
     code = INTERRUPTED
 
 
-def end_as_physics(work: Callable[[], Result]) -> Result:
-    """Returns `work()`; raises PhysicsFailed for an ArithmeticError of a model."""
+def end_as_physics(work: Callable[[], Result], place: Callable[[], str] = str) -> Result:
+    """Returns `work()`; raises PhysicsFailed for an ArithmeticError of a model; place(): words after its message."""
     try:
         return work()
     except ArithmeticError as error:
-        raise PhysicsFailed(str(error)) from error
+        raise PhysicsFailed(f"{error}{place()}") from error

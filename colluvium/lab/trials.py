@@ -147,10 +147,10 @@ def _stages(kind: str, scene: Any, sample: str, load: Loading, body: Specimen) -
 
 
 def _begins(scene: Any, sample: str) -> dict[str, Any]:
-    """The table [stage.discs] with which friction and bonds begin, at all contacts that touch."""
+    """The table [stage.discs] with which friction and bonds begin, at all contacts with a gap up to lab.bond_gap."""
     names, pairs = _materials(scene, sample)
     plain = _plain(scene.discs)
-    table: dict[str, Any] = {"bond_gap": 0.0} if any(set(BONDS) & set(plain[name]) for name in names) else {}
+    table: dict[str, Any] = {"bond_gap": scene.lab.bond_gap} if any(set(BONDS) & set(plain[name]) for name in names) else {}
     for name in names:
         later = _later(scene, name == "stone" and sample == "cluster")
         if changes := {key: plain[name][key] for key in later if key in plain[name]}:

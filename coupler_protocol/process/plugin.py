@@ -33,6 +33,10 @@ class Moment(NamedTuple):
 Function = Callable[[Moment], None]
 
 
+def unchecked(moment: Moment) -> None:
+    """Asks nothing of what a function has left."""
+
+
 class Plugin(NamedTuple):
     """Functions that are called; `every`: steps between calls of on_step."""
 
@@ -41,15 +45,17 @@ class Plugin(NamedTuple):
     on_stage: Callable[[Moment], None] | None = None
     every: int = 1
 
-    def step(self, moment: Moment) -> None:
-        """Calls on_step if it is due. Raises EnvironmentFailed if it fails."""
+    def step(self, moment: Moment, check: Function = unchecked) -> None:
+        """Calls on_step if it is due, and then check(moment). Raises EnvironmentFailed if on_step fails."""
         if self.on_step is not None and moment.step % self.every == 0:
             self._call(self.on_step, moment)
+            check(moment)
 
-    def stage(self, moment: Moment) -> None:
-        """Calls on_stage. Raises EnvironmentFailed if it fails."""
+    def stage(self, moment: Moment, check: Function = unchecked) -> None:
+        """Calls on_stage, and then check(moment). Raises EnvironmentFailed if on_stage fails."""
         if self.on_stage is not None:
             self._call(self.on_stage, moment)
+            check(moment)
 
     def _call(self, function: Callable[[Moment], None], moment: Moment) -> None:
         try:

@@ -128,7 +128,7 @@ def run_side(
             side = make_side()
             side.compiled = compiled
             progress.follow(side)
-            reason = exits.end_as_physics(side.run)
+            reason = exits.end_as_physics(side.run, lambda: f" (stage {progress.stage!r}, after step {progress.steps})")
         progress("done", reason, now=True)
         return reason
     except BaseException as error:

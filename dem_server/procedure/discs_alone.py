@@ -28,9 +28,10 @@ from coupler_protocol.scene.schedule import plan
 from dem_server.model import Model, State
 from dem_server.observe import energy, record, unbalanced_ratio
 from dem_server.observe.measuring import Measuring
+from dem_server.observe.not_finite import first_not_finite
 from dem_server.observe.sample_strain import mean_strain
 from dem_server.packing import alone_window, draw_apart
-from dem_server.procedure import stage_changes, walls_of_scene
+from dem_server.procedure import soundness, stage_changes, walls_of_scene
 from dem_server.procedure.proof import prove
 from dem_server.step import bonds_made, breaks, clock, cycle
 from dem_server.step.contact_pass import contact_forces
@@ -196,7 +197,7 @@ class DiscsAlone:
             if self.steps % record_every == 0 or ended_by:
                 self._frame(stage.name, factor)
             if self.plugin is not None:
-                self.plugin.step(self._moment(stage.name))
+                self.plugin.step(self._moment(stage.name), soundness.check)
             if not ended_by and self.clock.due(self.steps, self.stop.asked):
                 self._save_inside(stage.name, factor)
         if run.ending.at_limit:
@@ -278,7 +279,8 @@ class DiscsAlone:
         gravity, state = leg.at(step), self.state
         ratio = unbalanced_ratio.unbalanced_ratio(self.model, state, gravity)
         if not np.isfinite(ratio):
-            raise exits.PhysicsFailed(f"the discs' forces are NaN or infinite after step {self.steps}")
+            found = first_not_finite(self.model, state, tuple(self.origin_of_places.tolist()))
+            raise exits.PhysicsFailed(f"the discs' forces are NaN or infinite after step {self.steps} ({found})")
         values = {
             "time": self.time,
             "unbalanced_ratio": ratio,
@@ -313,7 +315,7 @@ class DiscsAlone:
 
     def _end_stage(self, name, factor):
         if self.plugin is not None:
-            self.plugin.stage(self._moment(name))
+            self.plugin.stage(self._moment(name), soundness.check)
         self.clock.begins(self.steps)
         self.recorder.sync()
         self.save(name, restart.END, factor)

@@ -35,8 +35,9 @@ from dem_server.insitu.takeover import take_over
 from dem_server.observe import energy, record, stable_limit, unbalanced_ratio
 from dem_server.observe.energy_ledger import Ledger
 from dem_server.observe.measuring import Measuring
+from dem_server.observe.not_finite import first_not_finite
 from dem_server.packing.coupled_window import drawn_stones, packed_window
-from dem_server.procedure import restart, stage_changes
+from dem_server.procedure import restart, soundness, stage_changes
 from dem_server.procedure.compile_ahead import coupled_kernels
 from dem_server.procedure.load_ahead import libraries
 from dem_server.step import breaks, clock, guards
@@ -180,7 +181,7 @@ class DiscreteSide(Kept):
             self._frame(FrameInfo(self.steps, self.time, name, factor))
         if not self.source:
             if self.plugin is not None:
-                self.plugin.stage(self._moment(name))
+                self.plugin.stage(self._moment(name), soundness.check)
             self.recorder.sync()
             self.save(name, END, factor)
         self.watch.add_to("recording")
@@ -312,8 +313,8 @@ class DiscreteSide(Kept):
         """Raises PhysicsFailed for nodal forces that are NaN or infinite."""
         if not np.isfinite(force.sum()):
             raise PhysicsFailed(
-                f"the discs' forces on the rim are NaN or infinite after step {self.steps}: the window has blown up; "
-                "try a smaller step_factor"
+                f"the discs' forces on the rim are NaN or infinite after step {self.steps}{self._not_finite()}: the window has "
+                "blown up; try a smaller step_factor"
             )
 
     def refuse_fast(self, count):
@@ -407,7 +408,11 @@ class DiscreteSide(Kept):
 
     def _refuse_ratio(self, ratio):
         if not np.isfinite(ratio):
-            raise PhysicsFailed(f"the discs' forces are NaN or infinite after step {self.steps}")
+            raise PhysicsFailed(f"the discs' forces are NaN or infinite after step {self.steps}{self._not_finite()}")
+
+    def _not_finite(self):
+        found = first_not_finite(self.model, self.state, self.scene.origin)
+        return f" ({found})" if found else ""
 
     def _new_answer(self, gravity):
         ratio = unbalanced_ratio.unbalanced_ratio(self.model, self.state, gravity)
@@ -436,9 +441,9 @@ class DiscreteSide(Kept):
         if self.measuring and (self.steps % self.record_of_stage.measure == 0 or flags & messages.RECORD):
             self.recorder.history(self.steps, **self.measuring.values(self.model, self.state))
         if self.plugin is not None:
-            self.plugin.step(self._moment(name))
+            self.plugin.step(self._moment(name), soundness.check)
             if flags & messages.END_OF_STAGE:
-                self.plugin.stage(self._moment(name))
+                self.plugin.stage(self._moment(name), soundness.check)
         if flags & messages.END_OF_STAGE:
             self._note_limit(name)
             self._note_end()

@@ -149,7 +149,7 @@ class PlainSteps:
             rims[row].talk.refuse_infinite(self.rims.velocity[slice(*self.rims.begin[row : row + 2])], side.steps + 1)
         if why == TOO_LONG:
             check_common_step(side.model, side.state, rims, side.state.dt)
-        check_zones(shape.present(side.model, side.state), side.model.zones, side.model.zone)
+        check_zones(shape.present(side.model, side.state), side.model.zones, side.model.zone, side.model.grid.origin)
         raise Unstable(f"the grid cannot take step {side.steps + 1}")  # no step is taken twice
 
     def _course(self, count):

@@ -44,7 +44,7 @@ class Rim(Kept):
         self.mask = window_zones(grid, window)
         self.nodes = rim_of(grid, self.mask)
         self.xy = grid.xy[self.nodes]  # as drawn [m]
-        self.talk = WindowTalk(conversation, window.name, self.xy)
+        self.talk = WindowTalk(conversation, window.name, self.xy, grid.origin)
         K = len(self.nodes)
         self.force = np.zeros((K, 2))  # P [N], of the discs
         self.reaction = np.zeros((K, 2))  # R without weight [N]

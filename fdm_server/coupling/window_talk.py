@@ -3,8 +3,11 @@
 import logging
 from math import isfinite
 
+import numpy as np
+
 from coupler_protocol.criteria.strain_bins import from_rows, shape_over
 from coupler_protocol.exits import PeerLost, PhysicsFailed
+from coupler_protocol.geometry import NOWHERE, spot
 from coupler_protocol.wire import messages
 from coupler_protocol.wire.frames import WireError, content_of
 from coupler_protocol.wire.payloads import ForceFrame, VelocityFrame, field_content, inner_mass_of
@@ -13,10 +16,13 @@ log = logging.getLogger(__name__)
 
 
 class WindowTalk:
-    """Conversation with the process of a window. name: of the window; outline (K,2) [m]: its rim as drawn."""
+    """Conversation with the process of a window. name: of the window; outline (K,2) [m]: its rim as drawn.
 
-    def __init__(self, conversation, name, outline):
-        self.conversation, self.name, self.outline = conversation, name, outline
+    origin (2,) [m]: point of the scene from which the outline counts, for messages.
+    """
+
+    def __init__(self, conversation, name, outline, origin=NOWHERE):
+        self.conversation, self.name, self.outline, self.origin = conversation, name, outline, origin
         self.strain_asked = False  # whether the next FORCE contains the window's strain
         self.force_frame = self.strain_frame = self.velocity_frame = None
 
@@ -79,13 +85,15 @@ class WindowTalk:
         frame = self.velocity_frame
         frame.scalars[:] = order
         frame.velocity[:] = velocity
-        self.refuse_infinite(frame.values, int(order.step))
+        self.refuse_infinite(frame.velocity, int(order.step))
         self.conversation.send_step(frame)
 
     def refuse_infinite(self, velocity, step):
-        """Raises PhysicsFailed for velocities that are NaN or infinite."""
+        """Raises PhysicsFailed for velocities (K,2) that are NaN or infinite."""
         if not isfinite(velocity.sum()):
-            raise PhysicsFailed(f"velocities on the rim of {self.name!r} are NaN or infinite in step {step}")
+            wrong = self.outline[np.flatnonzero(~np.isfinite(velocity).all(axis=1))]
+            where = f", the first at {spot(wrong[0], self.origin, 6)}" if len(wrong) else ""
+            raise PhysicsFailed(f"{len(wrong)} velocities on the rim of {self.name!r} are NaN or infinite in step {step}{where}")
 
     # -- the end -----------------------------------------------------------------------------------------------------
 

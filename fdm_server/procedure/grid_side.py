@@ -37,7 +37,7 @@ from fdm_server.observe import fields, record
 from fdm_server.observe.energy_growth import EnergyWatch
 from fdm_server.observe.energy_ledger import Ledger
 from fdm_server.observe.stable_limit import safe_limits
-from fdm_server.procedure import restart
+from fdm_server.procedure import restart, soundness
 from fdm_server.procedure.kinds import KINDS
 from fdm_server.procedure.stage_run import StageRun
 from fdm_server.run import run_stage
@@ -220,7 +220,7 @@ class ContinuumSide:
         if int(order.flags) & messages.RECORD and (stage.rims or not stage.ended):
             self.frame(stage.stage.name, order.gravity_factor)
         if self.plugin is not None:
-            self.plugin.step(self._moment(stage))
+            self.plugin.step(self._moment(stage), soundness.check)
         if int(order.flags) & messages.CHECKPOINT and not stage.ended:
             self._save_inside(stage)
 
@@ -253,7 +253,7 @@ class ContinuumSide:
             sums = np.concatenate([rim.sums for rim in self.rims])
             result["limits"] = safe_limits(self.model, self.state, nodes, sums)
         if self.plugin is not None:
-            self.plugin.stage(self._moment(stage))
+            self.plugin.stage(self._moment(stage), soundness.check)
         self.results.append(result)
         self.state = self.state if instead is None else instead
         stage.end_changes()

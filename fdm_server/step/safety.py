@@ -12,10 +12,13 @@ class Unstable(ArithmeticError):  # noqa: N818
 
 
 def check_zones(xy, zones, number, origin=NOWHERE):
-    """Raises Unstable if a zone (A,4) with gridpoints xy (N,2) [m] is inverted or has no area.
+    """Raises Unstable if a zone (A,4) with gridpoints xy (N,2) [m] is inverted or has no area, or a position is not finite.
 
     number (A,), origin (2,) [m] of the scene from which xy counts: for the message.
     """
+    broken = np.flatnonzero(~np.isfinite(xy).all(axis=1))
+    if len(broken):
+        raise Unstable(_positions_as_text(xy, zones, number, origin, broken))
     double = triangle_double_areas(xy, zones)
     present = np.ones(double.shape, dtype=np.bool_)
     present[zones[:, 2] == zones[:, 3], 1::2] = False  # (0,2,3) and (1,2,3) of a triangular zone
@@ -25,19 +28,34 @@ def check_zones(xy, zones, number, origin=NOWHERE):
         raise Unstable(f"{len(bad)} zones are inverted or without area, the first is zone {number[bad[0]]} at {where}")
 
 
+def _positions_as_text(xy, zones, number, origin, broken):
+    """Text for gridpoints `broken` without a position, with the first of their zones that has a corner with one."""
+    finite = np.isfinite(xy).all(axis=1)
+    beside = np.flatnonzero(np.isin(zones, broken).any(axis=1) & finite[zones].any(axis=1))
+    where = ""
+    if len(beside):
+        corners = zones[beside[0]]
+        near = spot(xy[corners[finite[corners]]].mean(axis=0), origin)
+        where = f", one is number {corners[~finite[corners]][0]}, a corner of zone {number[beside[0]]} near {near}"
+    return (
+        f"positions of {len(broken)} gridpoints are NaN or infinite{where}: the step is too long for something stiffer than the "
+        "zones, or a law failed"
+    )
+
+
 def check_motion(model, state):
     """Raises Unstable if a velocity is not finite or moves a gridpoint across the grid in one step; takes a few microseconds."""
     speed = fastest_component(state.velocity) * (state.dt if state.in_real_time else 1.0)
     if not np.isfinite(speed):
         bad = np.flatnonzero(~np.isfinite(state.velocity).all(axis=1))
         raise Unstable(
-            f"velocities of {len(bad)} gridpoints are NaN or infinite, one {_at(model, bad[0])}: the step is too long for "
-            f"something stiffer than the zones, or a law failed"
+            f"velocities of {len(bad)} gridpoints are NaN or infinite, one {_at(model, bad[0])}, number {bad[0]}: the step is "
+            f"too long for something stiffer than the zones, or a law failed"
         )
     if speed > model.extent:
         fastest = np.abs(state.velocity).max(axis=1).argmax()
         raise Unstable(
-            f"a gridpoint {_at(model, fastest)} moves {speed:.3g} m in a step, more than the size of the grid: "
+            f"gridpoint {fastest} {_at(model, fastest)} moves {speed:.3g} m in a step, more than the size of the grid: "
             f"forces have grown without bounds"
         )
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from coupler_protocol.geometry import outline_fault, spot
 from coupler_protocol.problems import Finding
+from coupler_protocol.scene.of_window import of_window
 
 WIDTH = 4.0  # mean diameters of the discs: least width of a region
 
@@ -28,13 +29,14 @@ def regions_measure_discs(scene: Any) -> Iterator[Finding]:
         if measure.window is None and len(names) > 1:
             yield at, f"the scene has {len(names)} windows", f"window = one of {', '.join(names)}"
             continue
-        yield from _too_small(scene, measure, at)
+        number = 0 if measure.window is None else names.index(measure.window)
+        yield from _too_small(of_window(scene, number + 1) if names else scene, measure, at)
         if names:
-            yield from _outside(scene, measure, scene.window[0 if measure.window is None else names.index(measure.window)], at)
+            yield from _outside(scene, measure, scene.window[number], at)
 
 
 def _too_small(scene: Any, measure: Any, at: tuple) -> Iterator[Finding]:
-    """A region that is narrower than WIDTH discs has no mean."""
+    """A region that is narrower than WIDTH discs has no mean; `scene`: that of its window."""
     least = 2.0 * WIDTH * scene.discs.radius
     if measure.radius is not None and 2.0 * measure.radius < least:
         why = f"a circle of {2.0 * measure.radius:g} m across is smaller than {WIDTH:g} discs"

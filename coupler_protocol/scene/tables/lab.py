@@ -32,6 +32,12 @@ class Lab(Table):
     press: Literal["smooth", "rough"] = quantity(
         "smooth", meaning="samples are packed and pressed without friction, as a window is, or with the friction of the discs"
     )
+    bond_gap: float = quantity(
+        0.0,
+        unit="m",
+        meaning="after the press, bonds are made at all contacts with a gap up to this; a window has more contacts than a sample",
+        ge=0,
+    )
     strain: float | None = quantity(
         None,
         meaning="strain at the end of a test, in a shear test displacement over height; none: 8 times the estimated strength "

@@ -18,8 +18,8 @@ SLOWER, STAGE = 50, "load"
 
 
 def rows(fast):
-    """100 steps (fast: 20)."""
-    tables = scene_of("box", load={"steps": 20 if fast else 100})
+    """100 steps (fast: 10)."""
+    tables = scene_of("box", load={"steps": 10 if fast else 100})
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         stage = ended(tables, folder / "straight", on_step=(1, lambda moment: None)).row(STAGE)

@@ -23,7 +23,7 @@ HEIGHT, GRAVITY = 6.0, 20.0 * 9.81
 
 
 def rows(fast):
-    """0.1 s (fast: 0.01 s)."""
+    """0.1 s (fast: 0.006 s)."""
     fastest = [0.0, 0.0]
 
     def look(moment):
@@ -32,7 +32,7 @@ def rows(fast):
             fastest[moment.rank] = np.fmax(fastest[moment.rank], float(np.hypot(*v.T).max()))
 
     with tempfile.TemporaryDirectory() as folder:
-        found = ended(scene_of("twenty_g", step={"time": 0.01 if fast else 0.1}), folder, on_step=(5, look))
+        found = ended(scene_of("twenty_g", step={"time": 0.006 if fast else 0.1}), folder, on_step=(5, look))
         errors = errors_of(folder)
     bound = (2.0 * GRAVITY * HEIGHT) ** 0.5
     yield row("exit code", found.code, 0.0, 0.0, "as asked for")

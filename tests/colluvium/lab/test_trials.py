@@ -36,6 +36,8 @@ def test_bonds_and_friction_begin_after_the_press():
     begins = next(stage for stage in tables["stage"] if stage["name"] == "bond")["discs"]
     assert begins["soil"] == {"friction": SOIL["friction"], "bond": SOIL["bond"]}
     assert begins["bond_gap"] == 0.0
+    wide = trial("biaxial", scene_of(LAB | {"bond_gap": 2e-4}), "soil", 1e5, 1).tables
+    assert next(stage for stage in wide["stage"] if stage["name"] == "bond")["discs"]["bond_gap"] == 2e-4
     rough = trial("biaxial", scene_of(LAB | {"press": "rough"}), "soil", 1e5, 1).tables
     assert "friction" in rough["discs"]["soil"]
 

@@ -81,7 +81,11 @@ def test_a_side_that_ends_well_reports_its_reason_and_saves_nothing(context):
     ("end", "kind", "words"),
     [
         (exits.PhysicsFailed("a zone turned inside out"), exits.PhysicsFailed, "a zone turned inside out"),
-        (ArithmeticError("discs pass through each other"), exits.PhysicsFailed, "discs pass through each other"),
+        (
+            ArithmeticError("discs pass through each other"),
+            exits.PhysicsFailed,
+            "discs pass through each other (stage 'start', after step 0)",
+        ),
         (KeyError(), KeyError, "KeyError"),
     ],
 )

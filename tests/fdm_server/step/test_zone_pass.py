@@ -151,3 +151,16 @@ def test_failures_are_named():
         check_motion(model, state)
     with pytest.raises(Unstable, match="inverted"):
         check_zones(model.grid.xy * [-1, 1], model.zones, model.zone)
+
+
+def test_gridpoints_without_a_position_are_named_with_their_zone():
+    """Not as inverted zones at (nan, nan)."""
+    xy = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0]])
+    zones = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+    check_zones(xy, zones, np.array([7, 8]))
+    xy[5, 1] = np.nan
+    with pytest.raises(Unstable, match=r"positions of 1 gridpoints .* number 5, a corner of zone 8 near \(1\.333, 0\.3333\)"):
+        check_zones(xy, zones, np.array([7, 8]))
+    xy[:] = np.nan
+    with pytest.raises(Unstable, match="positions of 6 gridpoints are NaN or infinite: the step"):
+        check_zones(xy, zones, np.array([7, 8]))
