@@ -23,7 +23,14 @@ def found(plan: Plan, scene: Any, outcome: Outcome, laboratory: SampleTests, sec
     tables, spent = tables_of(scene, outcome.values), laboratory.spent()
     strength = _line(laboratory, outcome)
     cost = f"{spent.tests} tests in {len({str(t.values) for t in outcome.trials})} sets, {spent.processor:.0f} processor seconds"
-    words = [*verdict.lines(rows, outcome, plan.space), *([f"peak: {strength_in_words(strength)}"] if strength else []), cost]
+    lost = [seed for seed in (*scene.calibrate.seeds, *scene.calibrate.check) if seed not in outcome.seeds]
+    missing = [f"without seeds {', '.join(map(str, lost))}, whose tests failed: give calibrate.check others"] if lost else []
+    words = [
+        *missing,
+        *verdict.lines(rows, outcome, plan.space),
+        *([f"peak: {strength_in_words(strength)}"] if strength else []),
+        cost,
+    ]
     return {
         "reached": all(row.reached for row in rows),
         "ended": outcome.ended,
