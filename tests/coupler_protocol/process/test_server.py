@@ -151,7 +151,7 @@ def test_a_process_begins_in_a_folder_without_files_of_another_run(tmp_path):
     gone = ["run.json", "dem.rank1.vtkhdf", "dem.rank1.vtkhdf.undo", "dem.rank1.part2.vtkhdf", "dem.rank1.part1.vtkhdf.damaged"]
     for name in (*kept, *gone):
         (tmp_path / name).write_text("earlier")
-    with pytest.raises(exits.EnvironmentFailed, match="holds results already"):
+    with pytest.raises(exits.EnvironmentFailed, match="--force"):
         begun(tmp_path, server.OF_CONDUCTOR)
     assert (tmp_path / "dem.rank1.vtkhdf").read_text() == "earlier"
     context = begun(tmp_path, server.OF_CONDUCTOR, force=True, quiet=True, checkpoint="7.5")
