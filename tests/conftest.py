@@ -9,11 +9,14 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from coupler_protocol.wire import keys
 from tests.commands import ROOT, command, finished, run_colluvium
 from tests.integration.short_runs import overrides
 
+settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("any machine")
 TESTS = Path(__file__).resolve().parent
 FIRST = (  # dearest first, so that both workers end at about the same time
     "integration/test_restart.py",
