@@ -76,7 +76,7 @@ def _draw_window(run: Run, frame: int, rank: int, axes: Any, strongest: float) -
     discs, contacts = run.discs(frame, rank), run.contacts(frame, rank)
     xy, ends, found = domain.discs_now(run, frame, rank), contacts.ends, run.force_chains(frame, rank)
     domain.fill_discs(axes, xy, discs.radius, "#e9e6e1")
-    axes.add_collection(LineCollection(xy[found.links], linewidths=CHAIN_WIDTH, colors=CHAIN, capstyle="round"))
+    axes.add_collection(LineCollection(xy[found.links], linewidths=CHAIN_WIDTH, colors=CHAIN, capstyle="round", label="chains"))
     apart = np.linalg.norm(np.diff(xy[ends], axis=1)[:, 0], axis=1) > APART * discs.radius[ends].sum(axis=1)
     ends, force = ends[~apart], contacts.normal_force[~apart]
     order = np.argsort(np.abs(force))  # the strongest on top

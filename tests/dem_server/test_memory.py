@@ -38,13 +38,13 @@ BASE = 4 + 4 + 4 + 8 + 8  # both discs, kind, normal force, reference gap
 
 @pytest.mark.parametrize(
     ("effect", "history"),
-    [("friction", 8), ("bond", 8 + 1), ("rolling", 8), ("dashpot", 8 + 8), ("parallel_bond", 8 + 1 + 4 * 8)],
+    [("friction", 8), ("bond", 8 + 1 + 1), ("rolling", 8), ("dashpot", 8 + 8), ("parallel_bond", 8 + 1 + 1 + 4 * 8)],
 )
 def test_bytes_of_each_effect(effect, history):
-    """All that can shear share one array of 8 bytes a pair."""
+    """All that can shear share one array of 8 bytes a pair; a bond has its state, and whether its break was reported."""
     assert of_a_pair() == BASE
     assert of_a_pair(**{effect: TABLES[effect]}) == BASE + history
 
 
 def test_bytes_of_all():
-    assert of_a_pair(**TABLES) == BASE + 8 + 1 + 8 + 8 + 33
+    assert of_a_pair(**TABLES) == BASE + 8 + 2 + 8 + 8 + 34

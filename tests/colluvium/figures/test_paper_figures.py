@@ -67,7 +67,8 @@ def test_force_chains_have_one_scale_and_show_something_in_each_panel(tmp_path):
             )
     with open_run(tmp_path) as run:
         figure = chains.draw(run)
-    lines = [c for axes in figure.axes for c in axes.collections if isinstance(c, LineCollection) and c.get_label() != "walls"]
+    drawn = [c for axes in figure.axes for c in axes.collections if isinstance(c, LineCollection)]
+    lines = [c for c in drawn if c.get_label() not in ("walls", "chains")]
     widths = [sorted(np.asarray(one.get_linewidths())) for one in lines]
     np.testing.assert_allclose([width[1] for width in widths], [3.0, 3.0 * 10**-0.75, 0.15], rtol=0.01)
     assert [width[0] for width in widths] == [0.0, 0.0, 0.0]  # no force, no line

@@ -17,11 +17,11 @@ LONG = 30.0  # [s] after which a test has failed
 @pytest.fixture
 def between():
     """A function that begins to pump: the two far ends, and the thread of the pump, which closes the near ends."""
-    opened = []
+    opened, threads = [], []
 
     def begin(pending=(b"", b"")):
         (far, near), (other_near, other_far) = socket.socketpair(), socket.socketpair()
-        opened.extend((far, near, other_near, other_far))
+        opened.extend((far, other_far))
         for end in opened:
             end.settimeout(LONG)
         for end in (near, other_near):
@@ -33,13 +33,15 @@ def between():
             near.close()
             other_near.close()
 
-        thread = threading.Thread(target=run, daemon=True)
-        thread.start()
-        return far, other_far, thread
+        threads.append(threading.Thread(target=run, daemon=True))
+        threads[-1].start()
+        return far, other_far, threads[-1]
 
     yield begin
     for end in opened:
         end.close()
+    for thread in threads:  # until then the near ends keep their numbers: another test must not get them
+        thread.join(LONG)
 
 
 def all_of(end):

@@ -28,15 +28,15 @@ def test_absent_effects_have_no_parameters():
 @pytest.mark.parametrize(
     ("friction", "bond", "insitu", "absent"),
     [
-        (0.55, False, True, {"bond_state"}),
+        (0.55, False, True, {"bond_state", "bond_reported"}),
         (None, True, True, set()),
-        (None, False, True, {"bond_state", "shear"}),
+        (None, False, True, {"bond_state", "bond_reported", "shear"}),
         (0.55, True, False, {"reference_gap"}),
     ],
 )
 def test_absent_effects_have_no_arrays(friction, bond, insitu, absent):
     model, state = packed(SQUARE, soil_discs(radius=0.08, friction=friction, bond=bond), insitu=insitu)
-    never = {"stone", "clumps", "rolled", "root_mass", "parallel", "walls"}
+    never = {"stone", "clumps", "rolled", "root_mass", "parallel", "walls", "breaks"}
     assert {name for name, value in vars(state).items() if value is None} == absent | never
     move_free(model, state, 9.81)
     contact_forces(model, state)
