@@ -74,7 +74,7 @@ def test_force_chains_have_one_scale_and_show_something_in_each_panel(tmp_path):
     assert [width[0] for width in widths] == [0.0, 0.0, 0.0]  # no force, no line
     (key,) = figure.legends
     texts = [text.get_text() for text in key.get_texts()]
-    assert texts[3:] == ["compression", "tension in a bond"]
+    assert texts[3:] == ["compression", "tension in a bond", "chain"]
     forces = [float(text.split()[0]) for text in texts[:3]]
     assert forces == pytest.approx([forces[0], 0.1 * forces[0], 0.01 * forces[0]], rel=1e-2)
     plt.close(figure)
