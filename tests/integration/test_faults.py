@@ -16,7 +16,7 @@ from tests.same_bits import differing
 
 STEPS = 4000
 SECONDS = 4.0  # of the fault: several time-outs of the link
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.trial]
 
 
 @pytest.fixture(scope="module")

@@ -57,8 +57,8 @@ def kill(pids):
 
 
 def seeds(count):
-    """Seeds of a test; only the first one is quick enough for every day, the second one for continuous integration."""
-    marks = [[], [pytest.mark.long], *([[pytest.mark.long, pytest.mark.trial]] * count)]
+    """Seeds of a test; only the first one is quick enough for every day."""
+    marks = [[], *([[pytest.mark.long, pytest.mark.trial]] * count)]
     return [pytest.param(seed, marks=marks[seed]) for seed in range(count)]
 
 

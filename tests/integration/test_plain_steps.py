@@ -180,7 +180,14 @@ LONG = [case for case in CASES if case not in (SHORT, SIDES)]
 MOST_PLAIN = 0.8  # share of plain steps: a compiled call also ends by the clock, more often on a busy machine
 
 
-@pytest.mark.parametrize("case", [SHORT, *(pytest.param(case, marks=pytest.mark.long) for case in (SIDES, *LONG))])
+@pytest.mark.parametrize(
+    "case",
+    [
+        SHORT,
+        *(pytest.param(case, marks=pytest.mark.long) for case in (SIDES, *LONG[::2])),
+        *(pytest.param(case, marks=[pytest.mark.long, pytest.mark.trial]) for case in LONG[1::2]),
+    ],
+)
 def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
     rows = both_ways(tmp_path, scene(**CASES[case]))
     assert same_files(tmp_path) == []
@@ -237,6 +244,7 @@ def test_plain_steps_follow_a_load_that_has_come_to_its_end(tmp_path):
     assert "one_by_one" not in rows[-1]
 
 
+@pytest.mark.trial
 @pytest.mark.long
 @pytest.mark.parametrize("case", ["static", "real time, clumps, large strain"])
 def test_several_threads_share_plain_steps(tmp_path, monkeypatch, case):

@@ -107,6 +107,7 @@ def test_a_killed_peer_ends_the_other_side_as_its_fault(servers, victim):
         assert servers.row()["plain_steps"] > 0
 
 
+@pytest.mark.trial
 def test_sides_that_the_system_stops_for_a_while_cost_no_bit_and_no_lane(straight, tmp_path):
     """Each side in turn for four seconds: the other one sends its last message again, and waits within `link.give_up`."""
     data = json.loads(straight[0].read_text())

@@ -65,6 +65,7 @@ def test_a_run_goes_on_after_a_power_cut(tmp_path, name):
     assert refused(scene, straight, found, tmp_path) == {}, "nothing that a run needs is lost"
 
 
+@pytest.mark.trial
 def test_a_run_goes_on_after_a_power_cut_of_one_machine_of_two(tmp_path):
     """The files of one side are those of a disk, the files of the other one are whole: a few cuts of either side."""
     scene, straight = Scene(**COUPLED), tmp_path / "straight"

@@ -151,6 +151,7 @@ def of_rank(rank, step):
     return lambda side, *words: side.rank == rank and side.steps >= step
 
 
+@pytest.mark.trial
 @pytest.mark.long
 def test_processes_in_three_folders_have_the_bits_of_one_and_a_killed_one_ends_the_others(tmp_path, straight):
     """The last rank is started first. The others name the window that was lost; the same commands then end the run."""

@@ -13,8 +13,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
 
+from coupler_protocol.compiled import ahead
 from coupler_protocol.process.interrupt import StopRequest
-from coupler_protocol.wire import admission, messages
+from coupler_protocol.wire import admission, messages, pumping
 from coupler_protocol.wire.frames import StepFrame
 from coupler_protocol.wire.link_tcp import HubTransport
 from coupler_protocol.wire.lockstep import Hub
@@ -49,6 +50,10 @@ def main(kind, steps):
     talk.begin(SESSION)
     talk.send_control(messages.GO, {"gravity": 9.81, "step": 0, "time": 0.0, "stage": 0})
     force, velocity = (StepFrame(k, SESSION, 1, 0, NUMBERS) for k in (messages.FORCE, messages.VELOCITY))
+    until = time.monotonic() + 120.0
+    while ahead.ENABLED and not pumping.ready():  # what compiled code takes is no cost of strangers
+        assert time.monotonic() < until
+        time.sleep(0.01)
     begin, open_now, most = memory("VmRSS"), descriptors(), 0
     wall, helpers = time.perf_counter(), time.process_time() - time.thread_time()
     for _ in range(steps):

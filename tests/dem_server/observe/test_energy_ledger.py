@@ -62,6 +62,7 @@ def shaken(amplitude, **how):
     return joined
 
 
+@pytest.mark.trial
 @pytest.mark.long
 def test_a_coupled_chain_closes_to_round_off():
     """Linear and undamped: both sides explain their energies, and what leaves one arrives at the other."""
