@@ -1,7 +1,7 @@
 """Compiled loops of an exchange over a plain stream: as plain steps do it, and with nothing but `read` and `write`."""
 
 from coupler_protocol.compiled.jit import jit
-from coupler_protocol.compiled.lane import HERE, _believed, put, take
+from coupler_protocol.compiled.lane import HERE, NOTHING, _believed, put, take
 from coupler_protocol.compiled.system_calls import read
 from coupler_protocol.compiled.waiting_words import give_way
 
@@ -10,12 +10,21 @@ from coupler_protocol.compiled.waiting_words import give_way
 def lane_trips(wire, trips, answers):
     """Frames there and back as plain steps send them; `answers`: this end waits first. Returns the trips that were made."""
     for trip in range(trips):
-        if answers and take(wire, 0) != HERE:
+        if answers and not heard(wire):
             return trip
-        if not put(wire, 0) or (not answers and take(wire, 0) != HERE):
+        if not put(wire, 0) or (not answers and not heard(wire)):
             return trip
         wire.sequence[0] += 1
     return trips
+
+
+@jit(package="fdm_server", borrows=True)
+def heard(wire):
+    """Whether a frame came: `take` gives up after it slept once, also in the middle of a large frame, and goes on when called."""
+    found = take(wire, 0)
+    while found == NOTHING:
+        found = take(wire, 0)
+    return found == HERE
 
 
 @jit(package="fdm_server", borrows=True)
