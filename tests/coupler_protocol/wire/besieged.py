@@ -1,6 +1,6 @@
-"""A continuum in a process of its own that answers steps while strangers are at its gate: `python besieged.py KIND STEPS`.
+"""A continuum in a process of its own that answers steps while strangers are at its gate: `python besieged.py KIND`.
 
-Prints its endpoint, then, after STEPS steps, what it used as JSON. KIND: local, open, keyed.
+Prints its endpoint, then, after the step whose first force is LAST, what it used as JSON. KIND: local, open, keyed.
 """
 
 import io
@@ -22,6 +22,7 @@ from coupler_protocol.wire.lockstep import Hub
 from tests.scripted_peer import SESSION, clocks
 
 NUMBERS = 40
+LAST = 1e6  # no force of the steps before is so large
 ANY = "tcp://127.0.0.1:0"
 
 
@@ -36,7 +37,7 @@ def descriptors():
     return len(os.listdir("/proc/self/fd")) - 1
 
 
-def main(kind, steps):
+def main(kind):
     written = io.StringIO()
     logging.basicConfig(stream=written, level=logging.INFO)
     rule = admission.rule_of(ANY, True, os.environ.get("COLLUVIUM_KEYS") if kind == "keyed" else None, kind == "open")
@@ -56,18 +57,19 @@ def main(kind, steps):
         time.sleep(0.01)
     begin, open_now, most = memory("VmRSS"), descriptors(), 0
     wall, helpers = time.perf_counter(), time.process_time() - time.thread_time()
-    for _ in range(steps):
+    while force.values[0] != LAST:
         force.accept(talk.receive((messages.FORCE,))[1])
         velocity.values[:] = -force.values
         talk.send_step(velocity)
         most = max(most, descriptors())
     wall, helpers = time.perf_counter() - wall, time.process_time() - time.thread_time() - helpers
     used = {"memory": memory("VmHWM") - begin, "descriptors": most - open_now, "log": len(written.getvalue())}
-    used |= {"share": helpers / wall, "refused": talk.refused, "repeated": talk.repeated, "text": written.getvalue()}
+    used |= {"seconds": wall, "share": helpers / wall, "refused": talk.refused, "repeated": talk.repeated}
+    used |= {"text": written.getvalue()}
     print(json.dumps(used | {"turned_away": sum(transport._guard.turned_away.values())}), flush=True)
     sys.stdin.read()
     os._exit(0)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]))
+    main(sys.argv[1])
