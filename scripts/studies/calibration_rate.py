@@ -22,9 +22,8 @@ from colluvium.calibration.study import plan_of, with_table
 from colluvium.lab.summary import UNITS, rates, rates_in_words
 from coupler_protocol.scene.reader import read_scene
 
-FACTORS = (1.0, 0.5)
-SHOWN = ("E", "nu", "peak_axial", "dilation")
 KINDS = {"full": False, "short": True}
+SHOWN = {"full": ("E", "nu", "peak_axial", "dilation"), "short": ("E", "nu")}  # answers that a calibration uses
 COLUMNS = {
     "kind": "tests", "answer": "answer", "full": "rate", "slower": "half the rate", "change": "change", "scatter": "± seeds",
 }  # fmt: skip
@@ -33,7 +32,7 @@ COLUMNS = {
 class Slower(SampleTests):
     """Tests at half the rate."""
 
-    factor = FACTORS[1]
+    factor = 0.5
 
 
 def rows_of(laboratory, values, seeds, short):
@@ -60,7 +59,7 @@ def measure(options):
         for laboratory in (SampleTests, Slower):
             tests = laboratory(scene, plan.sample, plan.targets, options.out, options.at_once, print)
             both.append(rows_of(tests, values, options.seeds, short))
-        rows = rates(*both)
+        rows = [row for row in rates(*both) if row["answer"] in SHOWN[kind]]
         found[kind] = {"rates": rows, "words": "; ".join(rates_in_words(rows))}
     return found
 
@@ -70,7 +69,7 @@ def table(found):
     rows = []
     for kind, own in found.items():
         for row in own["rates"]:
-            if row["answer"] in SHOWN:
+            if row["answer"] in SHOWN[kind]:
                 unit, size, digits = UNITS[row["answer"]]
                 cells = {key: f"{row[key] / size:.{digits}f}" for key in ("full", "slower", "scatter") if row[key] is not None}
                 name = f"{row['answer']} [{unit}]" if unit else row["answer"]
