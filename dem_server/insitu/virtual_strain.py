@@ -46,7 +46,7 @@ from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.pairs import contacts
 from dem_server.step.bonds_made import add_bonds
 from dem_server.step.contact_pass import contact_forces
-from dem_server.step.motion import move_free
+from dem_server.step.cycle import advance
 
 ROUNDS = 12
 STEPS = 300  # of relaxation a round
@@ -218,9 +218,7 @@ def come_to_rest(model, state, gravity, report=None):
 
 def relax(model, state, gravity, steps):
     """Takes `steps` steps with the ring held."""
-    for _ in range(steps):
-        move_free(model, state, gravity)
-        contact_forces(model, state)
+    advance(model, state, gravity, steps)
 
 
 def strain_contacts(model, state, grid, goal, sheared=1.0):
