@@ -45,7 +45,7 @@ class Ring(NamedTuple):
 def build_ring(nodes: NDArray[np.float64], radius: float, surface: NDArray[np.float64] | None = None) -> Ring:
     """Control discs on the loop `nodes` (K,2) [m] for soil discs of mean radius `radius` [m].
 
-    surface: of an open rim, as in Ring. Raises ValueError for a loop that is not counter-clockwise or has a segment of zero length.
+    surface: of an open rim, as in Ring. Raises ValueError for a loop that is not counter-clockwise or has a zero segment.
     """
     nodes = np.ascontiguousarray(nodes, dtype=np.float64)
     is_open = surface is not None

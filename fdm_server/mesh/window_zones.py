@@ -11,7 +11,7 @@ from fdm_server.mesh.zone_sides import boundary_edges, closed_loops, open_chains
 
 
 class OpenRim(NamedTuple):
-    """Rim of a window at the ground surface: gridpoints `nodes` (K,) around it, its zones on the left, and `surface` (S,) after them.
+    """Rim of a window at the ground surface: gridpoints `nodes` (K,) around it, with its zones on their left, and `surface` (S,).
 
     The first and the last node are on the ground surface; the gridpoints `surface` are between the last and the first one.
     """
