@@ -13,7 +13,7 @@ from fdm_server.ground.even_loads import forces_of_even_loads
 from fdm_server.ground.excavation import excavations, held_in_stages
 from fdm_server.mesh.grid import build_grid, centroids
 from fdm_server.mesh.grid_sides import as_drawn, edges_of, extent_of, points_in, sides_of
-from fdm_server.mesh.window_zones import rim_of, window_zones
+from fdm_server.mesh.window_zones import window_rim, window_zones
 
 
 class _Hole(NamedTuple):
@@ -21,6 +21,7 @@ class _Hole(NamedTuple):
 
     mask: NDArray[np.bool_]
     nodes: NDArray[np.int64]
+    outline: NDArray[np.int64]
 
 
 def grid_can_be_built(scene):
@@ -53,7 +54,8 @@ def _hole(grid, window):
     """The _Hole of a window; raises ValueError that begins with its name."""
     mask = window_zones(grid, window)
     try:
-        return _Hole(mask, rim_of(grid, mask))
+        rim = window_rim(grid, mask)
+        return _Hole(mask, rim.nodes, rim.outline)
     except ValueError as error:
         raise ValueError(f"window {window.name!r}: {error}") from None
 
@@ -66,7 +68,7 @@ def _cramped(scene, grid, holes):
             if problem:
                 what = f"window {scene.window[i].name!r} {problem.format(repr(scene.window[j].name))}"
                 yield ("window", i), what, "leave at least one zone between windows"
-        lack = lack_of_room(grid.xy[hole.nodes], of_window(scene, i + 1).discs.radius, grid.origin)
+        lack = lack_of_room(grid.xy[hole.outline], of_window(scene, i + 1).discs.radius, grid.origin)
         if lack:
             yield ("window", i), f"window {scene.window[i].name!r} {lack[0]}", lack[1]
 
@@ -77,7 +79,7 @@ def _touching(grid, hole, other):
     if len(shared):
         at = spot(centroids(grid.xy, grid.zones[shared[:1]])[0], grid.origin)
         return f"overlaps window {{}} in {len(shared)} zone{'s' if len(shared) > 1 else ''}, one at {at}"
-    common = np.intersect1d(hole.nodes, other.nodes)
+    common = np.intersect1d(hole.outline, other.outline)
     if not len(common):
         return ""
     at, many = spot(grid.xy[common[0]], grid.origin), "s" if len(common) > 1 else ""

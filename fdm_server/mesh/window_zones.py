@@ -10,19 +10,20 @@ from fdm_server.mesh.grid_sides import surface_edges
 from fdm_server.mesh.zone_sides import boundary_edges, closed_loops, open_chains, pieces
 
 
-class OpenRim(NamedTuple):
-    """Rim of a window at the ground surface: gridpoints `nodes` (K,) around it, with its zones on their left, and `surface` (S,).
+class WindowRim(NamedTuple):
+    """Rim of a window: gridpoints `nodes` (K,) around it, its zones on their left; at the ground surface also `surface` (S,).
 
-    The first and the last node are on the ground surface; the gridpoints `surface` are between the last and the first one.
+    An open rim begins and ends on the ground surface; the gridpoints `surface` are between its last and its first node. They are
+    None for a closed rim.
     """
 
     nodes: np.ndarray
-    surface: np.ndarray
+    surface: np.ndarray | None
 
     @property
     def outline(self):
         """Gridpoints (K + S,) around the window, counter-clockwise."""
-        return np.concatenate([self.nodes, self.surface])
+        return self.nodes if self.surface is None else np.concatenate([self.nodes, self.surface])
 
 
 def window_zones(grid, window):
@@ -42,6 +43,13 @@ def window_zones(grid, window):
     return mask
 
 
+def window_rim(grid, mask):
+    """The WindowRim of the zones in `mask` (Z,): open where they reach the ground surface; raises ValueError as `rim_of` does."""
+    zones = grid.zones[mask]
+    at_surface = len(zones) and grid.radii is None and _same_edges(boundary_edges(zones), surface_edges(grid, grid.zones)).any()
+    return open_rim_of(grid, mask) if at_surface else WindowRim(rim_of(grid, mask), None)
+
+
 def rim_of(grid, mask):
     """Gridpoints (K,) around the zones in `mask` (Z,), counter-clockwise, from the smallest index on.
 
@@ -57,7 +65,7 @@ def rim_of(grid, mask):
 
 
 def open_rim_of(grid, mask):
-    """The OpenRim of the zones in `mask` (Z,), which reach the ground surface in one stretch.
+    """The open WindowRim of the zones in `mask` (Z,), which reach the ground surface in one stretch.
 
     Raises ValueError, with the place, as `rim_of` does, and if they touch another side, or the surface in two stretches.
     """
@@ -78,7 +86,7 @@ def open_rim_of(grid, mask):
     if len(touching):
         where = _at(grid, grid.xy[touching[0]])
         raise ValueError(f"its rim touches the boundary of the grid {where}: leave at least one zone between")
-    return OpenRim(chain, stretches[0][1:-1])
+    return WindowRim(chain, stretches[0][1:-1])
 
 
 def _zones_and_sides(grid, mask):
