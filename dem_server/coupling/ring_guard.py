@@ -113,6 +113,11 @@ class RingGuard(Kept):
         disc = int(lost[0])
         where, radius = spot(state.x[disc], self.origin), state.radius[disc]
         near = int(np.hypot(*(state.x[: model.ring] - state.x[disc]).T).argmin())
+        if self.ring[OPEN] and state.x[disc, Y] > state.x[near, Y] and near in (0, model.ring - 1):
+            return (
+                f"disc {disc} (radius {radius:.4g} m) has crossed the ground surface beside the window, at {where}: nothing "
+                "carries it there. Use a wider window, or end the stage before"
+            )
         beside = max(gaps[near - 1], gaps[near])
         return (
             f"{len(lost)} disc{'s have' if len(lost) > 1 else ' has'} left the ring: disc {disc} (radius {radius:.4g} m) is at "

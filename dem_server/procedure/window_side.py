@@ -209,7 +209,7 @@ class DiscreteSide(Kept):
         return self._name_of(filled), plan(self.scene)[filled].end
 
     def _prepare_talk(self, bin_length):
-        if bin_length is not None and not 0.0 < bins_over_box(self._outline(self.rim.nodes), bin_length) < MOST_BINS:
+        if bin_length is not None and not 0.0 < bins_over_box(self.rim.nodes, bin_length) < MOST_BINS:
             raise PeerLost(f"the continuum wants the strain in bins of {bin_length} m")
         self.strain = None if bin_length is None else WindowStrain(bin_length, self.state, self.model.ring, self.model.surface)
         self.talk = GridTalk(self.conversation, len(self.rim.nodes), self.strain.bins if self.strain else 0)

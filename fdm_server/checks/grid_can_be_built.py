@@ -12,7 +12,7 @@ from fdm_server.checks.room_for_discs import lack_of_room
 from fdm_server.ground.even_loads import forces_of_even_loads
 from fdm_server.ground.excavation import excavations, held_in_stages
 from fdm_server.mesh.grid import build_grid, centroids
-from fdm_server.mesh.grid_sides import as_drawn, edges_of, extent_of, points_in, sides_of
+from fdm_server.mesh.grid_sides import as_drawn, edges_of, extent_of, points_in, sides_of, surface_edges
 from fdm_server.mesh.window_zones import window_rim, window_zones
 
 
@@ -44,6 +44,7 @@ def grid_can_be_built(scene):
         except ValueError as error:
             yield ("window", i), str(error), ""
     yield from _cramped(scene, grid, holes)
+    yield from _on_windows(scene, grid, holes)
     try:
         excavations(scene, grid, held_in_stages(scene, grid), list(holes.values()))
     except ValueError as error:
@@ -71,6 +72,26 @@ def _cramped(scene, grid, holes):
         lack = lack_of_room(grid.xy[hole.outline], of_window(scene, i + 1).discs.radius, grid.origin)
         if lack:
             yield ("window", i), f"window {scene.window[i].name!r} {lack[0]}", lack[1]
+
+
+def _on_windows(scene, grid, holes):
+    """Yields problems of boundaries and loads on the ground surface of windows {number: hole}: no zones would carry them."""
+    tables = [(("boundary", k), b) for k, b in enumerate(scene.boundary) if b.free is None]
+    for i, stage in enumerate(scene.stage):
+        tables += [(("stage", i, "boundary", k), b) for k, b in enumerate(stage.boundary) if b.free is None]
+    sides = sides_of(grid)
+    acting = [(path, points_in(grid, sides, boundary)) for path, boundary in tables]
+    surface = np.unique(surface_edges(grid, grid.zones))
+    for i, stage in enumerate(scene.stage):
+        if stage.surcharge is not None:
+            x = grid.xy[surface, 0]
+            acting.append((("stage", i, "surcharge"), surface[(x > stage.surcharge.x[0]) & (x < stage.surcharge.x[1])]))
+    for i, hole in holes.items():
+        above = np.setdiff1d(hole.outline, hole.nodes)
+        for path, points in acting:
+            if len(np.intersect1d(points, above)):
+                what = f"this acts on the ground surface of window {scene.window[i].name!r}, which is open to its discs"
+                yield path, what, "end it beside the window: x = [first, last]"
 
 
 def _touching(grid, hole, other):
