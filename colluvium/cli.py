@@ -1,4 +1,4 @@
-"""Command line of `colluvium`: example, run, resume, check, fos, report, export, status, doctor, keys."""
+"""Command line of `colluvium`: example, run, resume, check, fos, lab, accuracy, report, export, status, doctor, keys."""
 
 import argparse
 import json
@@ -56,11 +56,15 @@ def parser() -> argparse.ArgumentParser:
     check.add_argument("--json", nargs="?", const="-", metavar="FILE", help="the answer as JSON to FILE or standard output")
     check.set_defaults(work=check_command)
 
+    from colluvium.accuracy import command as accuracy
+    from colluvium.calibration import command as calibration
     from colluvium.forecast import factor_of_safety
     from colluvium.lab import command as lab
 
     factor_of_safety.add_command(commands)
     lab.add_command(commands)
+    accuracy.add_command(commands)
+    calibration.add_command(commands)
 
     report = commands.add_parser("report", help="draw the pictures of a run")
     report.add_argument("run_dir", metavar="RUN_DIR")

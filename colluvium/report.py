@@ -23,6 +23,7 @@ FIGURES = (  # file name, module of colluvium.figures, function
     ("force_chains", "chains", "draw"),
     ("displacement_vectors", "vectors", "draw"),
     ("fabric", "roses", "draw"),
+    ("cracks", "cracks", "draw"),
     ("histories", "histories", "draw"),
     ("load_curves", "load_curves", "draw"),
     ("timeline", "timeline", "draw"),

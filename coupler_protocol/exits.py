@@ -17,7 +17,7 @@ MEANING = {
     PEER: "the other side",
     PHYSICS: "physics (the computation blew up)",
     OURSELVES: "a fault of this program",
-    NOT_AT_REST: "done, but a stage did not come to rest (only with --strict)",
+    NOT_AT_REST: "done, but a stage did not come to rest, or a target of a calibration was missed (only with --strict)",
     INTERRUPTED: "interrupted",
 }
 

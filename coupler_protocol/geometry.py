@@ -107,6 +107,23 @@ def share_inside(start: Array, branch: Array, radius: float) -> Array:
     return leave - enter
 
 
+def share_in_polygon(start: Array, branch: Array, corners: Array) -> Array:
+    """Share (m,) of each line from `start` along `branch` (m, 2) [m] inside a simple polygon (P, 2), convex or not.
+
+    The whole straight line enters and leaves the polygon in turn; of each way inside, the part within the branch counts.
+    """
+    crossings = np.full((len(start), len(corners) + len(corners) % 2), np.inf)
+    for k, (a, b) in enumerate(zip(corners, np.roll(corners, -1, axis=0), strict=True)):
+        first, second = _cross(branch, a - start), _cross(branch, b - start)
+        cuts = (first < 0.0) != (second < 0.0)
+        edge = np.broadcast_to(b - a, start.shape)[cuts]
+        crossings[cuts, k] = _cross((a - start)[cuts], edge) / _cross(branch[cuts], edge)
+    crossings.sort(axis=1)
+    ends = np.clip(crossings, 0.0, 1.0)
+    share: Array = (ends[:, 1::2] - ends[:, ::2]).sum(axis=1)
+    return share
+
+
 def disc_in_polygon(xy: Array, radius: Array, ring: Array) -> Array:
     """Area (n,) [m2] that discs share with a polygon, ring (P + 1, 2) closed and counter-clockwise.
 

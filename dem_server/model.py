@@ -135,7 +135,8 @@ class State(histories.OfPairs):
     disc, kind of pair, and the histories of pairs that effects declare (effects/histories.py). parts (P, 2): runs of the
     list in the order in which they are summed. listed_at (n, 2): positions of the discs when the list was made.
     counters: list builds, bonds broken in tension, in shear, capped velocities. stone (n,): number of the
-    stone each disc belongs to, -1 for soil; clumps: the stones as rigid bodies; walls.
+    stone each disc belongs to, -1 for soil; clumps: the stones as rigid bodies; walls;
+    breaks (k, 9): breaks of bonds that wait for the next look (step/breaks.py), None where there are none.
     """
 
     disc: np.ndarray
@@ -152,6 +153,7 @@ class State(histories.OfPairs):
     stone: np.ndarray | None = None
     clumps: Clumps | None = None
     walls: Walls | None = None
+    breaks: np.ndarray | None = None
     dt: float = 1.0
     next_dt: float = 1.0
 

@@ -86,6 +86,12 @@ def levers(state, pairs):
     return state.radius[pairs.disc_a] + 0.5 * gap, state.radius[pairs.disc_b] + 0.5 * gap
 
 
+def moments_along(force, line):
+    """-sym(F (x) l) of forces (m, 2) [N] that act along lines (m, 2) [m]: xx, yy, xy (m, 3) [N m]."""
+    (fx, fy), (lx, ly) = force.T, line.T
+    return -np.column_stack([fx * lx, fy * ly, 0.5 * (fx * ly + fy * lx)])
+
+
 def body_centres(state):
     """Centroid (n, 2) of the body each disc belongs to: its clump, or the disc itself."""
     if state.clumps is None:

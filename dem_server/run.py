@@ -75,6 +75,7 @@ def complete_contacts(side, order):
     if side.ledger:
         side.ledger.book_contacts(side.model, side.state)
     side.check_step()
+    side.refuse_passing()
 
 
 def finish_step(side, order):

@@ -45,6 +45,11 @@ def markdown(rows, columns):
     )
 
 
+def folded(rows, columns):
+    """The same table, hidden until somebody clicks on its first line."""
+    return f"<details><summary>Table of {len(rows)} rows</summary>\n\n{markdown(rows, columns)}\n\n</details>"
+
+
 def plain(rows, columns):
     """The same table for a terminal, columns aligned."""
     lines = [[heading for heading, _ in _columns(columns)], *_lines(rows, columns)]

@@ -1,4 +1,7 @@
-"""Histories: everything that was recorded and changes, over time in real time and over steps in static mode."""
+"""Histories: everything that was recorded and changes, over time in real time and over steps in static mode.
+
+Bands are standard errors of the measures of regions.
+"""
 
 from typing import Any, NamedTuple
 
@@ -7,12 +10,22 @@ import numpy as np
 from colluvium.figures import style
 from colluvium.results import clock
 from colluvium.results.run import Run
+from coupler_protocol.files.quantities import PER_STEP
 
 ROWS = (  # names of histories up to a colon, or beginnings that end in *; logarithmic or not
     ("unbalanced_ratio", "unbalanced force ratio", True),
     ("gravity_factor", "gravity factor", False),
     ("bonds_broken", "bonds broken", False),
     ("max_displacement", "largest displacement", True),
+    ("stress_xx", "stress xx of regions", False),
+    ("stress_yy", "stress yy of regions", False),
+    ("stress_xy", "stress xy of regions", False),
+    ("porosity", "porosity of regions", False),
+    ("coordination", "contacts a body in regions", False),
+    ("sliding", "sliding contacts in regions", False),
+    ("strain_rate_xx", "strain rate xx of regions", False),
+    ("strain_rate_yy", "strain rate yy of regions", False),
+    ("strain_rate_xy", "strain rate xy of regions", False),
     ("wall_pressure", "pressure on walls", False),
     ("wall_force_x", "force on walls, x", False),
     ("wall_force_y", "force on walls, y", False),
@@ -25,6 +38,7 @@ ROWS = (  # names of histories up to a colon, or beginnings that end in *; logar
     ("velocity_caps", "capped velocities", False),
 )
 NAME_ROOM = 0.05  # part of the axis for the name of a stage
+BAND = 0.2  # opacity of the band of a standard error
 NARROWEST = 0.25  # width of a part of the run over that of the widest
 COLOURS = ("#123a5e", "#d0472f", "#5c8a3a", "#8a5c9e", "#b08a2e", "#3a8a8a", "#7a7a7a", "#c06a9a")
 
@@ -62,7 +76,7 @@ def recorded_rows(run: Run) -> list[Row]:
             side = f"{file.kind}, rank {rank}"
             lines += [Line(rank, name, _own_words(name, wanted) or side) for name in parts]
         if lines:
-            found.append(Row(words, run.units(lines[0].name), logarithmic, tuple(lines)))
+            found.append(Row(words, _unit(run, lines[0].name), logarithmic, tuple(lines)))
     return found
 
 
@@ -90,7 +104,7 @@ def draw(run: Run) -> Any:
         places[0].set_ylabel(f"{row.words}\n[{unit}]")
         places[-1].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, handlelength=1.0)
     for place, part in zip(axes[0], parts, strict=True):
-        _name_stages(run, part, place)
+        name_stages(run, part, place)
     for place, part in zip(axes[-1], parts, strict=True):
         place.set_xlabel(clock.label(part))
     return figure
@@ -104,17 +118,35 @@ def _own_words(name: str, wanted: str) -> str:
     return name[len(wanted) - 1 :] if wanted.endswith("*") else name.partition(":")[2]
 
 
+def _error_of(name: str) -> str:
+    """Name of the history with the standard errors of another one."""
+    quantity, colon, part = name.partition(":")
+    return f"{quantity}_error{colon}{part}"
+
+
+def _unit(run: Run, name: str) -> str:
+    """Unit of a history over all stages: a rate is per step in static ones."""
+    unit = run.units(name)
+    modes = {run.in_real_time(stage) for stage in run.stages} if unit in PER_STEP else set()
+    return unit if False not in modes else f"{unit} or {PER_STEP[unit]}" if True in modes else PER_STEP[unit]
+
+
 def _changes(values: np.ndarray) -> bool:
     known = values[np.isfinite(values)]
     return bool(len(known)) and bool((known != known[0]).any())
 
 
 def _draw_lines(run: Run, part: clock.Part, row: Row, axes: Any, factor: float) -> None:
+    several = len({line.rank for line in row.lines}) < len(row.lines)
     for number, line in enumerate(row.lines):
         steps, values = run.history(line.name, line.rank)
         own = (steps > part.first) & (steps <= part.last) | (steps == 0) & (part.first == 0)
-        colour = COLOURS[(number if len(row.lines) > len(run.files) else line.rank) % len(COLOURS)]
+        colour = COLOURS[(number if several else line.rank) % len(COLOURS)]
         axes.plot(clock.places(run, part, steps[own]), factor * values[own], color=colour, label=line.words, linewidth=1.0)
+        error = _error_of(line.name)
+        if run.has_history(error, line.rank):  # of the same steps
+            low, high = (factor * (values + sign * run.history(error, line.rank)[1])[own] for sign in (-1.0, 1.0))
+            axes.fill_between(clock.places(run, part, steps[own]), low, high, color=colour, alpha=BAND, linewidth=0.0)
     if row.logarithmic:
         axes.set_yscale("log", nonpositive="mask")  # a ratio of zero has no place there
     axes.grid(color=style.PALE, linewidth=0.3)
@@ -122,7 +154,7 @@ def _draw_lines(run: Run, part: clock.Part, row: Row, axes: Any, factor: float) 
         axes.axvline(place, color=style.PALE, linewidth=0.8, zorder=0)
 
 
-def _name_stages(run: Run, part: clock.Part, axes: Any) -> None:
+def name_stages(run: Run, part: clock.Part, axes: Any) -> None:
     """Writes the names of stages above an axes; stages that begin too close to each other to be named apart share a name."""
     room = NAME_ROOM * (part.last - part.first)
     named: list[tuple[int, str]] = []

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from colluvium.forecast import window_stiffness
+from colluvium.forecast.window_stiffness import Stiffness
 from coupler_protocol.files import disc_csv
 from coupler_protocol.files.room import disk_free, megabytes
 from coupler_protocol.geometry import polygon_area
@@ -98,12 +100,15 @@ def sizes(scene: Any) -> dict[str, Any]:
 
     scene = local(scene)
     grid = build_grid(scene)
-    windows = []
+    windows, stiffness = [], {found.name: found for found in window_stiffness.of_windows(scene, grid)}
     for window, own in of_windows(scene):
         rim = grid.xy[window_rim(grid, window_zones(grid, window)).outline]
         (width, height), area = np.ptp(rim, axis=0).tolist(), polygon_area(rim)
         discs = (1 - own.discs.porosity) * area / (0.7853981633974483 * grading_of(own.discs).moment(2))
         sizes = {"width": width, "height": height, "area": area, "segments": len(rim), "discs": round(discs)}
+        if window.name in stiffness:
+            _, young, zones = stiffness[window.name]
+            sizes |= {"young": young, "young_zones": zones}
         windows.append({"name": window.name, **sizes, **_differs(window, own)})
     counts: dict[str, Any] = {"columns": int(grid.column.max()) + 1, "rows": int(grid.row.max()) + 1}
     counts |= {"zones": len(grid.zones), "gridpoints": len(grid.xy), "materials": materials(scene, grid)}
@@ -185,7 +190,8 @@ def describe(scene: Any) -> dict[str, Any]:
     found |= {"memory_MB": memory_of(local(scene)), "frames": frames_of(scene), "files_MB": files_of(local(scene))}
     found |= {"checkpoint_MB": checkpoint_of(local(scene))}
     found |= {"effects": effects(scene), "stages": stages(scene)}
-    return found | {"doubts": [*listed_doubts(scene), *lack_of_disk(scene)]}
+    stiffness = [Stiffness(w["name"], w["young"], w["young_zones"]) for w in found["windows"] if "young" in w]
+    return found | {"doubts": [*listed_doubts(scene), *window_stiffness.doubts(scene, stiffness), *lack_of_disk(scene)]}
 
 
 def lack_of_disk(scene: Any, folder: str | Path = ".") -> list[dict[str, str]]:
@@ -200,13 +206,16 @@ def lack_of_disk(scene: Any, folder: str | Path = ".") -> list[dict[str, str]]:
 
 def opening(scene: Any, folder: str | Path = ".") -> Iterator[str]:
     """What a run into `folder` says before it starts: zones and areas of materials, and doubts."""
+    stiffness: list[Stiffness] = []
     if scene.grid is not None:
         from fdm_server.mesh.grid import build_grid
 
         here = local(scene)
+        grid = build_grid(here)
         yield from [beginning(here.origin)] if any(here.origin) else []
-        yield from materials_as_text(materials(here, build_grid(here)))
-    for doubt in [*listed_doubts(scene), *lack_of_disk(scene, folder)]:
+        yield from materials_as_text(materials(here, grid))
+        stiffness = list(window_stiffness.of_windows(here, grid))
+    for doubt in [*listed_doubts(scene), *window_stiffness.doubts(scene, stiffness), *lack_of_disk(scene, folder)]:
         yield f"worth a second look: {doubt['key']}: {doubt['what']}; {doubt['remedy']}"
 
 
@@ -249,6 +258,11 @@ def print_description(found: dict[str, Any], console: Any) -> None:
         )
         if "stones" in w:
             console.print(f"  {_stones_as_text(w['stones'], 'this window')}", markup=False)
+        if "young" in w:
+            moduli = (
+                f"E of its contacts about {as_written(w['young'])} Pa, of the zones it replaces {as_written(w['young_zones'])} Pa"
+            )
+            console.print(f"window {w['name']}: {moduli}", markup=False)
     if "file" in found:
         file = found["file"]
         of_stones = f" in {file['path']}, {file['stones']} stones" if file["stones"] else f" in {file['path']}"

@@ -52,7 +52,7 @@ def command(options: argparse.Namespace) -> int:
     if options.by:
         changes.append(f'fos.by="{options.by}"')
     if options.meshes:
-        changes.append(f"fos.zone_sizes={[_zone_size(scene.grid) / n for n in range(1, options.meshes + 1)]}")
+        changes.append(f"fos.zone_sizes={[zone_size_of(scene.grid) / n for n in range(1, options.meshes + 1)]}")
     flows = FLOWS if options.flow == "both" else {options.flow or scene.fos.flow: ""}
     for flow in flows:
         read_scene(options.scene, [*changes, f'fos.flow="{flow}"'])  # reports all problems before a process starts
@@ -94,7 +94,7 @@ def _search(options: argparse.Namespace, out: Path, changes: list[str]) -> int:
         return processes.run_alone("fdm_server.fos", arguments, show)
 
 
-def _zone_size(grid: Any) -> float:
+def zone_size_of(grid: Any) -> float:
     """Size in x of the zones of the table [grid], in a ring along the wall of the hole (fdm_server/fos/ground.py)."""
     if grid.kind != "ring":
         return grid.zone_size[0]

@@ -37,7 +37,8 @@ def limits_of_scene(scene: Any, exact: bool = False, note: Callable[..., None] |
     nodes = np.concatenate([window.nodes for window in windows])
     found = safe_limits(model, state, nodes, state.added_mass[nodes])
     each = [safe_limit(window.model, window.state, window.rim, model.grid.origin) for window in windows]
-    found["discs"] = min(each, key=lambda limit: limit["share"])
+    if any(each):
+        found["discs"] = min(filter(None, each), key=lambda limit: limit["share"])
     if exact:
         found["exact"] = linearised_step.exact_limit(model, state, windows)
     return found

@@ -9,7 +9,7 @@ from string import Template
 from typing import Any
 
 from colluvium import closing
-from colluvium.html import histories
+from colluvium.html import fabric_table, histories
 from colluvium.html.contents import Contents
 from colluvium.html.packing import Packing
 from colluvium.results.run import Run
@@ -31,7 +31,7 @@ def write(run: Run, path: Path) -> Path:
         arrays=packing.text(),
         last=len(run.frames) - 1,
         histories="\n".join(plot.svg for plot in drawn),
-        closing=_closing(run.info),
+        closing="\n".join((_closing(run.info), fabric_table.section(run))),
         scene=escape(json.dumps(run.scene, indent=1, ensure_ascii=False)),
     )
     path.write_text(page, encoding="utf-8")

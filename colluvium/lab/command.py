@@ -12,7 +12,6 @@ from colluvium.lab.specimen import KINDS
 from coupler_protocol import exits
 from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.process import command_line
-from coupler_protocol.scene.of_window import of_window
 
 HELP = {
     "shear": "direct shear box: shear strength over normal stress",
@@ -78,6 +77,8 @@ def command(options: argparse.Namespace) -> int:
 
 def chosen(scene: Any, window: str | None, path: str) -> Any:
     """The scene with the discs and stones of the window of this name or rank; raises SceneError if there is none."""
+    from coupler_protocol.scene.of_window import of_window
+
     names = [one.name for one in scene.window]
     if window is None:
         return scene

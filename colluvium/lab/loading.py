@@ -20,6 +20,7 @@ FEWEST = 15000  # steps of a test, which small samples would pass faster by Eq (
 ELASTIC = 5000  # of an oedometer, in which nothing fails
 PRESS = 2.0  # estimated axial strain of an oedometer, in those of its confining stress
 SEAT = 0.02  # pressure of the plates on a Brazilian disc before the test, in the estimated tensile strength
+PACKED = 4e-4  # least confinement of a packing over its estimated K2: stiffer ones often miss it, and all have one geometry
 STIFFEST = 5e-5  # confinement over contact stiffness below which packings hardly come to rest
 RELEASED = 0.1  # confinement of the packing of a Brazilian disc, in its estimated tensile strength
 
@@ -51,9 +52,10 @@ def loading(kind: str, scene: Any, body: Specimen, pressure: float, content: flo
 
 def _stresses(kind: str, found: Estimate, pressure: float) -> tuple[float, float, float, float]:
     """Confinement of the packing, pressure of the walls, stress that the test puts on, and modulus against it [Pa]."""
+    packed = max(pressure, PACKED * found.bulk)
     if kind == "oedometer":
-        return pressure, pressure, PRESS * pressure, found.constrained
+        return packed, pressure, PRESS * pressure, found.constrained
     if kind == "brazilian":
         tension = max(found.tension, 1e-6 * found.bulk)
         return max(RELEASED * tension, STIFFEST * found.bulk), SEAT * tension, tension, found.young_plane
-    return pressure, pressure, found.strength(pressure), found.young_plane
+    return packed, pressure, found.strength(pressure), found.young_plane

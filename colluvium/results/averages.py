@@ -17,7 +17,8 @@ import numpy as np
 import scipy
 import shapely
 
-from coupler_protocol.geometry import disc_in_polygon, share_inside
+from coupler_protocol.geometry import disc_in_polygon
+from coupler_protocol.measures.regions import Region, solid_area
 
 if TYPE_CHECKING:
     from colluvium.results.rank_file import Fields
@@ -29,39 +30,31 @@ CIRCLE_SIDES = 1024  # of a quarter of a circle that cuts stones
 
 def average_stress(discs: "Fields", contacts: "Fields", region: Any) -> np.ndarray:
     """Mean stress xx, yy, xy (3,) [Pa] in a region, Eq (1), tension positive; NaN where no disc reaches into it."""
-    circle, shape = _region(region)
     if discs_inside(discs, region) == 0:
         return np.full(3, np.nan)
+    place = Region(region)
     body = discs.centroid if "centroid" in discs else discs.xy
     start, span = body[contacts.ends[:, 0]], np.diff(body[contacts.ends], axis=1)[:, 0]
     force = contact_forces(discs, contacts)
-    if circle is not None:
-        inside = share_inside(start - circle[:2], span, circle[2])
-    else:
-        lines = shapely.linestrings(np.stack([start, start + span], axis=1))
-        inside = np.asarray(shapely.length(shapely.intersection(lines, shape)) / shapely.length(lines))
-    (fx, fy), (lx, ly) = (force * inside[:, None]).T, span.T
+    (fx, fy), (lx, ly) = (force * place.shares(start, span)[:, None]).T, span.T
     total = -np.array([fx @ lx, fy @ ly, 0.5 * (fx @ ly + fy @ lx)])
     if "wall_virial" in discs:
-        total += discs.wall_virial[_points_inside(discs.xy, circle, shape)][:, [0, 1, 3]].sum(axis=0)
-    return total / _area(circle, shape)
+        total += discs.wall_virial[place.contains(discs.xy)][:, [0, 1, 3]].sum(axis=0)
+    return total / place.area
 
 
 def discs_inside(discs: "Fields", region: Any) -> int:
     """Number of discs that share area with a region."""
-    return int(np.count_nonzero(_areas_inside(discs, *_region(region)) > ROUNDING * discs.radius**2))
+    return int(np.count_nonzero(Region(region).areas(discs.xy, discs.radius) > ROUNDING * discs.radius**2))
 
 
 def share_reached(discs: "Fields", region: Any) -> float:
     """Share of a region's area that lies in discs, or not farther than a mean radius from one; by a grid of points."""
-    circle, shape = _region(region)
-    if circle is not None:
-        low, high = circle[:2] - circle[2], circle[:2] + circle[2]
-    else:
-        low, high = np.reshape(shapely.bounds(shape), (2, 2))
+    place = Region(region)
+    low, high = place.bounds
     lines = [a + (b - a) * (np.arange(POINTS) + 0.5) / POINTS for a, b in zip(low, high, strict=True)]
     points = np.stack(np.meshgrid(*lines), axis=-1).reshape(-1, 2)
-    points = points[_points_inside(points, circle, shape)]
+    points = points[place.contains(points)]
     reach, reached = discs.radius + discs.radius.mean(), np.zeros(len(points), dtype=np.bool_)
     near = (np.abs(discs.xy - np.clip(discs.xy, low, high)) < reach[:, None]).all(axis=1)
     tree = scipy.spatial.cKDTree(points)
@@ -75,28 +68,16 @@ def porosity(discs: "Fields", region: Any, stones: list[np.ndarray] | None = Non
 
     stones: polygons (V, 2) of the stones [m]; if given, each stone with discs is its polygon in place of its discs.
     """
-    circle, shape = _region(region)
-    solid, xy, radius, polygons = _areas_inside(discs, circle, shape), discs.xy, discs.radius, 0.0
+    place = Region(region)
+    areas, xy, radius, polygons = place.areas(discs.xy, discs.radius), discs.xy, discs.radius, 0.0
     if stones:
         held = np.unique(discs.stone[discs.stone >= 0])
         soil = discs.stone < 0
-        solid, xy, radius = solid[soil], xy[soil], radius[soil]
-        whole = shape if circle is None else shapely.Point(circle[:2]).buffer(circle[2], quad_segs=CIRCLE_SIDES)
+        areas, xy, radius = areas[soil], xy[soil], radius[soil]
+        circle = place.circle
+        whole = place.shape if circle is None else shapely.Point(circle[:2]).buffer(circle[2], quad_segs=CIRCLE_SIDES)
         polygons = sum(_stone_inside(shapely.Polygon(stones[k]).intersection(whole), xy, radius) for k in held)
-    near = scipy.spatial.cKDTree(xy).query_pairs(2.0 * float(radius.max(initial=0.0)), output_type="ndarray")
-    a, b = xy[near].swapaxes(0, 1)
-    distance, radii = np.hypot(*(b - a).T), radius[near]
-    over = distance < radii.sum(axis=1)
-    a, b, overlap = a[over], b[over], lens(distance[over], *radii[over].T)
-    twice = overlap[_points_inside(0.5 * (a + b), circle, shape)]
-    return 1.0 - float(solid.sum() - twice.sum() + polygons) / _area(circle, shape)
-
-
-def _areas_inside(discs: "Fields", circle: np.ndarray | None, shape: Any) -> np.ndarray:
-    """Area (n,) [m2] that each disc shares with a region."""
-    if circle is not None:
-        return disc_in_circle(discs.xy - circle[:2], discs.radius, circle[2])
-    return disc_in_polygon(discs.xy, discs.radius, shapely.get_coordinates(shape))
+    return 1.0 - (solid_area(xy, radius, areas, place) + polygons) / place.area
 
 
 def _stone_inside(shape: Any, xy: np.ndarray, radius: np.ndarray) -> float:
@@ -118,41 +99,3 @@ def contact_forces(discs: "Fields", contacts: "Fields") -> np.ndarray:
     if "shear_force" in contacts:
         force += contacts.shear_force[:, None] * np.column_stack([-normal[:, 1], normal[:, 0]])
     return force
-
-
-def disc_in_circle(xy: np.ndarray, radius: np.ndarray, circle: float) -> np.ndarray:
-    """Area (n,) [m2] that discs share with the circle of radius `circle` [m] around the origin."""
-    return lens(np.hypot(*xy.T), radius, np.full(len(xy), circle))
-
-
-def lens(d: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Area (n,) [m2] that circles of radii r and s share at the distance d [m] of their centres."""
-    area = np.where(d < r + s, np.pi * np.minimum(r, s) ** 2, 0.0)
-    cut = (d < r + s) & (d > np.abs(r - s))
-    d, r, s = d[cut], r[cut], s[cut]
-    a = (d * d + r * r - s * s) / (2.0 * d)  # from the centre of r to the chord
-    half = np.sqrt(np.maximum(r * r - a * a, 0.0))
-    area[cut] = r * r * np.arctan2(half, a) + s * s * np.arctan2(half, d - a) - d * half
-    return area
-
-
-def _region(region: Any) -> tuple[np.ndarray | None, shapely.Polygon | None]:
-    """Circle (3,) or None, and polygon, counter-clockwise, or None; raises ValueError for other regions."""
-    values = np.asarray(region, dtype=float)
-    if values.shape == (3,) and values[2] > 0.0:
-        return values, None
-    if values.ndim == 2 and values.shape[1] == 2 and len(values) > 2:
-        shape = shapely.geometry.polygon.orient(shapely.Polygon(values))
-        if shape.is_valid and shape.area > 0.0:
-            return None, shape
-    raise ValueError(f"a region is (x, y, radius) or the corners of a polygon that does not cross itself, not {region!r}")
-
-
-def _area(circle: np.ndarray | None, shape: Any) -> float:
-    return float(np.pi * circle[2] ** 2) if circle is not None else shape.area
-
-
-def _points_inside(xy: np.ndarray, circle: np.ndarray | None, shape: Any) -> np.ndarray:
-    if circle is not None:
-        return np.hypot(*(xy - circle[:2]).T) < circle[2]
-    return shapely.contains_xy(shape, xy[:, 0], xy[:, 1])

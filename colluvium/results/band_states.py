@@ -63,7 +63,7 @@ class State(NamedTuple):
 
 
 class Intervals(NamedTuple):
-    """Half widths of the 95 % intervals of a fabric (colluvium.results.sampling_error); of its directions [deg], at most 90."""
+    """Half widths of the 95 % intervals of a fabric (coupler_protocol/measures); of its directions [deg], at most 90."""
 
     a: float
     theta_a: float

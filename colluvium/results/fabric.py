@@ -3,14 +3,14 @@
 Contact normals at angles theta (modulo 180 degrees) are described by E(theta) = (1 + a cos 2(theta -
 theta_a)) / 2 pi, normal forces by f(theta) = f0 (1 + a_n cos 2(theta - theta_n)): L. Rothenburg, R.J.
 Bathurst, Analytical study of induced anisotropy in idealized granular materials, Geotechnique 39 (1989)
-601-614. Intervals: sampling_error.py.
+601-614. Intervals: coupler_protocol/measures/sampling_error.py.
 """
 
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from colluvium.results.sampling_error import Spread, spreads
+from coupler_protocol.measures.sampling_error import Spread, spreads
 
 if TYPE_CHECKING:
     from colluvium.results.rank_file import Fields
@@ -84,19 +84,25 @@ def directions(discs: "Fields", contacts: Contacts, kind: str | None = None) -> 
     Contacts inside one stone are left out: they describe the discs of the stone, not the contacts of stones and soil. Raises
     ValueError for another kind.
     """
+    used, ends = counted(discs, contacts, kind), contacts.ends
+    branch = discs.xy[ends[used, 1]] - discs.xy[ends[used, 0]]
+    centres = _body_centres(discs.xy, discs.stone if "stone" in discs else None)
+    return Directions(np.arctan2(branch[:, 1], branch[:, 0]), contacts.normal_force[used], centres[ends[used]])
+
+
+def counted(discs: "Fields", contacts: Contacts, kind: str | None = None) -> np.ndarray:
+    """Whether `directions` counts each of the contacts (C,)."""
     if kind is not None and kind not in KINDS:
         raise ValueError(f"no kind of contact {kind!r}; there are {', '.join(KINDS)}")
-    ends, force = contacts.ends, contacts.normal_force
-    used = force > 0.0
+    ends = contacts.ends
+    used = contacts.normal_force > 0.0
     if "control" in discs:
         used &= ~(discs.control[ends] == 1).any(axis=1)
     stone = discs.stone[ends] if "stone" in discs else np.full(ends.shape, -1)
     used &= (stone[:, 0] != stone[:, 1]) | (stone[:, 0] < 0)
     if kind is not None:
         used &= (stone >= 0).sum(axis=1) == KINDS.index(kind)
-    branch = discs.xy[ends[used, 1]] - discs.xy[ends[used, 0]]
-    centres = _body_centres(discs.xy, discs.stone if "stone" in discs else None)
-    return Directions(np.arctan2(branch[:, 1], branch[:, 0]), force[used], centres[ends[used]])
+    return np.asarray(used)
 
 
 def fit_fabric(theta: np.ndarray, force: np.ndarray, bodies: np.ndarray | None = None) -> Fabric:
@@ -120,17 +126,17 @@ def fit_fabric(theta: np.ndarray, force: np.ndarray, bodies: np.ndarray | None =
     on_fit = (basis * (force - basis @ (f0, A, B))[:, None]) @ np.linalg.pinv(basis.T @ basis)
     on_ratio = (on_fit[:, 1] + 1j * on_fit[:, 2] - ratio * on_fit[:, 0]) / f0
     of_moment, of_ratio = spreads([on_moment, on_ratio], bodies)
-    a_interval, a_noise, theta_a_error = _interval(moment, of_moment)
-    a_n_interval, a_n_noise, theta_n_error = _interval(ratio, of_ratio)
+    a_interval, a_noise, theta_a_error = interval_of(moment, of_moment)
+    a_n_interval, a_n_noise, theta_n_error = interval_of(ratio, of_ratio)
     return Fabric(
         contacts=count,
         a=float(abs(moment)),
-        theta_a=_axis(np.angle(moment)),
+        theta_a=axis_of(np.angle(moment)),
         a_interval=a_interval,
         a_noise=a_noise,
         f0=float(f0),
         a_n=float(abs(ratio)),
-        theta_n=_axis(np.angle(ratio)),
+        theta_n=axis_of(np.angle(ratio)),
         theta_a_error=theta_a_error,
         a_n_interval=a_n_interval,
         a_n_noise=a_n_noise,
@@ -138,7 +144,7 @@ def fit_fabric(theta: np.ndarray, force: np.ndarray, bodies: np.ndarray | None =
     )
 
 
-def _interval(vector: complex, spread: Spread) -> tuple[tuple[float, float], float, float]:
+def interval_of(vector: complex, spread: Spread) -> tuple[tuple[float, float], float, float]:
     """Interval of the absolute value of an estimated vector, its noise, and the error of half its angle [deg]."""
     size, noise = float(abs(vector)), spread.noise()
     along, across = (spread.half_width(float(np.angle(vector)) + turn) for turn in (0.0, np.pi / 2.0))
@@ -159,6 +165,6 @@ def _body_centres(xy: np.ndarray, stone: np.ndarray | None) -> np.ndarray:
     return centres
 
 
-def _axis(doubled: float) -> float:
+def axis_of(doubled: float) -> float:
     """Direction [deg], in [0, 180), from its doubled angle [rad]."""
     return float(np.degrees(doubled) / 2.0 % 180.0)

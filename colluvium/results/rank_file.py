@@ -4,6 +4,7 @@ Only rows of counted frames are read, so a file can be read while it is written,
 killed.
 """
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,9 @@ from typing import Any
 import h5py
 import numpy as np
 
+from colluvium.results.cracks import NONE, Cracks
+from coupler_protocol.exits import EnvironmentFailed
+from coupler_protocol.files import undo_log
 from coupler_protocol.files.vtkhdf import FrameInfo
 
 
@@ -71,12 +75,35 @@ class Fields:
         return [*super().__dir__(), *self.names]
 
 
+REMEDY = "Copy it again if it is a copy; move it away to open the run without its frames"
+
+
 class RankFile:
     """The file of one rank. `kind` is "continuum" or "discrete"."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._file: Any = h5py.File(self.path, "r", locking=False)
+        self._file: Any = _Closed(self.path)
+        self.cut = ""  # why frames that were written are left out
+        try:
+            self._open()
+        except (FileNotFoundError, EnvironmentFailed):
+            raise
+        except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
+            self.close()
+            raise EnvironmentFailed(f"{self.path} is not a whole file of frames: {error}. {REMEDY}") from None
+
+    def _open(self) -> None:
+        """Opens the file, and reads what is needed of it at once."""
+        content = undo_log.certain_content(self.path)
+        if content is not None:
+            why = f"the machine stopped while {self.path.name} was written, or the file was copied while it was written"
+            if not content:
+                raise EnvironmentFailed(
+                    f"{self.path} has no frame for certain: {why}. Continue the run, or copy the file after its first checkpoint"
+                )
+            self.cut = f"{why}: its frames since the last checkpoint are left out"
+        self._file = h5py.File(self.path if content is None else io.BytesIO(content), "r", locking=False)
         self._vtk: Any = self._file["VTKHDF"]
         self._data: dict[str, Any] = {}  # datasets that were asked for
         self._rows: dict[str, np.ndarray] = {}  # small datasets, with a few numbers for each frame or part
@@ -146,6 +173,14 @@ class RankFile:
         """Steps and values of a history."""
         rows = self._file[f"Histories/{name}"][:]
         return rows["step"], rows["value"]
+
+    def cracks(self) -> Cracks:
+        """All breaks of bonds in the file."""
+        group = self._file.get("Cracks") or {}
+        if any(name not in group for name in Cracks._fields):
+            return NONE
+        count = min(len(group[name]) for name in Cracks._fields)  # a writer that was killed left columns of two lengths
+        return Cracks(*(group[name][:count] for name in Cracks._fields))
 
     def close(self) -> None:
         """Closes the file; arrays that were read remain valid."""

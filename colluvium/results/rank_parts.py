@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from colluvium.results.cracks import Cracks
 from colluvium.results.rank_file import Fields, RankFile
 
 
@@ -20,6 +21,7 @@ class RankParts:
         self.parts = [RankFile(path) for path in paths]
         self.path, self.kind = self.parts[0].path, self.parts[0].kind
         self.run, self.scene, self.written = self.parts[-1].run, self.parts[-1].scene, self.parts[-1].written
+        self.cut = self.parts[-1].cut  # of earlier parts, later frames were computed again
         self._limits: list[float] = []  # last step of each part that counts
         self._places: dict[tuple[str, int], tuple[int, int]] = {}  # (stage, step) -> part, frame in it
         for number, part in enumerate(self.parts):
@@ -74,6 +76,12 @@ class RankParts:
                 end = min(end, steps[0]) if len(steps) else end
         steps, values = (np.concatenate(column) for column in zip(*pieces, strict=True))
         return steps, values
+
+    def cracks(self) -> Cracks:
+        """All breaks of bonds, without those of steps that were computed again."""
+        found = [part.cracks() for part in self.parts]
+        kept = [one.where(one.step <= limit) for one, limit in zip(found, self._limits, strict=True)]
+        return Cracks(*(np.concatenate(columns) for columns in zip(*kept, strict=True)))
 
     def close(self) -> None:
         """Closes the files; arrays that were read remain valid."""

@@ -8,7 +8,7 @@ one side may have no record.
 import re
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,11 @@ from coupler_protocol.files import run_json
 from coupler_protocol.files.quantities import PER_STEP
 from coupler_protocol.files.vtkhdf import FrameInfo
 from coupler_protocol.scene.stage_kinds import named
+
+if TYPE_CHECKING:
+    from colluvium.results.cracks import Cracks
+    from colluvium.results.force_chains import ForceChains
+    from colluvium.results.stress_force_fabric import StressForceFabric
 
 _RANK_FILE = re.compile(r".+\.rank(\d+)(?:\.part(\d+))?\.vtkhdf")
 _PLACES = {  # of a file's fields: the method of Run that gives them
@@ -43,7 +48,7 @@ def open_run(path: str | Path, other_path: str | Path | None = None) -> "Run":
 class Run:
     """The results of one run. Negative frames count from the end; rank 0 is the continuum.
 
-    cut: of two directories, why later frames were left out, or "".
+    cut: why later frames were left out: of two directories, or of a file that was being written when its machine stopped; or "".
     """
 
     def __init__(self, folders: list[Path]) -> None:
@@ -61,7 +66,8 @@ class Run:
             if "time" in row:  # the name in runs of discs alone before version 0.2
                 row["seconds_simulated"] = row.pop("time")
         self.scene = _first_json(folders, "scene.json")
-        end, self.cut = joined.cut(self.files) if len(folders) > 1 else (None, "")
+        end, cut = joined.cut(self.files) if len(folders) > 1 else (None, "")
+        self.cut = "; ".join(filter(None, (cut, *(file.cut for file in self.files.values()))))
         self.stages = self._order_stages(end)
         self.frames, self._rows = self._join_frames(end)
 
@@ -113,6 +119,22 @@ class Run:
         Contacts of the ring's control discs and inside one stone are left out.
         """
         return contact_fabric(self.discs(frame, rank), self.contacts(frame, rank), kind)
+
+    def stress_force_fabric(self, frame: int, rank: int = 1, kind: str | None = None) -> "StressForceFabric":
+        """Fabric, normal and tangential forces with goodness of fit, and the stress-force-fabric identity (docs/measuring.md)."""
+        from colluvium.results.stress_force_fabric import stress_force_fabric
+
+        return stress_force_fabric(self.discs(frame, rank), self.contacts(frame, rank), kind)
+
+    def force_chains(self, frame: int, rank: int = 1) -> "ForceChains":
+        """Chains of bodies under more than the mean stress: links, number, share of bodies, direction (docs/measuring.md)."""
+        from colluvium.results.force_chains import force_chains
+
+        return force_chains(self.discs(frame, rank), self.contacts(frame, rank))
+
+    def cracks(self, rank: int = 1) -> "Cracks":
+        """Every break of a bond of a window: step, time, place, normal, size, discs, materials, mode, kind of bond."""
+        return self._file(rank, "discrete").cracks()
 
     def average_stress(self, frame: int, region: Any, rank: int = 1) -> np.ndarray:
         """Mean stress xx, yy, xy (3,) [Pa] of the discs in a circle (x, y, radius) or polygon (P, 2) [m], tension positive.

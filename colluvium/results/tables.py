@@ -12,7 +12,7 @@ import numpy as np
 
 from colluvium.results.rank_file import Fields
 from colluvium.results.run import Run
-from coupler_protocol.files.quantities import FIELDS, PER_STEP
+from coupler_protocol.files.quantities import CRACKS, FIELDS, PER_STEP
 
 Columns = dict[str, Any]  # head with its unit: values (n,)
 
@@ -22,6 +22,8 @@ def write(run: Run, frame: int, folder: Path) -> list[Path]:
     tables = {"frames": _frames(run)}
     for rank in run.files:
         tables[f"histories.rank{rank}"] = _histories(run, rank)
+        if run.files[rank].kind == "discrete":
+            tables[f"cracks.rank{rank}"] = _cracks(run, rank)
         if run.has(frame, rank):
             tables |= {f"{name}.{frame}": table for name, table in _bodies(run, frame, rank).items()}
     paths = []
@@ -75,6 +77,17 @@ def _histories(run: Run, rank: int) -> Columns:
     order = sorted(rows)
     columns: Columns = {"step [-]": [step for step, _ in order]}
     return columns | {head: [rows[key].get(head) for key in order] for head in heads} if heads else {}
+
+
+def _cracks(run: Run, rank: int) -> Columns:
+    """Columns of the list of cracks, one row a break; none without breaks."""
+    found, columns = run.cracks(rank), dict[str, Any]()
+    for name, column in found._asdict().items() if len(found.step) else ():
+        about = CRACKS[name]
+        parts = [f"_{part}" for part in about.components] or [""]
+        values = column.reshape(len(column), len(parts)).T
+        columns |= {f"{name}{part} [{about.unit}]": value for part, value in zip(parts, values, strict=True)}
+    return columns
 
 
 def _unit(run: Run, name: str) -> str:

@@ -17,6 +17,7 @@ from coupler_protocol.files import status_file
 from coupler_protocol.files.run_json import name_the_cause, write
 
 Picture = Callable[[dict[str, Any]], None]  # called with each report of progress
+Asked = Callable[[], bool]  # whether another thread asks for the end, as Ctrl-C does
 
 LOCK = "run"  # name of the lock of the launcher
 GRACE = 30.0  # seconds for a process to end before it is killed
@@ -86,12 +87,18 @@ class Process:
 
 
 def run_files(
-    scene_path: str | Path, out: str | Path, n_windows: int | None, options: Sequence[str] = (), picture: Picture | None = None
+    scene_path: str | Path,
+    out: str | Path,
+    n_windows: int | None,
+    options: Sequence[str] = (),
+    picture: Picture | None = None,
+    asked: Asked | None = None,
 ) -> int:
     """Runs the scene at `scene_path` in processes; `options`: for every server. Returns the exit code.
 
     n_windows: of the grid, each a discrete process; None: discs alone.
-    picture(row) is called with each report of progress. Messages of failed processes are printed to standard error.
+    picture(row) is called with each report of progress; asked: for a call in a thread, which gets no Ctrl-C. Messages of failed
+    processes are printed to standard error.
     """
     rows: queue.Queue[dict[str, Any]] = queue.Queue()
     shared = [str(scene_path), f"--out={out}", *options]
@@ -99,7 +106,7 @@ def run_files(
         processes = [Process("dem-server", ["dem_server", *shared], rows)]
     else:
         processes = _both_sides(n_windows, shared, out, rows)
-    interrupted = _watch(processes, rows, picture)
+    interrupted = _watch(processes, rows, picture, asked)
     code = _conclude(processes, interrupted)
     _complete_run_json(Path(out), code, processes)
     return code
@@ -122,16 +129,18 @@ def windows_of(scene: Any) -> int | None:
     return len(scene.window) if scene.grid else None
 
 
-def run_alone(name: str, arguments: Sequence[str | Path], picture: Picture | None = None) -> int:
+def run_alone(name: str, arguments: Sequence[str | Path], picture: Picture | None = None, asked: Asked | None = None) -> int:
     """Runs one module of this project (`arguments` begin with its name) as a child; returns the exit code."""
     rows: queue.Queue[dict[str, Any]] = queue.Queue()
     processes = [Process(name, [str(a) for a in arguments], rows)]
-    interrupted = _watch(processes, rows, picture)
+    interrupted = _watch(processes, rows, picture, asked)
     return _conclude(processes, interrupted)
 
 
-def _watch(processes: Sequence[Process], rows: queue.Queue[dict[str, Any]], picture: Picture | None) -> bool:
-    """Passes reports to `picture` until all processes have ended or one has failed; returns whether Ctrl-C was pressed."""
+def _watch(
+    processes: Sequence[Process], rows: queue.Queue[dict[str, Any]], picture: Picture | None, asked: Asked | None = None
+) -> bool:
+    """Passes reports to `picture` until all processes have ended or one has failed; returns whether the end was asked for."""
     try:
         while any(p.code() is None for p in processes):
             with contextlib.suppress(queue.Empty):
@@ -141,6 +150,8 @@ def _watch(processes: Sequence[Process], rows: queue.Queue[dict[str, Any]], pict
                 continue
             if any(p.code() for p in processes):
                 return False
+            if asked and asked():
+                return True
     except KeyboardInterrupt:
         return True
     return False

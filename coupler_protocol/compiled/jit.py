@@ -23,7 +23,7 @@ from numba.extending import overload
 from coupler_protocol.compiled.cache_files import lock_cache
 
 _ROOT = Path(__file__).resolve().parents[2]
-_KERNEL_FILES = ("jit", "waiting_words", "system_calls", "lane", "thread_crew")
+_KERNEL_FILES = ("jit", "waiting_words", "system_calls", "lane", "pump", "thread_crew")
 _SHARED = (
     *(_ROOT / "coupler_protocol" / "compiled" / f"{name}.py" for name in _KERNEL_FILES),
     _ROOT / "coupler_protocol" / "interface" / "mapping.py",

@@ -58,10 +58,34 @@ FRAME = {
     "gravity_factor": Quantity("-", "gravity over the gravity of the scene"),
 }
 
+CRACKS = {
+    "step": Quantity("-", "number of the step of the first look (point of the histories, frame) after the break"),
+    "time": Quantity("s", "time of that step; static stages advance it by 1 a step"),
+    "place": Quantity("m", "point of contact of the two discs", _PLANE),
+    "normal": Quantity("-", "unit vector from the first to the second disc, normal to the crack", _PLANE),
+    "size": Quantity("m", "diameter of the smaller disc"),
+    "disc_a": Quantity("-", "id of the first disc"),
+    "disc_b": Quantity("-", "id of the second disc"),
+    "material_a": Quantity("-", "material of the first disc: 0 control disc, 1 soil, 2 stone"),
+    "material_b": Quantity("-", "material of the second disc"),
+    "mode": Quantity("-", "2 broken in tension, 3 broken in shear, as bond_state"),
+    "bond": Quantity("-", "0 contact bond, 1 parallel bond"),
+}
+
 CONSTANTS = {
     "stone_corners": Quantity("m", "corners of the stones as they were placed, one stone behind the other", _PLANE),
     "stone_start": Quantity("-", "row of each stone's first corner, and one past the last corner"),
     "window_surface": Quantity("m", "ground surface of the window from its last to its first control disc, at its start", _PLANE),
+}
+
+_REGION = "a region; its name stands after a colon"
+_OF_REGIONS = {
+    **{f"stress_{part}": ("Pa", f"mean stress {part}, tension positive, of the discs in") for part in ("xx", "yy", "xy")},
+    "porosity": ("-", "porosity of"),
+    "coordination": ("-", "mean number of contacts of the bodies in"),
+    "mechanical_coordination": ("-", "mean number of contacts of the bodies with at least two contacts in"),
+    "sliding": ("-", "share of the contacts at the friction limit in"),
+    **{f"strain_rate_{part}": ("1/s", f"strain rate {part}, best fit to the discs in") for part in ("xx", "yy", "xy")},
 }
 
 HISTORIES = {
@@ -101,6 +125,12 @@ HISTORIES = {
     "reaction_y": Quantity("N", "force of a boundary on the ground per unit thickness, y; its name stands after a colon"),
     "moved_x": Quantity("m", "mean displacement of the gridpoints that a boundary moves, x; its name stands after a colon"),
     "moved_y": Quantity("m", "mean displacement of the gridpoints that a boundary moves, y; its name stands after a colon"),
+    "bodies": Quantity("-", f"discs and clumps with their centroid in {_REGION}"),
+    **{
+        name + end: Quantity(unit, f"{'standard error of the ' if end else ''}{what} {_REGION}")
+        for name, (unit, what) in _OF_REGIONS.items()
+        for end in ("", "_error")
+    },
     "bonds_broken": Quantity("-", "contact bonds broken since the start"),
     "velocity_caps": Quantity("-", "times the velocity of a disc was capped since the start"),
 }

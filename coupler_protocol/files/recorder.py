@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from coupler_protocol.exits import RunEnded
-from coupler_protocol.files.quantities import FIELDS, HISTORIES, quantity
+from coupler_protocol.files.quantities import CRACKS, FIELDS, HISTORIES, quantity
 from coupler_protocol.files.vtk_cells import TOPOLOGIES, as_stored
 from coupler_protocol.files.vtkhdf import Frame, FrameInfo, VtkHdfFile
 
@@ -53,6 +53,7 @@ class Recorder:
         self._file = VtkHdfFile(Path(path), kind, {"title": title, **(attributes or {})}, constants or {}, axis)
         self._last: Frame | None = None
         self._histories: dict[str, tuple[list[int], list[float]]] = {}
+        self._cracks: list[Arrays] = []
         self._failure: Exception | None = None
         self._queue: queue.Queue = queue.Queue(QUEUE_FRAMES)
         self._thread = threading.Thread(target=self._write, name=f"recorder {Path(path).name}", daemon=True)
@@ -100,6 +101,12 @@ class Recorder:
             noted[0].extend(steps)
             noted[1].extend(column)
 
+    def cracks(self, columns: Arrays) -> None:
+        """Records breaks of bonds: arrays (k, ..) of all names in quantities.CRACKS, by their steps; see `history`."""
+        if set(columns) != set(CRACKS) or len({len(column) for column in columns.values()}) != 1:
+            raise ValueError(f"cracks have columns of one length: {', '.join(CRACKS)}")
+        self._cracks.append({name: np.array(column, order="C") for name, column in columns.items()})
+
     def sync(self) -> None:
         """Waits until everything recorded so far is in the file and on the disk."""
         start = time.perf_counter()
@@ -115,7 +122,7 @@ class Recorder:
         """
         if not self._thread.is_alive():
             return
-        self._queue.put((None, self._take_histories()))
+        self._queue.put((None, *self._take_rows()))
         self._queue.put(_CLOSE)
         self._thread.join()
         self._raise_failure()
@@ -137,12 +144,13 @@ class Recorder:
         self._raise_failure()
         if not self._thread.is_alive():
             raise ValueError("this recorder is closed")
-        self._queue.put((frame, self._take_histories()))
+        self._queue.put((frame, *self._take_rows()))
 
-    def _take_histories(self) -> dict[str, tuple[list[int], list[float]]]:
+    def _take_rows(self) -> tuple[dict[str, tuple[list[int], list[float]]], list[Arrays]]:
         taken = {name: rows for name, rows in self._histories.items() if rows[0]}
         self._histories.update({name: ([], []) for name in taken})
-        return taken
+        cracks, self._cracks = self._cracks, []
+        return taken, cracks
 
     def _raise_failure(self) -> None:
         if isinstance(self._failure, RunEnded):
@@ -169,7 +177,9 @@ class Recorder:
             except Exception as failure:
                 self._failure = failure
 
-    def _store(self, frame: Frame | None, histories: dict[str, tuple[list[int], list[float]]]) -> None:
+    def _store(self, frame: Frame | None, histories: dict[str, tuple[list[int], list[float]]], cracks: list[Arrays]) -> None:
+        for columns in cracks:
+            self._file.append_cracks(columns)
         for name, (steps, values) in histories.items():
             self._file.append_history(name, steps, values)
         if frame is None:

@@ -27,7 +27,7 @@ SCENE, RUN = "scene_identity", "run"  # attributes of files for frames
 MOST_TOLD = 8  # differences of two scenes that are named
 log = logging.getLogger(__name__)
 FUNCTIONS = "functions"  # name of a plugin that was made from functions, not a file
-FREE = ("title", "units", "record", "link", "fos")  # keys of a scene by which no State differs
+FREE = ("title", "units", "record", "measure", "link", "fos")  # keys of a scene by which no State differs
 END, INSIDE = "end of step", "inside of the stage"  # phases of a State from which steps can go on; others are for inspection
 
 
@@ -241,13 +241,18 @@ def part_file(folder, name):
     Earlier files are made what they were at their last fsync if the machine was started again since (undo_log.py).
     """
     first, taken = Path(folder) / f"{name}.vtkhdf", [0]
-    for path in (first, *sorted(Path(folder).glob(f"{name}.part*.vtkhdf"))):
-        if done := roll_back(path):
-            log.warning("%s", done)
+    roll_back_all(folder, name)
     for path in Path(folder).glob(f"{name}.part*.vtkhdf"):
         number = path.name[len(name) + len(".part") : -len(".vtkhdf")]
         taken += [int(number)] if number.isdecimal() else []
     return first if not first.exists() and taken == [0] else first.with_name(f"{name}.part{max(taken) + 1}.vtkhdf")
+
+
+def roll_back_all(folder, name):
+    """Makes all files for frames of the process `name` what they were at their last fsync, and logs it (undo_log.py)."""
+    for path in (Path(folder) / f"{name}.vtkhdf", *sorted(Path(folder).glob(f"{name}.part*.vtkhdf"))):
+        if done := roll_back(path):
+            log.warning("%s", done)
 
 
 def kept(scene, saved, path, run):

@@ -109,17 +109,21 @@ def common_in_folder(scene: Any, folder: str | Path) -> tuple[Path | None, str]:
 def refuse_other_scene(scene: Any, folder: str | Path, name: str) -> None:
     """Raises SceneError or EnvironmentFailed if the folder has results of the process `name` of another scene or version.
 
-    SceneError names the keys that differ; it needs a checkpoint.
+    SceneError names the keys that differ; it needs a checkpoint. Files that the machine left half written when it stopped are
+    first made what they were at their last fsync.
     """
     import h5py
 
     in_folder(scene, folder, name)
+    restart.roll_back_all(folder, name)
     for path in sorted(Path(folder).glob(f"{name}.*vtkhdf")):
         try:
             with h5py.File(path, "r", locking=False) as file:
                 found = file.attrs.get(restart.SCENE)
-        except OSError:
-            found = None
+        except OSError as error:
+            raise exits.EnvironmentFailed(
+                f"{path} cannot be read: {error}. Move it away to continue the run without its frames, or use --force"
+            ) from None
         if found != restart.identity(scene):
             raise exits.EnvironmentFailed(
                 f"{folder} holds results already, of another scene or version ({path.name}): choose another --out or use --force"

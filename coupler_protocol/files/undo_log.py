@@ -100,14 +100,32 @@ def _records(data: bytes) -> Iterator[tuple[bytes, int, int, bytes]]:
         yield boot.rstrip(b"\0"), certain, begin, page
 
 
+def certain_content(path: Path) -> bytes | None:
+    """What a file was at its last fsync, for who may not write; b"" without an fsync, None if it is whole as it is.
+
+    It is not whole if it was being written on a machine that was started again since, or on another one.
+    """
+    records = _records_beside(path)
+    if not records or records[0][0] == locks.boot_id().encode():
+        return None
+    content, length = bytearray(path.read_bytes()), records[0][1]
+    for _, _, begin, page in records:
+        content[begin : begin + len(page)] = page
+    return bytes(content[:length])
+
+
+def _records_beside(path: Path) -> list[tuple[bytes, int, int, bytes]]:
+    """Whole records of the log of a file."""
+    log = path.with_name(path.name + ENDING)
+    return list(_records(log.read_bytes())) if log.exists() else []
+
+
 def roll_back(path: Path) -> str:
     """Makes a file what it was at its last fsync if the machine was started again since; returns what was done in words, or "".
 
     A file without an fsync, of which anything may be missing, gets another name: the ending .damaged.
     """
-    log = path.with_name(path.name + ENDING)
-    records = list(_records(log.read_bytes())) if log.exists() else []
-    here = locks.boot_id().encode()
+    records, here = _records_beside(path), locks.boot_id().encode()
     if not records or not path.exists() or (here and records[0][0] == here):
         return ""
     length = records[0][1]
@@ -125,5 +143,5 @@ def roll_back(path: Path) -> str:
         os.replace(path, aside)
         done = f"was not yet on the disk, is {aside.name} now and does not count; its frames are computed again"
     to_disk(path.parent)
-    log.unlink()
+    path.with_name(path.name + ENDING).unlink()
     return f"the machine stopped while {path.name} was written: it {done}"

@@ -17,7 +17,7 @@ import numpy as np
 
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.files.growing_datasets import Blocks, Rows, same_bits
-from coupler_protocol.files.quantities import CONSTANTS, FIELDS, FRAME, HISTORIES, Quantity, quantity
+from coupler_protocol.files.quantities import CONSTANTS, CRACKS, FIELDS, FRAME, HISTORIES, Quantity, quantity
 from coupler_protocol.files.vtk_cells import TOPOLOGIES, cell_groups, cell_rows, zone_types
 from coupler_protocol.files.whole_writes import WholeWrites
 
@@ -110,6 +110,11 @@ class VtkHdfFile:
         rows = np.empty(len(steps), HISTORY_ROW)
         rows["step"], rows["value"] = steps, values
         self._column(Rows, f"Histories/{name}", quantity(HISTORIES, name)).append(rows)
+
+    def append_cracks(self, columns: Mapping[str, np.ndarray]) -> None:
+        """Adds rows to the list of cracks, as `append_history` does; columns: of all names in quantities.CRACKS."""
+        for name, about in CRACKS.items():
+            self._column(Rows, f"Cracks/{name}", about).append(columns[name])
 
     def flush(self, what: str = "histories") -> None:
         """Passes all data to the operating system; `what`: the data in words, for the EnvironmentFailed of a full disk."""

@@ -50,11 +50,7 @@ def read_scene(path: str | Path, overrides: Sequence[str] = (), needs_files: boo
     except UnicodeDecodeError as error:
         raise SceneError([_not_utf_8(path, content, error)]) from None
     data, lines = _parsed(path, text)
-    problems = []
-    for override in overrides:
-        problems += _override(data, override, lines)
-    if problems:
-        raise SceneError(problems)
+    override(data, overrides, lines)
     return build_scene(data, str(path), lines, path.parent, needs_files)
 
 
@@ -229,6 +225,13 @@ def _meaning(path: KeyPath) -> str:
     extra: Any = field.json_schema_extra or {}
     unit = extra.get("unit", "-")
     return f"{name} [{unit}]: {field.description}"
+
+
+def override(data: dict[str, Any], texts: Sequence[str], lines: dict[KeyPath, int] | None = None) -> None:
+    """Sets KEY=VALUE texts in the plain data of a scene, and notes them in the lines of its keys; raises SceneError."""
+    lines = {} if lines is None else lines
+    if problems := [problem for text in texts for problem in _override(data, text, lines)]:
+        raise SceneError(problems)
 
 
 def _override(data: dict[str, Any], text: str, lines: dict[KeyPath, int]) -> list[Problem]:

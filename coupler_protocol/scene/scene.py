@@ -18,6 +18,7 @@ from coupler_protocol.scene.installed import distribution, installed, loaded
 from coupler_protocol.scene.named_files import without_paths
 from coupler_protocol.scene.names import Title
 from coupler_protocol.scene.tables.boundary import Boundary, InitialStress
+from coupler_protocol.scene.tables.calibrate import Calibrate
 from coupler_protocol.scene.tables.changes import (
     StageDiscs,
     StageGrain,
@@ -32,6 +33,7 @@ from coupler_protocol.scene.tables.fos import FactorOfSafety
 from coupler_protocol.scene.tables.grid import Grid
 from coupler_protocol.scene.tables.lab import Lab
 from coupler_protocol.scene.tables.materials import Grain, Material, Pair, Ring
+from coupler_protocol.scene.tables.measure import Measure
 from coupler_protocol.scene.tables.stages import Stage, time_axis
 from coupler_protocol.scene.tables.stones import Stones
 from coupler_protocol.scene.tables.windows import Window, WindowDiscs, WindowGrain, WindowPair
@@ -126,6 +128,7 @@ class Record(Table):
 
     every: int = quantity(200, unit="steps", meaning="steps between frames", ge=1)
     history: int = quantity(10, unit="steps", meaning="steps between points of the histories", ge=1)
+    measure: int = quantity(100, unit="steps", meaning="steps between values of the regions in `[[measure]]`", ge=1)
     checkpoint: float = quantity(
         240.0,
         unit="s",
@@ -257,11 +260,15 @@ class SceneBase(Table):
     initial_stress: InitialStress | None = Field(default=None, description="stress before the first stage; no table: none")
     window: list[Window] = Field(default_factory=list, description="windows of discs, rank 1 onwards")
     stones: Stones | None = Field(default=None, description="stones in the windows; no table: none")
+    measure: list[Measure] = Field(default_factory=list, description="regions in which discs are measured; no table: none")
     coupling: Coupling = Field(default=Coupling(), description="transfer of motion and force across the interface")
     link: Link = Field(default=Link(), description="clocks of the connection")
     record: Record = Field(default=Record(), description="recorded data and their intervals")
     fos: FactorOfSafety = Field(default=FactorOfSafety(), description="search for a factor of safety")
     lab: Lab = Field(default=Lab(), description="samples and loading of laboratory tests")
+    calibrate: Calibrate | None = Field(
+        default=None, description="targets and free parameters of a calibration; no table: defaults"
+    )
     stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
 
     _drawn: Any = PrivateAttr(None)

@@ -5,7 +5,8 @@ seconds, and no more than WAITING connections at a time; of too many, the oldest
 bytes passed on to ZeroMQ, which listens on a Unix socket in a folder of this user. A gate that admits everybody (--insecure) also
 reads and bounds the frames of those who have not joined the run (stranger_line.py).
 
-One thread serves everything. Strangers can make it do a bounded amount of work: ACCEPTS connections a second.
+One thread serves everything that strangers can cause, which is a bounded amount of work: ACCEPTS connections a second. The bytes
+of a process that has joined the run are passed on by a thread of their own, in a compiled loop (pumping.py).
 """
 
 import contextlib
@@ -89,7 +90,7 @@ class Gate(Attendant):
         self._listen(False)
 
     def _busy(self) -> bool:
-        return bool(self._guests)
+        return any(line.open for line in self._guests)
 
     def _connections(self) -> Iterable[Any]:
         return (*self._guests, *self._visitors, self.listener)
@@ -101,11 +102,10 @@ class Gate(Attendant):
                 self._accept()
             elif isinstance(key.data, tuple):
                 line, end = key.data
-                if line.open:
-                    line.serve(end, events)
-                    if isinstance(line, StrangerLine) and line.session:
-                        self._note_session(line)
-                    self._note_end(line)
+                line.serve(end, events)
+                if isinstance(line, StrangerLine) and line.session:
+                    self._note_session(line)
+                self._note_end(line)
             elif key.fileobj in self._visitors:
                 self._hear(key.fileobj)
 

@@ -50,7 +50,7 @@ class Passage(Attendant):
         for key, events in self._selector.select(seconds):
             if key.fileobj is self.listener:
                 self._begin()
-            elif key.data is not None and key.data[0].open:
+            elif key.data is not None:
                 key.data[0].serve(key.data[1], events)
         if self._line is not None and self._line.deadline is not None and time.monotonic() > self._line.deadline:
             self._line.close()

@@ -98,6 +98,11 @@ class JoiningLine(Line):
         self._heads = FrameHeads()
         super().__init__(selector, outside, inside)
 
+    @property
+    def unread(self) -> bool:
+        """Whether it has heard its session."""
+        return self._joined is None
+
     def _passed(self, data: bytes, end: socket.socket) -> bytes:
         if self._joined is not None and end is self.outside:
             for _, _, begin in self._heads.feed(data):
@@ -121,6 +126,11 @@ class StrangerLine(Line):
         self._heads = {outside: FrameHeads(), inside: FrameHeads()}
         super().__init__(selector, outside, inside)
         self.piece = PIECE
+
+    @property
+    def unread(self) -> bool:
+        """Whether it has joined the run and the gate has taken note of its session."""
+        return self.joined and not self.session
 
     def go_on(self, now: float) -> bool:
         """Reads on if the allowance lets it; returns whether it does not."""

@@ -1,10 +1,12 @@
 """Plain steps of the discs: as many as possible in one compiled call (plain_loop.py), beside the loop step by step.
 
-A step is plain if nothing outside the kernels has to see it: the continuum orders nothing after it, no plugin is called, and the
-list of pairs still holds. Histories need no step of their own: compiled code computes their values (look.py).
+A step is plain if nothing outside the kernels has to see it: the continuum orders nothing after it, no plugin is called, no
+region is measured, and the list of pairs still holds. Histories need no step of their own: compiled code computes their values
+(look.py).
 """
 
 import time
+from math import gcd
 
 import numpy as np
 
@@ -54,8 +56,14 @@ def obstacle(side):
     found = {
         "messages of steps use the link": lanes is None or not lanes.whole,
         "a plugin is called after every step": interval_of(side.plugin) == 1,
+        "regions are measured after every step": seen_every(side) == 1,
     }
     return next((words for words, there in found.items() if there), "")
+
+
+def seen_every(side):
+    """Steps between those that the plugin or the measuring of regions has to see; 0: there are none. Others do not harm."""
+    return gcd(interval_of(side.plugin), side.record_of_stage.measure if side.measuring else 0)
 
 
 class PlainSteps:
@@ -67,7 +75,7 @@ class PlainSteps:
         self.taken = 0
         self._known = None  # whether plain steps may begin at once, if it was asked
         self._begun = False
-        self.every = interval_of(side.plugin)
+        self.every = seen_every(side)
         if not self.why_not:
             self.lanes = side.conversation.transport.lanes
             self.order, self.answer = np.zeros(len(messages.Order._fields)), np.zeros(len(messages.Answer._fields))
@@ -170,6 +178,7 @@ class PlainSteps:
         contact_forces(side.model, side.state)
         if side.ledger:
             side.ledger.book_contacts(side.model, side.state)
+        side.refuse_passing()
 
     def _see_completed(self):
         """Looks at the completed step if histories have a point there, as the loop step by step does."""
@@ -229,6 +238,7 @@ class PlainSteps:
             self.answer, self.order, self.gravity, self.pause, side.steps, self.every or NEVER, 0.5 * skin(model), until
         )  # fmt: skip
         self.sight.rows[0], self.sight.power[0] = 0, side.power
+        self.sight.broken[:] = 0, -1
         self.sight.fresh[0] = not side.guard.knows_list(state)
         self.book = None if side.ledger is None else side.ledger.book_of_rows(state, len(self.sight.steps))
         longest = SPEED_CAP * model.smallest_radius
@@ -260,10 +270,27 @@ class PlainSteps:
             side.recorder.histories(*side.ledger.histories(self.book))
         rows = int(self.sight.rows[0])
         if rows:
+            self._note_cracks(begun, time, times)
             side.watch.add_to("computing")
             numbers = self.sight.steps[:rows].tolist()
             answers = [messages.Answer(*row)._replace(stop=0.0) for row in self.sight.answers[:rows].tolist()]
             side.answer = side.looked = answers[-1]
-            at = [times[number - begun - 1] if number > begun else time for number in numbers]
+            at = [_time_of(number, begun, time, times) for number in numbers]
             side.note_looks(numbers, answers, at, float(self.order[messages.Order._fields.index("gravity_factor")]))
             side.watch.add_to("recording")
+
+    def _note_cracks(self, begun, time, times):
+        """Records the breaks of bonds that the looks of a call have found; those that waited before belong to its first look."""
+        side, sight, found = self.side, self.sight, int(self.sight.broken[0])
+        waiting, side.state.breaks = side.state.breaks, None
+        steps, rows = sight.broken_at[:found] if found else np.zeros(0, dtype=np.int64), sight.breaks[:found] if found else None
+        if waiting is not None:
+            first = np.full(len(waiting), sight.steps[0])
+            steps, rows = np.concatenate([first, steps]), waiting if rows is None else np.concatenate([waiting, rows])
+        if rows is not None:
+            side.note_cracks(steps, [_time_of(int(step), begun, time, times) for step in steps], rows)
+
+
+def _time_of(step, begun, time, times):
+    """Time [s] after a step of a call that began after step `begun` at `time`; times: after each of its steps."""
+    return times[step - begun - 1] if step > begun else time

@@ -27,7 +27,10 @@ class Bond(Effect):
     shear: float = quantity(unit="N", meaning="shear strength of a contact bond", ge=0)
 
 
-HISTORIES = (History("bond_state", "pair", "i1", meaning="NONE, BONDED, BROKEN_TENSION, BROKEN_SHEAR", recorded="bond_state"),)
+HISTORIES = (
+    History("bond_state", "pair", "i1", meaning="NONE, BONDED, BROKEN_TENSION, BROKEN_SHEAR", recorded="bond_state"),
+    History("bond_reported", "pair", "i1", meaning="1: the list of cracks has the break of this bond"),
+)
 
 
 class BondTable(NamedTuple):

@@ -49,6 +49,7 @@ class ParallelBondTable(NamedTuple):
 
 HISTORIES = (
     History("parallel.state", "pair", "i1", meaning="as of contact bonds", recorded="parallel_bond_state"),
+    History("parallel.reported", "pair", "i1", meaning="1: the list of cracks has the break of this bond"),
     History("parallel.gap", "pair", unit="m", meaning="g0 of Eqs (1)"),
     History("parallel.normal", "pair", unit="N", meaning="Fn of Eqs (1)", recorded="parallel_bond_normal_force"),
     History("parallel.shear", "pair", unit="N", meaning="Fs of Eqs (1)", recorded="parallel_bond_shear_force"),

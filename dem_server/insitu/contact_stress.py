@@ -11,17 +11,12 @@ Ponts et Chaussées 20; Christoffersen, Mehrabadi & Nemat-Nasser (1981), J. Appl
 import numpy as np
 
 from coupler_protocol.geometry import share_inside
+from dem_server.pairs import moments_along
 
 
 def contact_moments(pairs):
     """Integral of stress along each contact's branch: -sym(F (x) l) as columns xx, yy, xy (m, 3) [N m]."""
     return moments_along(pairs.force, pairs.span)
-
-
-def moments_along(force, line):
-    """-sym(F (x) l) of forces (m, 2) [N] that act along lines (m, 2) [m]: xx, yy, xy (m, 3) [N m]."""
-    (fx, fy), (lx, ly) = force.T, line.T
-    return -np.column_stack([fx * lx, fy * ly, 0.5 * (fx * ly + fy * lx)])
 
 
 def mean_stress(pairs, area):

@@ -18,8 +18,8 @@ import numpy as np
 import shapely
 
 from coupler_protocol.geometry import polygon_area
-from dem_server.insitu.contact_stress import moments_along, stress_along
-from dem_server.pairs import body_centres, contacts
+from dem_server.insitu.contact_stress import stress_along
+from dem_server.pairs import body_centres, contacts, moments_along
 
 ARC = 64  # edges of a quarter of a circle: its area has an error of 1e-4
 

@@ -311,3 +311,4 @@ def reset_broken_bonds(state):
     if state.bond_state is not None:
         state.bond_state[state.bond_state != BONDED] = NONE
     state.counters[[TENSION_BREAKS, SHEAR_BREAKS]] = 0
+    state.breaks = None

@@ -67,7 +67,7 @@ def springs_of(model, state, rim=None, listed=False):
         (ks, (ny, -nx, -la), (-ny, nx, -lb)),
         (kr, (0.0 * one, 0.0 * one, -one), (0.0 * one, 0.0 * one, one)),
     ]
-    kinds = [kind for kind in kinds if kind[0].any()]
+    kinds = [kind for kind in kinds if kind[0].any()] or kinds[:1]
     moves = motion_of_discs(model, state, rim)
     sides = [
         scipy.sparse.csr_array(scipy.sparse.vstack([_rows(disc, 3 * model.count, kind[side]) for kind in kinds]) @ moves)
@@ -118,8 +118,11 @@ def motion_of_ring(model, state, rim):
 def safe_limit(model, state, rim, origin=NOWHERE):
     """Limit of the step (coupler_protocol.criteria.stable_step.limit) by discs and stones, with all listed pairs closed.
 
-    origin (2,) [m]: point of the scene from which positions count.
+    None if no disc is near another one: no spring limits the step. origin (2,) [m]: point of the scene from which positions
+    count.
     """
+    if not len(state.first):
+        return None
     bodies = bodies_of(model, state)
     sums = spring_sums(springs_of(model, state, rim, listed=True))
     own = np.maximum(sums.bodies / bodies.mass, sums.rotations / bodies.inertia)

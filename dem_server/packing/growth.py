@@ -7,7 +7,8 @@ Servo to a stress: every 200 steps, until the mean stress is the target, all rad
 (A: area, dp: missing mean stress, d: distance of centres). While the stress is too low, discs with fewer than
 three contacts grow by 1 %, so that few stay loose, in the first SWELLING rounds only: among stiff discs 1 % of a radius is many
 times the overlap at the target, and a single loose disc that closes its gap carries the stress beyond it again and again. The
-servo ends when the discs are at rest at that stress.
+servo ends when the discs are at rest at that stress. Stiff discs under a small stress have few more contacts than they need, and
+rearrange for more than a hundred growths.
 
 To a porosity n: all radii change by one factor
 
@@ -29,7 +30,8 @@ from dem_server.step.motion import move_free
 from dem_server.step.neighbours import rebuild
 
 STEPS = 200  # between two growths
-ROUNDS = 100  # growths at most
+ROUNDS = 100  # at most, to a porosity
+GROWTHS = 300  # at most, to a stress
 SWELLING = 40  # of them in which loose discs grow more
 LONGER = 4  # times as many steps in a round after them: stiff discs with few contacts each come to rest slowly
 LARGEST = 0.01  # largest growth of a radius in one round
@@ -57,12 +59,12 @@ def pressure(pairs, area):
 
 def to_stress(model, state, area, target, report):
     """Changes radii, Eq (1), until the discs are at rest at the mean stress `target` [Pa]; raises ArithmeticError otherwise."""
-    for round_ in range(ROUNDS):
+    for round_ in range(GROWTHS):
         pairs = contacts(state)
         length = np.hypot(*pairs.branch.T)
         stress = pressure(pairs, area)
         if report:
-            report(f"mean stress {stress / 1e3:.1f} of {target / 1e3:.1f} kPa", 0.4 + 0.6 * round_ / ROUNDS)
+            report(f"mean stress {stress / 1e3:.1f} of {target / 1e3:.1f} kPa", 0.4 + 0.6 * round_ / GROWTHS)
         if abs(target - stress) > ACCURACY * target:
             stiffness = model.law.spring.normal[pairs.kind] @ length**2
             growth = 2.0 * area * (target - stress) / stiffness if len(length) else LARGEST
@@ -71,7 +73,7 @@ def to_stress(model, state, area, target, report):
             return
         run(model, state, STEPS if round_ < SWELLING else LONGER * STEPS)
     raise ArithmeticError(
-        f"the packing is at {stress:.0f} Pa instead of {target:.0f} Pa after {ROUNDS} growths: "
+        f"the packing is at {stress:.0f} Pa instead of {target:.0f} Pa after {GROWTHS} growths: "
         "a higher discs.confinement or more discs are easier to bring to rest"
     )
 

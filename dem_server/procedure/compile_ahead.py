@@ -22,6 +22,7 @@ from dem_server.coupling.ring_guard import RingGuard
 from dem_server.insitu.takeover import bond
 from dem_server.observe.stable_limit import motion_of_ring
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
+from dem_server.step import breaks
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.motion import move_free
 from dem_server.stones import bodies
@@ -108,6 +109,8 @@ def _observed(side):
     side.guard.check(side.model, side.state)
     side._new_answer(side.gravity)
     motion_of_ring(side.model, side.state, side.rim)
+    if breaks.has_bonds(side.state):
+        compile_for(breaks.note_breaks, breaks.arguments(side.state, np.empty((0, breaks.COLUMNS))))
 
 
 def _loop(side):

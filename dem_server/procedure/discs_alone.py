@@ -27,11 +27,12 @@ from coupler_protocol.scene.local_origin import about, local_origin
 from coupler_protocol.scene.schedule import plan
 from dem_server.model import Model, State
 from dem_server.observe import energy, record, unbalanced_ratio
+from dem_server.observe.measuring import Measuring
 from dem_server.observe.sample_strain import mean_strain
 from dem_server.packing import alone_window, draw_apart
 from dem_server.procedure import stage_changes, walls_of_scene
 from dem_server.procedure.proof import prove
-from dem_server.step import bonds_made, clock, cycle
+from dem_server.step import bonds_made, breaks, clock, cycle
 from dem_server.step.contact_pass import contact_forces
 
 log = logging.getLogger(__name__)
@@ -82,6 +83,7 @@ class DiscsAlone:
         self.changes = {}  # what the present stage changes, for run.json
         self.recorded = stage_changes.recorded_fields(scene)  # of all stages
         self.tested = walls_of_scene.any_moves(scene)  # whether the discs are a sample between moving walls
+        self.measuring = None  # the regions in which discs are measured
         self.warnings = []  # of all stages so far
         self.stage = None  # StageAlone of the present stage
         self.inside = None  # of a stage: what StageAlone.saved gave
@@ -100,14 +102,17 @@ class DiscsAlone:
         if first == len(self.scene.stage):
             return "all stages done"  # killed between the end of the last stage and run.json
         path = restart.part_file(self.out, NAME)
-        about = restart.kept(self.scene, self.saved, path, self.run_number)
+        kept = restart.kept(self.scene, self.saved, path, self.run_number)
         legs = plan(self.scene)
         if not self.saved:
             self._enter(self.scene.stage[0], 0)
             self._fill()
             self.watch.add_to("computing")
+        self.measuring = Measuring.of_window(about(self.scene, self.origin_of_places), 1)
+        if self.measuring and not self.saved:
+            self.measuring.refuse_empty(self.state.x)
         constants = record.stones(self.stones.outlines, self.origin_of_places) if self.stones else None
-        with Recorder(path, "discrete", self.scene.title, about, constants, self.scene.time_axis) as self.recorder:
+        with Recorder(path, "discrete", self.scene.title, kept, constants, self.scene.time_axis) as self.recorder:
             if not (self.saved and self.saved.is_of(self.out)):  # else an earlier part has the frame
                 self._frame(self.saved.about["stage"] if self.saved else self.scene.stage[0].name, 1.0)
             if not self.saved:
@@ -167,9 +172,10 @@ class DiscsAlone:
         self._enter(stage, self.steps - run.done)
         intervals = record_in(self.scene, index)
         every, record_every = intervals.history, intervals.every
+        looks = (every, record_every) if self.measuring is None else (every, record_every, intervals.measure)
         ended_by = ""
         while not ended_by:
-            chunk = self._chunk(stage, leg, run.done, (every, record_every), self.time - run.began)
+            chunk = self._chunk(stage, leg, run.done, looks, self.time - run.began)
             self.time += cycle.advance(self.model, self.state, leg.at(run.done), chunk)
             run.done, self.steps = run.done + chunk, self.steps + chunk
             ended_by = run.ending.out_of_steps(run.done)
@@ -182,7 +188,11 @@ class DiscsAlone:
                 ended_by = ended_by or run.ending.reached(run.done, ratios, farthest)
                 self.progress(stage.name, "", run.done, stage.until.steps, run.ratio, factor)
             self.watch.stages[-1].steps = run.done
+            if self.measuring and (self.steps % intervals.measure == 0 or self.steps % record_every == 0 or ended_by):
+                self.recorder.history(self.steps, **self.measuring.values(self.model, self.state))
             self.watch.add_to("computing")
+            if self.steps % every == 0 or self.steps % record_every == 0 or ended_by:
+                self._look_for_cracks()
             if self.steps % record_every == 0 or ended_by:
                 self._frame(stage.name, factor)
             if self.plugin is not None:
@@ -285,6 +295,14 @@ class DiscsAlone:
                 values |= dict(zip(("strain_xx", "strain_yy", "strain_xy"), mean_strain(self.model, state).tolist(), strict=True))
         self.recorder.history(self.steps, **values)
         return ratio
+
+    def _look_for_cracks(self):
+        """Records the breaks of bonds since the last look."""
+        rows = breaks.take(self.state)
+        if rows is not None:
+            columns = breaks.as_columns(rows, self.model.material, self.origin_of_places)
+            at = np.full(len(rows), self.steps), np.full(len(rows), self.time)
+            self.recorder.cracks({"step": at[0], "time": at[1], **columns})
 
     # -- what is left behind -----------------------------------------------------------------------------------------
 

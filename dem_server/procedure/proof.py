@@ -9,6 +9,7 @@ import numpy as np
 from coupler_protocol.files.proof import positive, require, shaped, within
 from dem_server.effects import STONE, bond, histories
 from dem_server.model import INERTIA, MASS
+from dem_server.step import breaks
 
 
 def prove(model, state):
@@ -36,6 +37,9 @@ def prove(model, state):
     of_pairs(model, state, n, m)
     if state.walls is not None:
         of_walls(model, state.walls, n)
+    if state.breaks is not None:
+        shaped("breaks", state.breaks, (len(state.breaks), breaks.COLUMNS))
+        within("discs of breaks", state.breaks[:, [breaks.FIRST, breaks.SECOND]], 0, n - 1)
 
 
 def of_model(model):

@@ -15,6 +15,7 @@ from coupler_protocol.files.recorder import FrameInfo, Recorder
 from coupler_protocol.files.restart import END, INSIDE, filled, kept, part_file, read
 from coupler_protocol.files.run_json import peak_memory, write_json
 from coupler_protocol.files.saved_moments import is_last, of_side, prune
+from coupler_protocol.geometry import spot
 from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
 from coupler_protocol.scene import run_number
@@ -34,19 +35,20 @@ from dem_server.coupling.window_strain import WindowStrain, bins_over_box
 from dem_server.insitu.takeover import take_over
 from dem_server.observe import energy, record, stable_limit, unbalanced_ratio
 from dem_server.observe.energy_ledger import Ledger
+from dem_server.observe.measuring import Measuring
 from dem_server.packing.coupled_window import drawn_stones, packed_window
 from dem_server.procedure import restart, stage_changes
 from dem_server.procedure.compile_ahead import coupled_kernels
 from dem_server.procedure.load_ahead import libraries
-from dem_server.step import clock
+from dem_server.step import breaks, clock, guards
 from dem_server.step.motion import SPEED_CAP
 from dem_server.stones import bodies
 
 log = logging.getLogger(__name__)
 MOST_BINS = 1e6  # for strain: a FORCE with more of them would not fit into a frame
 TOO_FAST = (
-    "move by more than a tenth of the smallest radius a step after step {}: give the stage a smaller step_factor, or less "
-    "violent loads"
+    "move by more than a tenth of the smallest radius a step in stage {!r} after step {}: give the stage a smaller step_factor, "
+    "or less violent loads"
 )
 
 
@@ -68,9 +70,11 @@ class DiscreteSide(Kept):
         self.step = 1.0  # [s] agreed with the continuum, 1 in static mode; None: not yet, in a stage in real time
         self.substeps = 1  # of the discs in one of them
         self.power = 0.0  # [W] of the ring in the last step with histories
+        self._free_list = -1  # number of the list of pairs in which no disc was going through another one
         self.stage = self.talk = None
         self.ledger = None  # a dem_server.observe.energy_ledger.Ledger if the scene has record.energy
         self.recorder = None
+        self.measuring = Measuring.of_window(scene, rank)  # None: the window has no region
         self.report, self.openings, self.limits, self.changes = {}, [], [], []
         self.record_of_stage = scene.record  # its intervals
         self.recorded = stage_changes.recorded_fields(scene)  # of all stages
@@ -91,6 +95,8 @@ class DiscreteSide(Kept):
         nodes, moment, self.run_number, self.surface = joined
         self.progress.name_run(self.run_number)
         self._find(moment)
+        if self.measuring and not self.source:
+            self.measuring.refuse_outside(self._outline(nodes))
         self.stones = drawn_stones(self.scene, self.rank, self._outline(nodes), self._note)
         constants = record.stones(self.stones.outlines, self.scene.origin) if self.stones else {}
         constants |= {} if self.surface is None else {"window_surface": in_the_scene(self.surface, self.scene.origin)}
@@ -323,13 +329,31 @@ class DiscreteSide(Kept):
     def refuse_fast(self, count):
         """Raises PhysicsFailed if `count` discs or stones were too fast in real time, where no speed is capped."""
         if count and self.model.in_real_time:
-            raise PhysicsFailed(f"{count} discs or stones {TOO_FAST.format(self.steps)}")
+            raise PhysicsFailed(f"{count} discs or stones, {self._fastest(slice(self.model.ring, None))}, {self._too_fast()}")
+
+    def refuse_passing(self):
+        """Raises PhysicsFailed for discs that go through each other in real time, with every new list of pairs."""
+        if self.model.in_real_time and self.state.builds != self._free_list:
+            self._free_list = self.state.builds
+            try:
+                guards.refuse_fast_passing(self.model, self.state)
+            except ArithmeticError as error:
+                raise PhysicsFailed(f"{error} (stage {self._name_of(self.stage)!r}, after step {self.steps})") from error
 
     def refuse_fast_rim(self):
         """Raises PhysicsFailed if the grid moves control discs so fast that others could pass through them."""
         model, state = self.model, self.state
         if model.in_real_time and np.abs(state.v[: model.ring]).max() * state.dt > SPEED_CAP * model.smallest_radius:
-            raise PhysicsFailed(f"control discs {TOO_FAST.format(self.steps)}")
+            raise PhysicsFailed(f"control discs, {self._fastest(slice(0, model.ring))}, {self._too_fast()}")
+
+    def _too_fast(self):
+        return TOO_FAST.format(self._name_of(self.stage), self.steps)
+
+    def _fastest(self, discs):
+        """The fastest of a slice of the discs in words."""
+        number = range(self.model.count)[discs][int(np.nanargmax(np.hypot(*self.state.v[discs].T)))]
+        speed, where = np.hypot(*self.state.v[number]), spot(self.state.x[number], self.scene.origin)
+        return f"the fastest is disc {number} at {where} with {speed:.3g} m/s"
 
     def measure_power(self, order):
         """Stores the ring's power in a step with histories, before its contact forces change."""
@@ -359,6 +383,7 @@ class DiscreteSide(Kept):
     def look(self, order):
         """Computes an Answer and checks the ring after a step with histories."""
         self.looked = self._new_answer(order.gravity)
+        self._look_for_cracks()
         self._say(self.guard.check(self.model, self.state))
         self.progress(self._name_of(self.stage), "", self.steps, None, self.looked.ratio, order.gravity_factor)
 
@@ -374,6 +399,17 @@ class DiscreteSide(Kept):
         self.guard.note_list(self.state)
         self.recorder.histories(steps, self._histories(looks, times))
         self.progress(self._name_of(self.stage), "", steps[-1], None, looks[-1].ratio, factor)
+
+    def _look_for_cracks(self):
+        """Records the breaks of bonds since the last look."""
+        rows = breaks.take(self.state)
+        if rows is not None:
+            self.note_cracks(np.full(len(rows), self.steps), [self.time] * len(rows), rows)
+
+    def note_cracks(self, steps, times, rows):
+        """Records breaks of bonds: rows (k, 9) of dem_server.step.breaks, steps (k,) and times [s] of their looks."""
+        columns = breaks.as_columns(rows, self.model.material, self.scene.origin)
+        self.recorder.cracks({"step": steps, "time": np.array(times), **columns})
 
     def _say(self, warning):
         if warning:
@@ -399,13 +435,16 @@ class DiscreteSide(Kept):
         )
 
     def record(self, order):
-        """Writes histories, frames and checkpoints as the Order demands."""
+        """Writes histories, measures, frames and checkpoints as the Order demands."""
         _refuse_other_stage(order, self.stage)
         self.record_histories()
         flags = int(order.flags)
         name = self._name_of(int(order.stage))
         if flags & messages.RECORD:
+            self._look_for_cracks()
             self._frame(FrameInfo(self.steps, self.time, name, order.gravity_factor))
+        if self.measuring and (self.steps % self.record_of_stage.measure == 0 or flags & messages.RECORD):
+            self.recorder.history(self.steps, **self.measuring.values(self.model, self.state))
         if self.plugin is not None:
             self.plugin.step(self._moment(name))
             if flags & messages.END_OF_STAGE:
@@ -443,8 +482,10 @@ class DiscreteSide(Kept):
         }
 
     def _note_limit(self, name):
-        """Stores the safe limit of the step at the end of a stage; sub-steps do not change it (clock.py)."""
+        """Stores the safe limit of the step at the end of a stage, if there is one; sub-steps do not change it (clock.py)."""
         found = stable_limit.safe_limit(self.model, self.state, self.rim, self.scene.origin)
+        if found is None:
+            return
         if self.substeps > 1:
             found |= {"share": found["share"] / self.substeps, "dt": self.step}
         self.limits.append({"stage": name} | found)

@@ -15,7 +15,7 @@ def add_bonds(model, state):
     pairs = contacts(state)
     strength = model.law.bond.shear[pairs.kind]
     chosen = pairs.slot[(pairs.gap < 0.0) & (strength > 0.0) & (np.abs(pairs.shear_force) <= strength)]
-    state.bond_state[chosen] = BONDED
+    _fasten(state, chosen)
     return len(chosen)
 
 
@@ -31,7 +31,7 @@ def add_parallel_bonds(model, state, chosen=None):
     slot = pairs.slot[fresh]
     distance = np.hypot(*pairs.branch[fresh].T)
     bonds.gap[slot] = distance - state.radius[pairs.disc_a[fresh]] - state.radius[pairs.disc_b[fresh]]
-    bonds.state[slot] = BONDED
+    bonds.state[slot], bonds.reported[slot] = BONDED, 0
     set_masses(model, state)
     return len(slot)
 
@@ -53,7 +53,7 @@ def bond_from_now_on(model, state, before, gap=None):
         if apart.any():
             state.reference_gap = np.zeros(len(chosen)) if state.reference_gap is None else state.reference_gap
             state.reference_gap[apart] += pairs.gap[apart]
-        state.bond_state[chosen] = BONDED
+        _fasten(state, chosen)
         made += int(chosen.sum())
     if law.parallel_bond is not None:
         bonds, radius = state.parallel, law.parallel_bond.radius
@@ -62,6 +62,11 @@ def bond_from_now_on(model, state, before, gap=None):
             bonds.state[bonds.state != BONDED] = NONE
         made += add_parallel_bonds(model, state, lambda pairs: _within(pairs, gap) & kinds[pairs.kind])
     return made
+
+
+def _fasten(state, chosen):
+    """Makes contact bonds; a later break of theirs is not reported yet."""
+    state.bond_state[chosen], state.bond_reported[chosen] = BONDED, 0
 
 
 def _that_begin(now, before, gap):

@@ -21,12 +21,14 @@ from dem_server.effects import histories
 from dem_server.effects.bond import BONDED, NONE
 from dem_server.effects.parallel_bond import bond_radius
 from dem_server.pairs import listed_pairs
+from dem_server.step.breaks import collect
 from dem_server.step.contact_pass import contact_forces
 from dem_server.step.neighbours import skin
 
 
 def with_law(model, state, law):
     """The model with the law `law` and its own damping; changes the histories of the state by the rules above."""
+    collect(state)
     old, kind = model.law, state.kind
     _keep_normal_forces(model, state, old.spring.normal[kind], law.spring.normal[kind])
     if state.shear is not None:

@@ -1,7 +1,8 @@
 """Guards of the real-time mode against bodies that pass through each other, in one step or because springs are too soft.
 
 A spring of stiffness k stops a body of mass m and speed v after the distance v sqrt(m / k). If this is not small compared with
-the smallest radius, bodies are checked in every step. A disc is going through another disc when the centre of the smaller is
+the smallest radius, bodies are checked in every step, in a coupled window with every new list of pairs: a disc moves by half
+the skin of the list at most between two. A disc is going through another disc when the centre of the smaller is
 inside the larger, and through a wall when it overlaps the wall by more than 0.9 of its radius. A shorter step would not help, so
 the run ends.
 """
@@ -42,6 +43,12 @@ def quickest_kernel(disc, clumps, first):
             v = (motion[c, VX] ** 2 + motion[c, VY] ** 2) ** 0.5 + abs(motion[c, SPIN]) * clumps.reach[c]
             speed, push = max(speed, v), max(push, v * motion[c, MASS] ** 0.5)
     return speed, push
+
+
+def refuse_fast_passing(model, state):
+    """Raises ArithmeticError if a disc is going through another disc or a wall, where a body is fast enough for it."""
+    if quickest(model, state)[1] >= WATCHED * model.smallest_radius:
+        refuse_passing(model, state)
 
 
 def refuse_passing(model, state):

@@ -1,7 +1,7 @@
 """Neighbour list: near pairs, found with cell grids, valid until a disc has moved by half the skin.
 
 A pair closer than `SKIN` smallest radii is listed; pairs within the ring or within one clump are not. A new list takes over
-forces, reference gaps and bonds of the old one; bonded pairs stay listed at any distance.
+forces, reference gaps and bonds of the old one; bonded pairs stay listed at any distance. Breaks of bonds are collected before.
 
 The list is sorted by first, then second disc. Free discs are numbered in space, in runs of `RUN`: nearly all pairs of the discs
 of a run are with discs of the same run or the next one, so every other run can be summed at the same time and no disc gets
@@ -15,6 +15,7 @@ from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED
 from dem_server.effects.histories import carry_to_new_list
 from dem_server.model import BUILDS
+from dem_server.step.breaks import collect
 from dem_server.step.cells import levels_of, near_pairs, sorted_pairs
 from dem_server.step.masses import set_masses
 from dem_server.step.thread_shares import RUN
@@ -34,6 +35,7 @@ def rebuild(model, state):
     if not np.isfinite(state.disc).all():
         lost = int(np.flatnonzero(~np.isfinite(state.disc).all(axis=1))[0])
         raise ArithmeticError(f"position or velocity of disc {lost} is NaN or infinite")
+    collect(state)
     state.listed_at[:] = state.x
     old, (first, second, key) = keys(model, state.first, state.second), found_near(model, state)
     origin = places(old, key)

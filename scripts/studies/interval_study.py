@@ -181,7 +181,7 @@ def main(argv=None):
     if options.json:
         options.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     if not options.fast:
-        text = "\n\n".join([TITLE, "`python scripts/studies/interval_study.py`", TEXT, pages.markdown(rows, columns(rows))])
+        text = "\n\n".join([TITLE, "`python scripts/studies/interval_study.py`", TEXT, pages.folded(rows, columns(rows))])
         pages.write_section(options.page, "interval", text)
     return 0
 

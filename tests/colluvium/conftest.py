@@ -82,6 +82,23 @@ def contacts_under(xy, free_from, factor):
     return ends, (force * normal).sum(axis=1), (force * tangent).sum(axis=1)
 
 
+def cracks_at(info, xy, ends):
+    """Rows of the list of cracks for contacts that break at a moment, every third in tension."""
+    a, b = ends.T
+    return {
+        "step": np.full(len(ends), info.step),
+        "time": np.full(len(ends), info.time),
+        "place": xy[ends].mean(axis=1),
+        "normal": (xy[b] - xy[a]) / (2 * RADIUS),
+        "size": np.full(len(ends), 2 * RADIUS),
+        "disc_a": a,
+        "disc_b": b,
+        **{name: np.ones(len(ends), int) for name in ("material_a", "material_b")},
+        "mode": np.where(np.arange(len(ends)) % 3, 3, 2),
+        "bond": np.zeros(len(ends), int),
+    }
+
+
 STONES = tuple(np.array([[x, y], [x + 0.5, y], [x + 0.6, y + 0.4], [x, y + 0.5]]) for x in (11.2, 12.2) for y in (5.5, 7.0, 8.5))
 STAGES = ("equilibrium", "couple", "overload")
 
@@ -142,6 +159,8 @@ def record_run(folder, stones=False):
             moved = slip_at(centres, amount)
             broken = np.hypot(*(centres[ends].mean(axis=1) - (4, 16)).T) - 10.3
             dem.history(info.step, unbalanced_ratio=1e-3 / (number + 1), bonds_broken=100 * number**2)
+            if stage == "overload":
+                dem.cracks(cracks_at(info, centres, ends[np.abs(broken) < 0.3]))
             dem.frame(
                 info,
                 points=centres + moved,

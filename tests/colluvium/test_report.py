@@ -41,7 +41,10 @@ def test_every_figure_of_a_coupled_run_is_drawn(run_folder, tmp_path):
 @pytest.mark.parametrize(
     ("file", "drawn"),
     [
-        ("dem.rank1.vtkhdf", {"window", "displacement", "force_chains", "displacement_vectors", "fabric", "histories", "report"}),
+        (
+            "dem.rank1.vtkhdf",
+            {"window", "displacement", "force_chains", "displacement_vectors", "fabric", "cracks", "histories", "report"},
+        ),
         (
             "fdm.rank0.vtkhdf",
             {"mesh", "stress", "displacement", "shear_strain_rate", "shear_strain", "plastic_zones", "histories", "report"},

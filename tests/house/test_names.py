@@ -14,7 +14,11 @@ FILE = re.compile(r"(?<![\w./*{}<>-])((?:[\w.-]+/)*[\w-]+\.(?:py|md|toml|geojson
 DOTTED = re.compile(rf"(?<![\w./-])((?:{'|'.join(PACKAGES)})(?:\.[A-Za-z_]\w*)+(?::\w+)?)")
 PAGES = (".md", ".toml", ".html", ".js", ".css")
 ELSEWHERE = ("CHANGELOG.md", "docs/design/0008-", "tests/house/")  # they tell of earlier trees, or plant names to be found
-OF_A_USER = {"scene.toml", "follow.py"}  # the copy in a run directory; what docs/plugins.md lets the reader write
+OF_A_USER = {
+    "scene.toml",
+    "follow.py",
+    "discs.toml",
+}  # what a run writes, docs/plugins.md lets the reader write, a calibration writes
 GROUPS = {"colluvium.effects", "colluvium.rules", "colluvium.doubts"}  # of entry points
 
 

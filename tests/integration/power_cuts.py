@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import pytest
 
-from coupler_protocol.files import locks
+from coupler_protocol.files import locks, undo_log
 
 PAGE = 4096  # bytes that reach the disk together
 
@@ -135,18 +135,28 @@ KINDS = {  # whether the names are those of now, and what of the bytes is there
 }
 
 
-def states(cuts, seed=0):
-    """Yields (what it is, {name: bytes}) of all different folders that a machine can find after the cuts."""
+def states(cuts, seed=0, side=""):
+    """Yields (what it is, {name: bytes}) of all different folders that a machine can find after the cuts.
+
+    side: beginning of the names of the files of the machine that lost its power. The process of the other machine has ended and
+    closed its files, which are as it saw them.
+    """
     seen = set()
     for number, cut in enumerate(cuts):
         for kind, (named, bytes_of) in KINDS.items():
             chance = random.Random(f"{seed} {number} {kind}")
             there = cut.names if named else cut.certain_names
-            state = {name: bytes_of(*file, chance) for name, file in there.items()}
+            state = {name: bytes_of(*file, chance) for name, file in there.items() if name.startswith(side)}
+            state |= {name: now for name, (now, _) in cut.names.items() if not name.startswith(side) and _stays(name)}
             key = tuple(sorted((name, hash(data)) for name, data in state.items() if not name.endswith(locks.ENDING)))
             if key not in seen:
                 seen.add(key)
                 yield f"before {cut.before}: {kind}", state
+
+
+def _stays(name):
+    """Whether a file is still there after its process has ended."""
+    return not name.endswith((locks.ENDING, undo_log.ENDING))
 
 
 def found_after_start(folder, state):

@@ -9,7 +9,7 @@ from coupler_protocol.files import checkpoint
 from coupler_protocol.process.interrupt import StopRequest
 from tests.integration.kills import ContinuumSide, DiscreteSide, DiscsAlone, Killed, goes_on, kill_at, kill_where, killed_run
 from tests.integration.same_runs import assert_same_runs
-from tests.integration.test_plain_steps import OTHER, SMALL, STONE, STONES
+from tests.integration.test_plain_steps import MEASURE, OTHER, SMALL, STONE, STONES
 from tests.integration.test_plain_steps import scene as coupled_scene
 
 SOFT = {"elastic": {"bulk": 2e7, "shear": 1e7}, "mohr_coulomb": {"cohesion": 4e3, "friction": 25.0, "dilation": 5.0}}
@@ -65,7 +65,8 @@ DISCS = {
             {"name": "right", "ends": [[2.0, -0.5], [2.0, 2.0]]},
         ],
     },
-    "record": EVERY,
+    "record": EVERY | {"measure": 25},
+    "measure": [{"name": "corner", "centre": [0.6, 0.55], "radius": 0.5}],
     "stage": [
         {"name": "fill"},
         {"name": "settle", "kind": "discs", "gravity": 9.81, "until": {"ratio": 1e-6, "steps": 205}},
@@ -81,7 +82,11 @@ DISCS = {
 }
 SQUEEZE = {"name": "right", "velocity": [-1e-6, 0.0]}
 COUPLED = {
-    "static": {"grid__large_strain": True, "stones": STONES, "discs__stone": STONE},
+    "static": {"grid__large_strain": True, "stones": STONES, "discs__stone": STONE}
+    | {
+        "measure": MEASURE,
+        "record__measure": 30,
+    },
     "energies": {"record__energy": True},
     "real time": {
         "grid__large_strain": True,

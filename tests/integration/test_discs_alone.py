@@ -25,6 +25,7 @@ from dem_server.packing.alone_window import fill
 from dem_server.pairs import contacts
 from dem_server.step.contact_pass import contact_forces
 from tests.commands import run_colluvium
+from tests.integration.measured_frames import assert_histories_are_those_of_frames
 
 G, R = 9.81, 0.03
 GROUND = {"ends": [[-2.0, 0.0], [4.0, 0.0]]}
@@ -73,7 +74,8 @@ WALLS = [GROUND, {"ends": [[0.0, 0.0], [0.0, 3.0]]}, {"ends": [[0.9, 0.0], [0.9,
 @pytest.fixture(scope="module")
 def pile(tmp_path_factory):
     out = tmp_path_factory.mktemp("pile") / "run"
-    data = scene_of(PILE, wall=WALLS)
+    data = scene_of(PILE, wall=WALLS) | {"measure": [{"name": "heap", "centre": [0.42, 0.4], "radius": 0.38}]}
+    data["record"]["measure"] = 300
     computed(data, out).close()
     return data, out
 
@@ -93,6 +95,21 @@ def test_a_pile_between_walls_comes_to_rest(pile):
         assert (discs.xy[:, 1] > 0.8 * discs.radius).all()
         for name in ("kinetic_energy", "elastic_energy", "weight_energy", "time"):
             assert np.isfinite(found.history(name, 1)[1]).all()
+
+
+def test_regions_are_measured_as_frames_are(pile):
+    """Also beside walls; at rest the vertical stress is of the order of the weight above."""
+    with open_run(pile[1]) as found:
+        assert assert_histories_are_those_of_frames(found, {"heap": (0.42, 0.4, 0.38)}) > 5
+        steps, stress = found.history("stress_yy:heap")
+        settled = stress[steps == found.frames[found.last_frame("settle")].step][0]
+        height = found.discs(-1).xy[:, 1].max()
+        assert 0.4 < settled / (-2000.0 * 0.85 * G * (height - 0.4)) < 1.6
+        assert (
+            not set(steps.tolist())
+            - {n for n in range(steps[-1] + 1) if n % 300 == 0 or n % 500 == 0}
+            - {found.frames[found.last_frame(stage)].step for stage in found.stages}
+        )
 
 
 def test_going_on_from_a_stage_gives_the_same_bits(pile, tmp_path):
@@ -149,6 +166,9 @@ STAGE = {"name": "go", "kind": "discs", "until": {"steps": 1}}
 MOVING = {"radius": 0.1, "soil": SOIL, "wall": [GROUND | {"velocity": [0.0, 0.1]}]}
 
 
+CORE = {"name": "core", "centre": [0.45, 0.45], "radius": 0.4}
+
+
 @pytest.mark.parametrize(
     ("change", "why"),
     [
@@ -156,6 +176,12 @@ MOVING = {"radius": 0.1, "soil": SOIL, "wall": [GROUND | {"velocity": [0.0, 0.1]
         ({"window": [{"name": "w", "columns": [1, 2], "rows": [1, 2]}]}, "columns and rows need a grid"),
         ({"boundary": [{"on": "left", "fix": "x"}]}, "this needs a grid"),
         ({"record": {"trace": 10}}, "nothing to wait for"),
+        ({"measure": [CORE, CORE]}, "two regions are named 'core'"),
+        ({"measure": [CORE | {"centre": [0.8, 0.5]}]}, "'core' reaches out of window 'block'"),
+        ({"measure": [{"name": "p", "polygon": [[0.1, 0.1], [0.8, 0.8], [0.8, 0.1], [0.1, 0.8]]}]}, "crosses or touches itself"),
+        ({"measure": [CORE | {"polygon": [[0.1, 0.1], [0.8, 0.1], [0.5, 0.8]]}]}, "centre and radius, or a polygon"),
+        ({"measure": [CORE | {"radius": 0.1}]}, "smaller than 4 discs"),
+        ({"measure": [CORE | {"window": "other"}]}, "no window is named 'other'"),
         ({"stage": [STAGE]}, "put it first"),
         ({"stage": [{"name": "fill"}, {"name": "couple", "until": {"steps": 1}}]}, "needs a grid"),
         ({"stage": [{"name": "fill"}, STAGE | {"until": {"time": 1.0}}]}, "no seconds"),

@@ -15,6 +15,7 @@ from coupler_protocol.wire.lanes import Lanes
 from dem_server.step import thread_shares
 from fdm_server.coupling import exchange_pauses
 from fdm_server.step import thread_parts
+from tests.integration.measured_frames import assert_histories_are_those_of_frames
 from tests.same_bits import differing
 from tests.window_scenes import BOX, uniform
 
@@ -91,7 +92,9 @@ def waits_are_traced(folder):
         assert (own.activity == "recording").sum() < TRACED // 2, side
 
 
-SHORT = "large strain, clumps"
+SHORT = "large strain, clumps, regions"
+REGIONS = {"core": (2.1, 2.0, 0.6), "edge": [[1.1, 1.1], [2.9, 1.3], [2.0, 2.8]]}
+MEASURE = [{"name": "core", "centre": [2.1, 2.0], "radius": 0.6}, {"name": "edge", "polygon": REGIONS["edge"]}]
 SIDES = "averages at gridpoints, quiet sides, a side that moves"
 QUIET = [{"on": "left", "quiet": True}, {"on": "bottom", "quiet": True}]
 CASES = {
@@ -101,7 +104,11 @@ CASES = {
         "damping": {"combined": 0.8},
         "record__history": 3,
     },
-    SHORT: {"grid__large_strain": True, "stones": STONES, "discs__stone": STONE, "record__trace": TRACED},
+    SHORT: {"grid__large_strain": True, "stones": STONES, "discs__stone": STONE, "record__trace": TRACED}
+    | {
+        "measure": MEASURE,
+        "record__measure": 45,
+    },
     SIDES: {
         "grid__mixed": "nodal",
         "stage__2__time": "real",
@@ -177,15 +184,21 @@ def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
     rows = both_ways(tmp_path, scene(**CASES[case]))
     assert same_files(tmp_path) == []
     history = CASES[case].get("record__history", 10)
+    seen = 6 + (8 if "measure" in CASES[case] else 0)  # steps that begin a stage, or that measuring sees
     for row in rows:
         assert "one_by_one" not in row
-        assert row["plain_steps"] >= row["steps"] - 6 - row["steps"] // 60, (row, history)
+        assert row["plain_steps"] >= row["steps"] - seen - row["steps"] // 60, (row, history)
         assert "one_by_one_discrete" not in row
-        assert all(plain >= row["steps"] - 6 - row["steps"] // 60 for plain in row["plain_steps_discrete"]), row
+        assert all(plain >= row["steps"] - seen - row["steps"] // 60 for plain in row["plain_steps_discrete"]), row
     if every := CASES[case].get("coupling__exchange_every"):
         assert all(row["steps"] / every <= row["exchanges"] < 0.7 * row["steps"] and not row["fell_back"] for row in rows), rows
     if "record__trace" in CASES[case]:
         waits_are_traced(tmp_path / "lane")
+    if "measure" in CASES[case]:
+        with open_run(tmp_path / "lane") as found:
+            assert assert_histories_are_those_of_frames(found, REGIONS) >= 8
+            steps, _ = found.history("sliding:core", 1)
+            assert set(range(90, 276, 45)) <= set(steps.tolist())
 
 
 @pytest.mark.parametrize("every", [1, pytest.param(10, marks=pytest.mark.long)])

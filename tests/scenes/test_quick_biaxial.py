@@ -59,6 +59,42 @@ def test_walls_carry_what_the_discs_do(run):
     assert np.abs((top + bottom).mean()) < 0.01 * top.mean()
 
 
+def test_the_core_has_the_pressure_of_the_walls(run):
+    """At the end of the press, within three standard errors of the vertical stress.
+
+    Every full section between smooth walls has the force of the upper wall; along the height, the horizontal stress varies.
+    """
+    steps, _ = run.history("stress_yy:core")
+    values = {name: run.history(f"{name}:core")[1] for name in ("stress_xx", "stress_yy", "porosity", "coordination", "bodies")}
+    errors = {name: run.history(f"{name}_error:core")[1] for name in ("stress_xx", "stress_yy")}
+    pressed = steps.tolist().index(run.frames[run.last_frame("press")].step)
+    assert abs(values["stress_yy"][pressed] + 1e5) < 3.0 * errors["stress_yy"][pressed]
+    for error in errors.values():
+        assert 1e3 < error[pressed] < 3e4
+    strip = [[-0.1, 0.6], [1.1, 0.6], [1.1, 1.4], [-0.1, 1.4]]
+    walls = [run.history(f"wall_x:{name}")[1][-1] for name in ("left", "right")]
+    with pytest.warns(UserWarning, match="counts the rest as 0"):
+        section = run.average_stress(-1, strip)[1] * 1.2 / (walls[1] - walls[0])
+    assert section == pytest.approx(-run.history("wall_pressure:top")[1][-1], rel=0.02)
+    assert 0.13 < values["porosity"][pressed] < 0.2
+    assert values["porosity"][-1] > values["porosity"][pressed]  # it dilates
+    assert values["coordination"][-1] < values["coordination"][pressed]
+    assert 80 < values["bodies"][pressed] < 130
+
+
+def test_the_stress_is_that_of_fabric_and_forces(run):
+    """The identity explains the mobilised sine but for what the sizes of discs and higher orders leave."""
+    found = run.stress_force_fabric(-1)
+    assert 0.25 < found.sine < 0.6
+    assert abs(found.residual) < 0.05 * found.sine
+    assert abs(found.theta - 90.0) < 8.0
+    assert abs(found.fabric.theta_n - 90.0) < 12.0
+    assert min(found.fit_n, found.fit_t) > 0.6
+    chains = run.force_chains(-1)
+    assert 0.2 < chains.share < 0.7
+    assert abs(chains.direction - 90.0) < 12.0
+
+
 def test_servos_go_on_from_a_stage_with_the_same_bits(run, folder, configs, tmp_path):
     computed(configs, tmp_path / "on", "--from", f"{folder}@press", "--set", "stage.shorten.until.steps=500")
     with open_run(tmp_path / "on") as other:

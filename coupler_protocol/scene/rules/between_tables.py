@@ -17,6 +17,7 @@ from coupler_protocol.scene.rules.changes import CHANGE_RULES
 from coupler_protocol.scene.rules.discs_alone import ALONE_RULES, only_without_a_grid
 from coupler_protocol.scene.rules.endings import DOUBTS_OF_ENDINGS, RULES_OF_ENDINGS
 from coupler_protocol.scene.rules.idle import DOUBTS_OF_IDLE
+from coupler_protocol.scene.rules.measures import MEASURE_RULES
 from coupler_protocol.scene.rules.polygons import polygons_are_outlines
 from coupler_protocol.scene.rules.signs import DOUBTS_OF_SIGNS
 from coupler_protocol.scene.rules.sizes import fewer_than_memory_holds, many_frames, meshes_of_a_search_fit
@@ -28,6 +29,7 @@ from coupler_protocol.scene.rules.windows import WINDOW_RULES
 from coupler_protocol.scene.scene import declared_effects, distribution_of
 from coupler_protocol.scene.tables.stages import STOPPED
 
+NAMED = {"measure": "region"}  # tables whose items have another name than the table
 LEAST = 4.0  # largest discs that must fit side by side into the shorter side of a window
 
 
@@ -96,13 +98,13 @@ def effects_of_discs_are_ours(scene: Any) -> Iterator[Finding]:
 
 
 def names_are_unique(scene: Any) -> Iterator[Finding]:
-    """No two materials, windows or stages have the same name; files of stages are also told apart where case does not count."""
-    for table in ("material", "window", "stage"):
+    """No two materials, windows, regions or stages have one name; those of stages also differ where case does not count."""
+    for table in ("material", "window", "measure", "stage"):
         seen: dict[str, str] = {}
         for i, item in enumerate(getattr(scene, table)):
             name = normalize("NFC", item.name).casefold() if table == "stage" else item.name
             if name in seen:
-                same = f"two {table}s are named {item.name!r}"
+                same = f"two {NAMED.get(table, table)}s are named {item.name!r}"
                 alike = f"{seen[name]!r} and {item.name!r} name the same files on some disks"
                 why = same if seen[name] == item.name else alike
                 yield (table, i, "name"), why, "give each its own name"
@@ -202,6 +204,7 @@ COMMON_RULES = (
     pairs_name_what_there_is,
     largest_discs_fit,
     *CHANGE_RULES,
+    *MEASURE_RULES,
 )
 GRID_RULES = (
     grid_needs_material,

@@ -15,6 +15,9 @@ def polygons_of(scene: Any) -> Iterator[tuple[KeyPath, str, list[tuple[float, fl
     for i, window in enumerate(scene.window):
         if window.polygon is not None:
             yield ("window", i, "polygon"), f"the polygon of window {window.name!r}", window.polygon
+    for i, measure in enumerate(scene.measure):
+        if measure.polygon is not None:
+            yield ("measure", i, "polygon"), f"the polygon of region {measure.name!r}", measure.polygon
     for i, stage in enumerate(scene.stage):
         if stage.excavate is not None and stage.excavate.polygon is not None:
             yield ("stage", i, "excavate", "polygon"), f"the polygon of excavation {stage.name!r}", stage.excavate.polygon

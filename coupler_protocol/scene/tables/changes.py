@@ -104,3 +104,4 @@ class StageRecord(Table):
 
     every: int | None = quantity(None, unit="steps", meaning="steps between frames", ge=1)
     history: int | None = quantity(None, unit="steps", meaning="steps between points of the histories", ge=1)
+    measure: int | None = quantity(None, unit="steps", meaning="steps between values of the regions in `[[measure]]`", ge=1)

@@ -7,20 +7,30 @@ from verification.hard import (
     cycles,
     free_free,
     impacts,
+    inverted_zone,
     large_discs,
+    near_failure,
     off_the_line,
     overlap,
     pauses,
+    peer_faults,
     quarter_turn,
     recontact,
     rim_contacts,
+    rim_impacts,
+    shaking,
     size_ratio,
+    slow_peer,
     step_limit,
     stiff_and_soft,
     stiff_and_soft_plane,
     stiff_stones,
     stiffness_jump,
+    stones_switched,
     stretched_rim,
+    twenty_g,
+    weak_ground,
+    wrong_once,
 )
 
 TITLE = "Hard cases"
@@ -31,3 +41,15 @@ CASES = [bonds_gone, stiff_stones, stiffness_jump, cycles, recontact, size_ratio
 CASES += [pauses]
 CASES += [large_discs, curved_rim, quarter_turn, free_free, off_the_line, bonds_gone_coupled]
 CASES += [rim_contacts, stretched_rim, stiff_and_soft_plane]
+CASES += [
+    stones_switched,
+    inverted_zone,
+    peer_faults,
+    slow_peer,
+    twenty_g,
+    near_failure,
+    weak_ground,
+    rim_impacts,
+    shaking,
+    wrong_once,
+]

@@ -70,8 +70,11 @@ def system(stiffness, size, damping, shear=0.4, oblique=False, **tables):
     return System(model, state, windows)
 
 
-def with_few_discs(place, stiffness, size, damping, shear=0.4, **scene_of):
-    """The same box with some discs in its window; place(ring) says where: (m, 2) [m], radii (m,) [m]. scene_of: of `scene`."""
+def with_few_discs(place, stiffness, size, damping, shear=0.4, frozen=True, **scene_of):
+    """The same box with some discs in its window; place(ring) says where: (m, 2) [m], radii (m,) [m]. scene_of: of `scene`.
+
+    frozen: contacts are bonded and carry no force.
+    """
     case = scene(stiffness, size, damping, shear, **scene_of)
     grid = build_grid(case)
     model, mask = build_model(case, grid), window_zones(grid, case.window[0])
@@ -81,7 +84,8 @@ def with_few_discs(place, stiffness, size, damping, shear=0.4, **scene_of):
     discs, packed = build_discs(ring.xy, ring.radius, Packing(*place(ring)), case.discs)
     contact_forces(discs, packed)
     window = linearised_step.Window(nodes, discs, packed, Rim(ring, "work-consistent"))
-    freeze(window)
+    if frozen:
+        freeze(window)
     state.added_mass[nodes] = window.rim.stiffness_sums(discs, packed)
     return System(model, state, [window])
 

@@ -75,6 +75,17 @@ def test_a_test_scales_with_stiffness_and_size():
     assert large.rate == pytest.approx(0.5 * soft.rate, rel=0.05)
 
 
+def test_stiff_samples_are_packed_under_more_than_their_confining_stress():
+    """A packing of 1.3e9 N/m often misses 50 kPa; without friction, the press releases it again."""
+    stiff = {"soil": SOIL | {"spring": {"normal": 1.3e9, "shear": 1.3e8}}}
+    soft, hard = (trial("biaxial", scene_of(LAB, discs), "soil", 5e4, 1).tables for discs in ({}, stiff))
+    assert soft["discs"]["confinement"] == 5e4
+    assert 1.4e5 < hard["discs"]["confinement"] < 1.5e5
+    for tables in (soft, hard):
+        walls = {wall["name"]: wall for wall in tables["discs"]["wall"]}
+        assert walls["top"]["servo"]["pressure"] == 5e4
+
+
 def test_which_samples_are_tested():
     assert samples_of(scene_of(LAB)) == ["soil"]
     assert samples_of(scene_of(LAB, {"stone": STONE}, stones=STONES)) == ["soil", "clump"]

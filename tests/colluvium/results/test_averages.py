@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import shapely
 
-from colluvium.results.averages import average_stress, disc_in_circle, discs_inside, lens, porosity, share_reached
+from colluvium.results.averages import average_stress, discs_inside, porosity, share_reached
 from coupler_protocol.geometry import disc_in_polygon
+from coupler_protocol.measures.regions import disc_in_circle, lens
 
 
 class Frame(SimpleNamespace):

@@ -184,7 +184,7 @@ def table(path):
 def test_tables_have_units_and_the_same_bits(run, stony_folder, tmp_path):
     names = {path.name for path in export.write_folder(stony_folder, "csv", stage="couple", out=tmp_path)}
     bodies = {f"{name}.3.csv" for name in ("zones", "gridpoints", "discs.rank1", "contacts.rank1")}
-    assert names == bodies | {"frames.csv", "histories.rank0.csv", "histories.rank1.csv"}
+    assert names == bodies | {"frames.csv", "histories.rank0.csv", "histories.rank1.csv", "cracks.rank1.csv"}
     zones, discs = table(tmp_path / "zones.3.csv"), table(tmp_path / "discs.rank1.3.csv")
     assert list(zones)[:8] == ["zone [-]", *(f"gridpoint_{k} [-]" for k in (1, 2, 3, 4)), "x [m]", "y [m]", "group [-]"]
     assert "shear_strain_rate [1 per step]" in zones

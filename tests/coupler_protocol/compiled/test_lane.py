@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 import zlib
+from pathlib import Path
 
 import numba
 import numpy as np
@@ -41,10 +42,11 @@ def say(lanes, seed=1):
 
 
 def test_the_same_uncompiled():
-    """The tests of this file pass with NUMBA_DISABLE_JIT=1, too."""
+    """The tests of this file and of the pump pass with NUMBA_DISABLE_JIT=1, too."""
     if numba.config.DISABLE_JIT:
         pytest.skip("this is that run")
-    words = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", __file__]
+    files = (__file__, str(Path(__file__).with_name("test_pump.py")))
+    words = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", *files]
     done = subprocess.run(words, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stdout
 

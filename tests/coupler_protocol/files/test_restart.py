@@ -99,6 +99,12 @@ def test_frames_of_another_scene_are_refused_too(tmp_path, scene):
         saved_moments.refuse_other_scene(scene.model_copy(update={"seed": 9}), tmp_path, "dem.rank1")
 
 
+def test_a_file_of_frames_that_cannot_be_read_is_not_taken_for_one_of_another_scene(tmp_path, scene):
+    (tmp_path / "dem.rank1.vtkhdf").touch()
+    with pytest.raises(EnvironmentFailed, match=r"dem.rank1.vtkhdf cannot be read: .*Move it away to continue"):
+        saved_moments.refuse_other_scene(scene, tmp_path, "dem.rank1")
+
+
 def test_only_the_last_two_checkpoints_inside_of_stages_stay(tmp_path, scene):
     written = []
     for stage, step in (("couple", 100), ("couple", 200), ("overload", 300), ("overload", 400)):

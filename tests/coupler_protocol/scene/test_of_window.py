@@ -218,3 +218,10 @@ def test_the_laboratory_takes_the_discs_of_the_window_that_is_named():
     assert {trial.tables["discs"]["radius"] for trial in trials_of("biaxial", chosen(scene, None, ""))} == {0.08}
     with pytest.raises(SceneError, match=r"no window '3'\n.*windows: hole, second"):
         chosen(scene, "3", "scene.toml")
+
+
+def test_a_region_is_as_wide_as_the_discs_of_its_window_ask():
+    region = {"name": "core", "window": "second", "centre": [5.5, 4.25], "radius": 0.25}
+    build_scene(tables({"radius": 0.06}, measure=[region]))
+    found = problems(tables(measure=[region]))
+    assert found == {"measure[0].radius": "a circle of 0.5 m across is smaller than 4 discs"}

@@ -143,7 +143,7 @@ def test_every_problem_is_reported_at_once_with_its_place(tmp_path, configs):
 
 def test_a_key_with_nothing_alike_is_answered_with_what_is_known(good):
     good["record"]["zzz"] = 1
-    assert only_problem(good).remedy == "known here: checkpoint, checkpoint_steps, energy, every, history, trace"
+    assert only_problem(good).remedy == "known here: checkpoint, checkpoint_steps, energy, every, history, measure, trace"
 
 
 @pytest.mark.parametrize(

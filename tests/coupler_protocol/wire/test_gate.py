@@ -12,7 +12,7 @@ import pytest
 import zmq
 
 from coupler_protocol.exits import EnvironmentFailed
-from coupler_protocol.wire import admission, gate_words, keys, link_tcp, passing
+from coupler_protocol.wire import admission, gate_words, keys, link_tcp, passing, pumping
 from coupler_protocol.wire.frames import control_frame
 from coupler_protocol.wire.lanes import Lanes, Peer
 from coupler_protocol.wire.messages import FORCE, GO, VELOCITY
@@ -27,6 +27,18 @@ def folder(tmp_path):
     for name in ("office", "lab"):
         keys.new(tmp_path / "keys", name, tmp_path / f"{name}.key")
     return tmp_path / "keys"
+
+
+@pytest.fixture(autouse=True)
+def passed_on_by(request, monkeypatch):
+    """By what the bytes of connections are passed on: pumps, if a test does not say otherwise."""
+    if getattr(request, "param", "") == "Python":
+        monkeypatch.setattr(pumping, "ready", lambda: False)
+    else:
+        said_within(120.0, pumping.ready)  # compiled, if no cache has it
+
+
+BY_BOTH = pytest.mark.parametrize("passed_on_by", ["pumps", "Python"], indirect=True)
 
 
 @pytest.fixture
@@ -283,6 +295,7 @@ def test_a_message_in_the_name_of_a_rank_needs_the_key_of_the_rank(ends, caplog)
     said_within(SOON, lambda: hub.receive(0.1) is None and "came with another key" in caplog.text)
 
 
+@BY_BOTH
 def test_a_key_that_is_revoked_ends_the_connection_and_the_lane(ends, folder, caplog):
     hub = ends.hub()
     end, other = ends.rank(hub.endpoint, "office.key"), ends.rank(hub.endpoint, "lab.key")
@@ -371,6 +384,7 @@ def test_a_lane_of_a_local_continuum_is_a_unix_socket_as_well():
         hub.close()
 
 
+@BY_BOTH
 def test_the_last_bytes_arrive_although_the_sender_closes_at_once(ends):
     hub = ends.hub(folder=None)
     end = ends.rank(hub.endpoint)
@@ -388,6 +402,7 @@ def test_the_last_bytes_arrive_although_the_sender_closes_at_once(ends):
     beside.join()
 
 
+@BY_BOTH
 def test_who_has_joined_an_open_run_comes_back_past_a_crowd_of_strangers(ends):
     """The allowance of its machine is used up; by the session of the run it is not a stranger."""
     hub = ends.hub(insecure=True)
@@ -405,6 +420,37 @@ def test_who_has_joined_an_open_run_comes_back_past_a_crowd_of_strangers(ends):
     said_within(5.0, lambda: end.send(b"back") or (hub.receive(0.2) or (0, b""))[1] == b"back")
     assert hub._guard._guests
     assert "too many" in stranger.trouble
+
+
+@BY_BOTH
+@pytest.mark.parametrize("insecure", [False, True])
+def test_both_sides_leave_what_they_need_not_read_to_a_pump(ends, request, insecure):
+    """A gate for everybody, and the way there, read frames until the run has a session."""
+    hub = ends.hub(folder=None, insecure=insecure)
+    end = ends.rank(hub.endpoint, insecure=insecure)
+    assert introduced(hub, end)
+    hub.send(control_frame(GO, 77, 1, 0, {}), 1)
+    assert end.receive(SOON) is not None
+    (line,) = hub._guard._guests
+    pumped = [lambda which=which: which._pump is not None for which in (line, end._guard._line)]
+    end.send(b"more")
+    assert bytes(hub.receive(SOON)[1]) == b"more"
+    if request.node.callspec.params["passed_on_by"] == "pumps":
+        said_within(SOON, *pumped)
+    else:
+        assert not any(found() for found in pumped)
+
+
+def test_a_line_goes_on_where_the_system_has_no_more_threads(ends, monkeypatch):
+    def no_thread(*_):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(pumping, "PumpThread", no_thread)
+    hub = ends.hub(folder=None)
+    end = ends.rank(hub.endpoint)
+    assert introduced(hub, end)
+    hub.send(b"answer", 1)
+    assert bytes(end.receive(SOON)[1]) == b"answer"
 
 
 # -- options of the servers ---------------------------------------------------------------------------------------------------

@@ -100,6 +100,18 @@ def test_static_masses_and_mass_rule_hold_what_the_sums_ask_for(kind):
     assert found["what"].split()[0] in ("disc", "stone")
 
 
+def test_discs_that_are_near_nothing_limit_no_step():
+    """All of them lie far apart."""
+    model, state, side = case("bonds")
+    corner = state.x[: model.ring].min(axis=0)
+    state.bond_state[:] = 0
+    state.x[model.ring :] = corner - 10.0 * np.arange(1, model.count - model.ring + 1)[:, None]
+    neighbours.rebuild(model, state)
+    contact_forces(model, state)
+    assert safe_limit(model, state, side) is None
+    assert not stiffness_matrix(springs_of(model, state, side, listed=True)).toarray().any()
+
+
 def test_what_hangs_on_the_ring_includes_bending():
     model, state, _ = case("rolling")
     found = ring_contacts(model, state)

@@ -73,6 +73,15 @@ def test_stiff_discs_reach_their_confinement(seed):
     assert 0.16 < found.porosity < 0.18
 
 
+def test_stiff_discs_rearrange_for_longer_and_reach_a_small_confinement_too():
+    """Contacts of 1.5 GN/m under 50 kPa: the stress wanders for more than a hundred growths before the discs carry it."""
+    discs = soil_discs(radius=0.035, confinement=50e3)
+    discs.soil.spring = Spring(normal=3e9, shear=3e8)
+    ring = build_ring(rim_of([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], 0.14), discs.radius)
+    found = pack(ring.nodes, ring.xy, ring.radius, discs, np.random.default_rng([4, 1]))
+    assert found.pressure == pytest.approx(50e3, rel=0.01)
+
+
 def test_radii_follow_the_scene():
     model, state = packed(SQUARE, soil_discs(spread=0.1))
     radius = state.radius[model.ring :]

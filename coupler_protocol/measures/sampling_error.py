@@ -67,15 +67,19 @@ def spreads(influences: list[np.ndarray], bodies: np.ndarray | None) -> list[Spr
     if bodies is None:
         return [Spread(_outer(p) * count / (count - 1.0), count - 1.0) for p in influences]
     points = np.concatenate((bodies[:, 0], bodies[:, 1]))
+    return spreads_of_bodies(np.concatenate((influences, influences), axis=1) / 2.0, points)
+
+
+def spreads_of_bodies(influences: np.ndarray, points: np.ndarray) -> list[Spread]:
+    """Spread of each of q estimates from its complex influences (q, m), each of a body at points (m, 2) [m]."""
     side = block_side(points)
     freedom = _blocks(points, side) - 1.0
     trend = _trend(points, 2 if freedom + 1.0 >= MANY else 1)
-    halves = np.concatenate((influences, influences), axis=1).T / 2.0
-    halves -= trend @ np.linalg.lstsq(trend, halves, rcond=None)[0]
+    influences = influences.T - trend @ np.linalg.lstsq(trend, influences.T, rcond=None)[0]
     left = freedom - (trend.shape[1] - 1)
     if left <= 1.0:
-        return [Spread(np.full((2, 2), np.inf), 1.0) for _ in influences]
-    both = zip(_of_blocks(points, halves.T, side), _of_blocks(points, halves.T, side / 2.0), strict=True)
+        return [Spread(np.full((2, 2), np.inf), 1.0) for _ in influences.T]
+    both = zip(_of_blocks(points, influences.T, side), _of_blocks(points, influences.T, side / 2.0), strict=True)
     return [Spread(wide * _growth(wide, narrow) * freedom / left, left) for wide, narrow in both]
 
 

@@ -1,0 +1,1 @@
+"""Error of a quantity against the time it costs, over settings of a scene: `colluvium accuracy`."""

@@ -1,0 +1,1 @@
+"""Search for parameters of discs that give a target soil: `colluvium calibrate SCENE`."""
