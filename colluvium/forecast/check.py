@@ -96,13 +96,13 @@ def sizes(scene: Any) -> dict[str, Any]:
     if scene.grid is None:
         return {"windows": [], "stones": _plain(scene.stones)}
     from fdm_server.mesh.grid import build_grid
-    from fdm_server.mesh.window_zones import rim_of, window_zones
+    from fdm_server.mesh.window_zones import window_rim, window_zones
 
     scene = local(scene)
     grid = build_grid(scene)
     windows, stiffness = [], {found.name: found for found in window_stiffness.of_windows(scene, grid)}
     for window, own in of_windows(scene):
-        rim = grid.xy[rim_of(grid, window_zones(grid, window))]
+        rim = grid.xy[window_rim(grid, window_zones(grid, window)).outline]
         (width, height), area = np.ptp(rim, axis=0).tolist(), polygon_area(rim)
         discs = (1 - own.discs.porosity) * area / (0.7853981633974483 * grading_of(own.discs).moment(2))
         sizes = {"width": width, "height": height, "area": area, "segments": len(rim), "discs": round(discs)}
