@@ -10,6 +10,7 @@ from colluvium.results.run import Run, open_run
 from fdm_server.fos.verdict import FAILS
 
 ARROWS = 22  # number across the longer side
+CHAIN = "#1f6fb5"
 
 
 def write(out: Path, found: dict[str, Any]) -> Path | None:
@@ -55,7 +56,7 @@ def draw(run: Run, title: str) -> Any:
     figure, axes = plt.subplots(1, 1 + len(ranks), figsize=(5.5 + 3.5 * len(ranks), 4.6), layout="constrained", squeeze=False)
     grid, points, zones = moved(run), run.gridpoints(last), run.zones(last)
     length = np.hypot(*grid.T)
-    most = max([length.max(), *(np.hypot(*moved(run, rank).T).max() for rank in ranks)], default=0.0) or 1e-300
+    most = max(length.max(), 1e-300)  # of a gridpoint: a disc without contacts can move farther
     colours: dict[str, Any] = {"norm": Normalize(0.0, 1.0), "cmap": style.colour_map("rate")}
     whole = axes[0, 0]
     drawn = domain.fill_polygons(whole, points.xy[zones.corners], length[zones.corners].mean(axis=1) / most, **colours)
@@ -73,7 +74,7 @@ def draw(run: Run, title: str) -> Any:
         _chains(run, rank, place, found, stones)
         words = f"\n{len(stones)} stones in chains" if len(stones) else ""
         domain.finish(place, f"window {rank}: {chains.in_words(found)}{words}")
-    domain.colour_bar(figure, drawn, whole, "displacement since strength was reduced, over its largest [-]")
+    domain.colour_bar(figure, drawn, whole, "displacement since strength was reduced, over the largest of a gridpoint [-]")
     return figure
 
 
@@ -91,8 +92,8 @@ def _chains(run: Run, rank: int, axes: Any, found: Any, stones: np.ndarray) -> N
     last = len(run.frames) - 1
     xy, outlines = domain.discs_now(run, last, rank), domain.stones_now(run, last, rank)
     axes.add_collection(
-        LineCollection(xy[found.links], linewidths=2.0, colors=chains.CHAIN, capstyle="round", label="force chains")
+        LineCollection(xy[found.links], linewidths=2.0, colors=CHAIN, capstyle="round", label="force chains")
     )
     domain.stone_outlines(axes, outlines)
     strong = [outlines[k] for k in stones if k < len(outlines)]
-    axes.add_collection(LineCollection([np.vstack((p, p[:1])) for p in strong], linewidths=1.6, colors=chains.COMPRESSION))
+    axes.add_collection(LineCollection([np.vstack((p, p[:1])) for p in strong], linewidths=1.6, colors=CHAIN))
