@@ -15,6 +15,7 @@ from coupler_protocol.problems import SceneError
 from coupler_protocol.process import command_line
 
 ALONE, LAB = "grid", "lab"  # folders in the one of the search
+CONTINUES = "interrupted: the same command continues"
 OWN = ("fos.json", "coupled.json", "coupled_mechanism.png")
 
 
@@ -46,7 +47,10 @@ def command(options: argparse.Namespace) -> int:
     if problems := scenes.problems_of(scene, options.scene, options):
         raise SceneError(problems)
     changes = [*options.set, *([f'fos.flow="{options.flow}"'] if options.flow else [])]
-    return _coupled(options, read_scene(options.scene, changes), changes)
+    try:
+        return _coupled(options, read_scene(options.scene, changes), changes)
+    except KeyboardInterrupt:
+        raise exits.Interrupted(CONTINUES) from None
 
 
 def _coupled(options: argparse.Namespace, scene: Any, changes: list[str]) -> int:
@@ -92,7 +96,7 @@ def _alone(options: argparse.Namespace, scene: Any, out: Path, changes: list[str
     code = factor_of_safety.search(options, own, changes)
     if code in (exits.DONE, exits.PHYSICS):
         return run_json.read_search(path) if code == exits.DONE else None
-    raise exits.Interrupted("interrupted: the same command continues") if code == exits.INTERRUPTED else _failed(code)
+    raise exits.Interrupted(CONTINUES) if code == exits.INTERRUPTED else _failed(code)
 
 
 def _failed(code: int) -> exits.RunEnded:

@@ -91,9 +91,7 @@ def _chains(run: Run, rank: int, axes: Any, found: Any, stones: np.ndarray) -> N
 
     last = len(run.frames) - 1
     xy, outlines = domain.discs_now(run, last, rank), domain.stones_now(run, last, rank)
-    axes.add_collection(
-        LineCollection(xy[found.links], linewidths=2.0, colors=CHAIN, capstyle="round", label="force chains")
-    )
+    axes.add_collection(LineCollection(xy[found.links], linewidths=2.0, colors=CHAIN, capstyle="round", label="force chains"))
     domain.stone_outlines(axes, outlines)
     strong = [outlines[k] for k in stones if k < len(outlines)]
     axes.add_collection(LineCollection([np.vstack((p, p[:1])) for p in strong], linewidths=1.6, colors=CHAIN))

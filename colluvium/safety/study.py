@@ -60,7 +60,7 @@ class Search:
         self._end = threading.Event()
 
     def run(self) -> dict[str, Any]:
-        """All trials; returns the content of `coupled` of fos.json. Raises Interrupted, and PhysicsFailed without a bracket."""
+        """All trials; returns the content of `coupled` of fos.json. Raises PhysicsFailed without a bracket."""
         begin = time.perf_counter()
         scene, tables = bring_to_rest(self.scene, self.out / AT_REST, self.say)
         leg, alone = plan(scene)[-1], self.alone
@@ -70,16 +70,24 @@ class Search:
         bracket = Bracket(scene.fos.resolution)
         first = alone["value"] * AROUND[0], alone["value"] * AROUND[1]
         with ThreadPoolExecutor(self.at_once) as pool:
-            while factors := bracket.next_factors(first, self.at_once):
-                try:
-                    bracket.refuse_endless(factors, first)
-                except NoBracket as error:
-                    raise exits.PhysicsFailed(f"coupled trials: {error}") from None
-                for row in self._round(pool, base, factors):
-                    bracket.tried[row["factor"]] = row["verdict"]
+            try:
+                self._all_rounds(pool, base, bracket, first)
+            except BaseException:
+                self._end.set()  # the other trials end before the pool does
+                raise
         found = {"value": bracket.middle, "low": bracket.low, "high": bracket.high}
         found |= {"undecided": bracket.undecided, "contradictions": bracket.contradictions}
         return found | self._about(base) | {"seconds": round(time.perf_counter() - begin, 3)}
+
+    def _all_rounds(self, pool: ThreadPoolExecutor, base: Base, bracket: Bracket, first: tuple[float, float]) -> None:
+        """Narrows the bracket to its resolution."""
+        while factors := bracket.next_factors(first, self.at_once):
+            try:
+                bracket.refuse_endless(factors, first)
+            except NoBracket as error:
+                raise exits.PhysicsFailed(f"coupled trials: {error}") from None
+            for row in self._round(pool, base, factors):
+                bracket.tried[row["factor"]] = row["verdict"]
 
     def _round(self, pool: ThreadPoolExecutor, base: Base, factors: list[float]) -> list[dict[str, Any]]:
         """Rows of the factors of a round, in their order."""
@@ -87,13 +95,7 @@ class Search:
         tasks = [
             pool.submit(run_trial, base, f, self.out / TRIALS / f"{f:.8g}", self._end.is_set, self.threads) for f in factors
         ]  # fmt: skip
-        try:
-            rows = [task.result() for task in tasks]
-        except BaseException as error:
-            self._end.set()  # ends the others with their State saved
-            if isinstance(error, KeyboardInterrupt):
-                raise exits.Interrupted("interrupted: the same command continues") from None
-            raise
+        rows = [task.result() for task in tasks]
         for row in rows:
             why = f" (stopped: {row['stopped']})" if "stopped" in row and row["verdict"] == UNDECIDED else ""
             self.say(f"factor {row['factor']:.5g} {row['verdict']} after {row['steps']} steps{why}")

@@ -48,7 +48,7 @@ def test_the_ratio_of_the_worse_side_counts():
 
 @pytest.fixture
 def moving(monkeypatch, tmp_path):
-    """Takes `count` spans of a made-up slope; speed(span) [m] of the grid and of the discs, ratios; returns the text, and the step."""
+    """Takes `count` spans of a made-up slope; motion [m] of grid and discs by span; returns text and step."""
     monkeypatch.setattr(judging, "_of_grid", lambda m, g: (m.state, np.ones(len(m.state)), m.model))
     monkeypatch.setattr(judging, "_of_discs", lambda m, g: (m.state, np.ones(len(m.state)), m.model))
 
@@ -79,7 +79,7 @@ def test_discs_that_move_are_no_rest(moving):
 
 
 def test_discs_alone_can_fail(moving):
-    """The grid rests; the discs accelerate, in one shape, under a ratio that does not fall: failure after LEAST spans, and one."""
+    """The grid rests; the discs accelerate in one shape, under a constant ratio: failure after LEAST spans, and one."""
     assert moving(40, lambda k: 0.0, lambda k: 1e-3 * (k + 1), 1e-2) == (FAILS, 100 * (LEAST + 1))
 
 
