@@ -53,7 +53,7 @@ def draw(run: Run, title: str) -> Any:
     from matplotlib.colors import Normalize
 
     last, ranks = len(run.frames) - 1, run.windows
-    figure, axes = plt.subplots(1, 1 + len(ranks), figsize=(5.5 + 3.5 * len(ranks), 4.6), layout="constrained", squeeze=False)
+    figure, axes = plt.subplots(1, 1 + len(ranks), figsize=(6.5 + 3.0 * len(ranks), 5.2), layout="constrained", squeeze=False)
     grid, points, zones = moved(run), run.gridpoints(last), run.zones(last)
     length = np.hypot(*grid.T)
     most = max(length.max(), 1e-300)  # of a gridpoint: a disc without contacts can move farther
@@ -67,14 +67,14 @@ def draw(run: Run, title: str) -> Any:
     chosen = np.flatnonzero(far)[::step]
     whole.quiver(*points.xy[chosen].T, *(grid[chosen] / most).T, color=style.INK, width=0.0018, scale=ARROWS)
     domain.outline(whole, points.xy, zones.corners)
-    domain.finish(whole, f"mechanism: {title}")
+    domain.finish(whole, f"displacement since strength was reduced\n{title}")
     for rank, place in zip(ranks, axes[0, 1:], strict=True):
         _window(run, rank, place, most, colours)
         found, stones = carried(run, rank)
         _chains(run, rank, place, found, stones)
         words = f"\n{len(stones)} stones in chains" if len(stones) else ""
         domain.finish(place, f"window {rank}: {chains.in_words(found)}{words}")
-    domain.colour_bar(figure, drawn, whole, "displacement since strength was reduced, over the largest of a gridpoint [-]")
+    domain.colour_bar(figure, drawn, whole, "displacement over the largest of a gridpoint [-]")
     return figure
 
 
@@ -86,12 +86,12 @@ def _window(run: Run, rank: int, axes: Any, most: float, colours: dict[str, Any]
 
 
 def _chains(run: Run, rank: int, axes: Any, found: Any, stones: np.ndarray) -> None:
-    """Force chains, outlines of all stones, and those of the stones in chains stronger."""
-    from matplotlib.collections import LineCollection
+    """Force chains, outlines of all stones, and the stones in chains filled."""
+    from matplotlib.collections import LineCollection, PolyCollection
 
     last = len(run.frames) - 1
     xy, outlines = domain.discs_now(run, last, rank), domain.stones_now(run, last, rank)
-    axes.add_collection(LineCollection(xy[found.links], linewidths=2.0, colors=CHAIN, capstyle="round", label="force chains"))
+    axes.add_collection(LineCollection(xy[found.links], linewidths=1.0, colors=CHAIN, capstyle="round", label="force chains"))
     domain.stone_outlines(axes, outlines)
     strong = [outlines[k] for k in stones if k < len(outlines)]
-    axes.add_collection(LineCollection([np.vstack((p, p[:1])) for p in strong], linewidths=1.6, colors=CHAIN))
+    axes.add_collection(PolyCollection(strong, facecolors=CHAIN, edgecolors=CHAIN, alpha=0.45, linewidths=0.6))
