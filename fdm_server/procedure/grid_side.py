@@ -221,7 +221,7 @@ class ContinuumSide:
         if int(order.flags) & messages.RECORD and (stage.rims or not stage.ended):
             self.frame(stage.stage.name, order.gravity_factor)
         if self.plugin is not None:
-            self.plugin.step(self._moment(stage), soundness.check)
+            stage.end_for(self.plugin.step(self._moment(stage), soundness.check))
         if int(order.flags) & messages.CHECKPOINT and not stage.ended:
             self._save_inside(stage)
 
