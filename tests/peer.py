@@ -136,7 +136,7 @@ class Side:
                 continue
             kind, session, rank, flags, sequence, payload = opened(frame)
             assert rank == self.rank
-            assert self.session in (0, session) or (session == 0 and kind in ("REJECT", "FAILURE"))
+            assert self.session in (0, session) or (session == 0 and kind in ("HELLO", "REJECT", "FAILURE"))
             if kind == "PROGRESS":
                 self.progress.append(msgpack.unpackb(payload)["doing"])
             elif kind in ("FAILURE", "REJECT") and kind not in kinds:
@@ -148,7 +148,7 @@ class Side:
                     continue
                 self.sequence += self.asks
                 return kind, numbers(payload) if kind in ("FORCE", "VELOCITY") else msgpack.unpackb(payload)
-            elif sequence == self.sequence - 1 and flags & AGAIN:
+            elif sequence == self.sequence - 1 and (flags & AGAIN or kind == "HELLO"):
                 self.repeated += 1
                 self._repeat(0)
             else:
