@@ -59,10 +59,10 @@ def parser() -> argparse.ArgumentParser:
     from colluvium.accuracy import command as accuracy
     from colluvium.calibration import command as calibration
     from colluvium.ensemble import command as ensemble
-    from colluvium.forecast import factor_of_safety
     from colluvium.lab import command as lab
+    from colluvium.safety import command as safety
 
-    factor_of_safety.add_command(commands)
+    safety.add_command(commands)
     lab.add_command(commands)
     accuracy.add_command(commands)
     calibration.add_command(commands)

@@ -17,9 +17,11 @@ OWN = ("fos.json", "fos.log", "scene.toml", "mechanism.png", "plastic_zones.png"
 FLOWS = {"zero": "psi_0", "associated": "psi_phi"}  # of --flow both, with their folders
 
 
-def add_command(commands: Any) -> None:
-    """Adds the command `fos` and its options to `commands` of a parser."""
-    p = commands.add_parser("fos", help="factor of safety by strength reduction, or the gravity factor at collapse")
+def add_command(commands: Any) -> argparse.ArgumentParser:
+    """Adds the command `fos` and its options to `commands` of a parser; returns the parser of the command."""
+    p: argparse.ArgumentParser = commands.add_parser(
+        "fos", help="factor of safety by strength reduction, or the gravity factor at collapse"
+    )
     p.add_argument("scene", metavar="SCENE", help="scene file (TOML); its table [fos] sets the search, its stages set the loads")
     p.add_argument("--by", choices=("strength", "gravity"), help="what the factor acts on (fos.by of the scene)")
     p.add_argument(
@@ -37,7 +39,7 @@ def add_command(commands: Any) -> None:
     p.add_argument("--quiet", action="store_true", help="no progress")
     p.add_argument("--threads", metavar="N", type=command_line.positive, default=1, help="threads (default 1)")
     p.add_argument("--force", action="store_true", help="write into OUT even if results are there")
-    p.set_defaults(work=command)
+    return p
 
 
 def command(options: argparse.Namespace) -> int:
@@ -61,7 +63,7 @@ def command(options: argparse.Namespace) -> int:
     found = {}
     for flow, folder in flows.items():
         own = command_line.prepare_folder(out / folder, OWN, options.force)
-        code = _search(options, own, [*changes, f'fos.flow="{flow}"'])
+        code = search(options, own, [*changes, f'fos.flow="{flow}"'])
         if code != exits.DONE:
             return code
         found[flow] = run_json.read_search(own / "fos.json")
@@ -80,7 +82,7 @@ def command(options: argparse.Namespace) -> int:
     return exits.DONE
 
 
-def _search(options: argparse.Namespace, out: Path, changes: list[str]) -> int:
+def search(options: argparse.Namespace, out: Path, changes: list[str]) -> int:
     """Runs one search in a process that writes its files to `out`; returns the exit code."""
     from colluvium.running import processes
     from colluvium.running.progress_picture import picture

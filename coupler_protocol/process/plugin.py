@@ -4,6 +4,7 @@
     on_stage(moment)    at the end of each stage, before its State is saved
 
 A `Moment` is one side after a step: the grid (rank 0) or a window (from 1). The run continues with the changes of the functions.
+If on_step returns a text for the grid, the next step is the last one of the stage, and the text is the reason for its end.
 In one process they are called in the thread of each side, so two calls may run at the same time.
 """
 
@@ -30,7 +31,7 @@ class Moment(NamedTuple):
     origin: tuple[float, float] = (0.0, 0.0)
 
 
-Function = Callable[[Moment], None]
+Function = Callable[[Moment], Any]
 
 
 def unchecked(moment: Moment) -> None:
@@ -41,15 +42,20 @@ class Plugin(NamedTuple):
     """Functions that are called; `every`: steps between calls of on_step."""
 
     name: str
-    on_step: Callable[[Moment], None] | None = None
-    on_stage: Callable[[Moment], None] | None = None
+    on_step: Function | None = None
+    on_stage: Function | None = None
     every: int = 1
 
-    def step(self, moment: Moment, check: Function = unchecked) -> None:
-        """Calls on_step if it is due, and then check(moment). Raises EnvironmentFailed if on_step fails."""
-        if self.on_step is not None and moment.step % self.every == 0:
-            self._call(self.on_step, moment)
-            check(moment)
+    def step(self, moment: Moment, check: Function = unchecked) -> str:
+        """Calls on_step if it is due, and then check(moment); returns the text of on_step, or "".
+
+        Raises EnvironmentFailed if on_step fails.
+        """
+        if self.on_step is None or moment.step % self.every:
+            return ""
+        said = self._call(self.on_step, moment)
+        check(moment)
+        return said if isinstance(said, str) else ""
 
     def stage(self, moment: Moment, check: Function = unchecked) -> None:
         """Calls on_stage, and then check(moment). Raises EnvironmentFailed if on_stage fails."""
@@ -57,9 +63,9 @@ class Plugin(NamedTuple):
             self._call(self.on_stage, moment)
             check(moment)
 
-    def _call(self, function: Callable[[Moment], None], moment: Moment) -> None:
+    def _call(self, function: Function, moment: Moment) -> Any:
         try:
-            function(moment)
+            return function(moment)
         except RunEnded:
             raise
         except Exception as error:

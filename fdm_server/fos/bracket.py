@@ -65,6 +65,32 @@ class Bracket:
                 return 0.5 * (a + b)
         return None
 
+    def next_factors(self, first, count):
+        """Up to `count` factors to try at the same time, [] when the search is complete. first: initial (low, high).
+
+        They divide the bracket into equal parts: two trials at the same time reduce it to a third.
+        """
+        if ends := [factor for factor in first if factor not in self.tried]:
+            return ends[:count]
+        step = max(first[1] / first[0], 1.1)
+        if self.low is None:
+            return [min(self.tried) / step**k for k in range(1, count + 1)]
+        if self.high is None:
+            return [max(self.tried) * step**k for k in range(1, count + 1)]
+        low, high, between = self.low, self.high, self.undecided
+        parts = [(low, between[0]), (between[-1], high)] if between else [(low, high)]
+        wide = [(a, b) for a, b in parts if b - a > self.resolution * 0.5 * (a + b)]
+        if not wide:
+            return []
+        each = max(1, count // len(wide))
+        return [a + (b - a) * k / (each + 1) for a, b in wide[:count] for k in range(1, each + 1)]
+
+    def refuse_endless(self, factors, first):
+        """Raises NoBracket if `factors`, the next to try, are too many or too far from the initial (low, high) `first`."""
+        if len(self.tried) + len(factors) > MOST or any(not first[0] / WIDEST <= f <= first[1] * WIDEST for f in factors):
+            kind = "rests" if self.low is None else "fails"
+            raise NoBracket(f"no factor between {min(self.tried):.4g} and {max(self.tried):.4g} {kind} within the given steps")
+
 
 def search(oracle, first, resolution):
     """The Bracket at the end of a search. oracle(factor) gives a verdict; first: initial (low, high).
@@ -73,10 +99,6 @@ def search(oracle, first, resolution):
     """
     bracket = Bracket(resolution)
     while (factor := bracket.next_factor(first)) is not None:
-        if len(bracket.tried) >= MOST or not first[0] / WIDEST <= factor <= first[1] * WIDEST:
-            kind = "rests" if bracket.low is None else "fails"
-            raise NoBracket(
-                f"no factor between {min(bracket.tried):.4g} and {max(bracket.tried):.4g} {kind} within the given steps"
-            )
+        bracket.refuse_endless([factor], first)
         bracket.tried[factor] = oracle(factor)
     return bracket

@@ -127,7 +127,8 @@ class ContinuumSide:
             return newest
         try:
             rims = {rim.talk.rank: rim.xy for rim in self.rims}
-            return welcome_all(self.hub, self.scene, rims, Choice(list(self.moments), needs, self.run_number))
+            surfaces = {rim.talk.rank: rim.surface for rim in self.rims if rim.surface is not None}
+            return welcome_all(self.hub, self.scene, rims, Choice(list(self.moments), needs, self.run_number), surfaces)
         except PeerLost:
             if not self._all_saved:
                 raise
@@ -220,7 +221,7 @@ class ContinuumSide:
         if int(order.flags) & messages.RECORD and (stage.rims or not stage.ended):
             self.frame(stage.stage.name, order.gravity_factor)
         if self.plugin is not None:
-            self.plugin.step(self._moment(stage), soundness.check)
+            stage.end_for(self.plugin.step(self._moment(stage), soundness.check))
         if int(order.flags) & messages.CHECKPOINT and not stage.ended:
             self._save_inside(stage)
 

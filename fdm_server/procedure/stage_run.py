@@ -243,6 +243,10 @@ class StageRun(Kept):
         if warning:
             log.warning("step %d of stage %s: %s", self.side.steps, self.stage.name, warning)
 
+    def end_for(self, reason):
+        """Makes the next step the last one of the stage, for a reason; "": it goes on."""
+        self.ended_by = self.ended_by or reason
+
     def check_rest(self):
         """Warns if the stage should have come to rest and its steps or time were used up before."""
         if self._ending is not None and self._ending.at_limit:

@@ -51,6 +51,21 @@ def test_functions_are_called_on_both_sides_and_looking_changes_nothing(tmp_path
     assert ends == {0: [("equilibrium", 400), *both], 1: both}
 
 
+def test_a_text_for_the_grid_ends_the_stage_with_the_next_step(tmp_path, configs):
+    """The text is the reason in run.json; a text of the discs ends nothing, and the next stage begins as after any other end."""
+    scene = colluvium.Scene.read(configs / "quick_slope.toml", SHORT)
+
+    def on_step(moment):
+        wanted = {"equilibrium": (0, 50), "couple": (0, 150), "overload": (1, 160)}.get(moment.stage)
+        return f"enough at {moment.step}" if wanted and moment.rank == wanted[0] and moment.step >= wanted[1] else None
+
+    colluvium.run(scene, tmp_path / "out", on_step=(50, on_step)).close()
+    rows = {row["name"]: row for row in json.loads((tmp_path / "out" / "run.json").read_text())["stages"]}
+    assert (rows["equilibrium"]["ended_by"], rows["equilibrium"]["steps"]) == ("enough at 50", 51)
+    assert (rows["couple"]["ended_by"], rows["couple"]["steps"]) == ("enough at 150", 100)
+    assert rows["overload"]["ended_by"] == "150 steps"
+
+
 def test_a_file_changes_the_same_bits_in_one_process_and_two(tmp_path, configs, short_run):
     path = tmp_path / "push.py"
     path.write_text(PUSH)

@@ -41,7 +41,7 @@ def test_griffiths_lane(configs, tmp_path):
 
 def test_the_slope_of_the_paper(configs, tmp_path):
     """2.49 on its own grid (8 m, 45 degrees, psi = 0, tension .1 kPa); the window and its discs have no part in it."""
-    arguments = ("--no-pictures", "--set", "fos.bracket=[2.3,2.7]", "--json", tmp_path / "found.json")
+    arguments = ("--grid", "--no-pictures", "--set", "fos.bracket=[2.3,2.7]", "--json", tmp_path / "found.json")
     found, printed = fos(configs / "paper_slope.toml", tmp_path / "out", *arguments)
     assert found == json.loads((tmp_path / "found.json").read_text())
     assert printed == ""
@@ -52,7 +52,7 @@ def test_the_slope_of_the_paper(configs, tmp_path):
 
 def test_the_paper_slope_under_growing_gravity(configs, tmp_path):
     """By gravity, grown gradually, it bears 8.0 g: a number of another kind, and called so."""
-    arguments = ("--no-pictures", "--by", "gravity", "--set", "fos.bracket=[7.5,9.0]", "--set", "fos.resolution=0.02")
+    arguments = ("--grid", "--no-pictures", "--by", "gravity", "--set", "fos.bracket=[7.5,9.0]", "--set", "fos.resolution=0.02")
     found, printed = fos(configs / "paper_slope.toml", tmp_path / "out", *arguments)
     assert found["meshes"][0]["value"] == pytest.approx(8.0, abs=0.15)
     assert found["quantity"] == "gravity factor at collapse"

@@ -30,6 +30,11 @@ def test_one_function_is_enough_and_none_is_no_plugin():
         plugin.from_functions(on_step=(0, print))
 
 
+def test_a_text_of_on_step_is_passed_on_and_nothing_else():
+    found = plugin.from_functions(on_step=(2, lambda m: {2: "enough", 4: 7}.get(m.step)))
+    assert [found.step(moment(step)) for step in range(1, 7)] == ["", "enough", "", "", "", ""]
+
+
 def test_a_function_that_fails_is_named_with_its_place():
     found = plugin.from_functions(on_step=(1, lambda m: 1 / 0))
     with pytest.raises(EnvironmentFailed, match=r"\(functions, rank 0, step 7, stage 'overload'\): ZeroDivisionError"):

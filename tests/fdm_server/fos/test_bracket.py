@@ -2,7 +2,7 @@
 
 import pytest
 
-from fdm_server.fos.bracket import NoBracket, search
+from fdm_server.fos.bracket import WIDEST, Bracket, NoBracket, search
 from fdm_server.fos.verdict import FAILS, RESTS, UNDECIDED
 
 
@@ -60,3 +60,39 @@ def test_resting_above_a_failure_is_named():
 def test_ground_that_never_fails_or_never_rests(verdict, words):
     with pytest.raises(NoBracket, match=f"no factor between .* {words}"):
         search(lambda f: verdict, (1.0, 1.5), 0.01)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.parametrize("limit", [0.31, 0.97, 1.2345, 2.49])
+def test_trials_at_the_same_time_find_the_same_factor(limit, count):
+    """Rounds of `count` factors; the bracket shrinks by count + 1 in each."""
+    oracle, asked = slope(limit)
+    bracket, rounds = Bracket(0.004), []
+    while factors := bracket.next_factors((1.0, 1.5), count):
+        bracket.refuse_endless(factors, (1.0, 1.5))
+        rounds.append(factors)
+        bracket.tried |= {factor: oracle(factor) for factor in factors}
+    assert bracket.low < limit <= bracket.high
+    assert bracket.high - bracket.low <= 0.004 * bracket.middle
+    assert max(map(len, rounds)) <= count
+    assert len(asked) == len(set(asked))
+    if count == 1:
+        assert bracket == search(slope(limit)[0], (1.0, 1.5), 0.004)
+
+
+def test_rounds_narrow_the_bracket_from_both_sides_of_trials_without_a_verdict():
+    oracle, _ = slope(1.25, undecided=(1.2, 1.3))
+    bracket = Bracket(0.02)
+    while factors := bracket.next_factors((1.0, 1.5), 2):
+        bracket.tried |= {factor: oracle(factor) for factor in factors}
+    assert bracket.low <= 1.2 < 1.3 <= bracket.high
+    assert bracket.high - bracket.low < 0.15
+
+
+def test_rounds_end_where_nothing_rests():
+    bracket = Bracket(0.02)
+    while min(factors := bracket.next_factors((1.0, 1.5), 2)) >= 1.0 / WIDEST:
+        bracket.refuse_endless(factors, (1.0, 1.5))
+        bracket.tried |= dict.fromkeys(factors, FAILS)
+    with pytest.raises(NoBracket, match=r"no factor between .* rests"):
+        bracket.refuse_endless(factors, (1.0, 1.5))
