@@ -1,4 +1,4 @@
-"""Command line of `colluvium`: example, run, resume, check, fos, lab, accuracy, report, export, status, doctor, keys."""
+"""Command line of `colluvium`: its commands, and those that compute one run or look at it."""
 
 import argparse
 import json
@@ -58,6 +58,7 @@ def parser() -> argparse.ArgumentParser:
 
     from colluvium.accuracy import command as accuracy
     from colluvium.calibration import command as calibration
+    from colluvium.ensemble import command as ensemble
     from colluvium.lab import command as lab
     from colluvium.safety import command as safety
 
@@ -65,6 +66,7 @@ def parser() -> argparse.ArgumentParser:
     lab.add_command(commands)
     accuracy.add_command(commands)
     calibration.add_command(commands)
+    ensemble.add_command(commands)
 
     report = commands.add_parser("report", help="draw the pictures of a run")
     report.add_argument("run_dir", metavar="RUN_DIR")

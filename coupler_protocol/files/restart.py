@@ -28,6 +28,7 @@ MOST_TOLD = 8  # differences of two scenes that are named
 log = logging.getLogger(__name__)
 FUNCTIONS = "functions"  # name of a plugin that was made from functions, not a file
 FREE = ("title", "units", "record", "measure", "link", "fos")  # keys of a scene by which no State differs
+OF_DISCS = ("seed", "discs", "stones")  # keys by which no State differs before discs fill the windows, in [[window]] too
 END, INSIDE = "end of step", "inside of the stage"  # phases of a State from which steps can go on; others are for inspection
 
 
@@ -215,7 +216,7 @@ def check(scene, origin):
 def check_scene(scene, earlier, index, path):
     """Raises SceneError where `scene` differs from the resolved `earlier` in more than FREE and stages after `index`."""
     both = (without_paths(resolved) for resolved in (scene.resolved(), earlier))
-    mine, theirs = (_bound(resolved, index) for resolved in both)
+    mine, theirs = (_bound(resolved, index, filled(scene, index)) for resolved in both)
     found = list(differences(mine, theirs, ("this scene", str(path))))
     if found:
         if index == len(scene.stage) - 1:
@@ -223,16 +224,27 @@ def check_scene(scene, earlier, index, path):
             remedy = "choose another --out or use --force"
         else:
             name = scene.name_of_stage(index)
-            may = f"only stages after {name!r}, record and link may differ from the scene that was computed"
+            also = "" if filled(scene, index) else " discs, stones, seed,"
+            may = f"only{also} stages after {name!r}, record and link may differ from the scene that was computed"
             remedy = "compute the scene from its start instead"
         problems = [Problem("scene", None, text.partition(":")[0], f"{may}: {text}", remedy) for text in found[:MOST_TOLD]]
         raise SceneError(problems)
 
 
-def _bound(resolved, index):
-    """What a run that goes on after the stage with number `index` must have in common with the one before."""
+def _bound(resolved, index, discs=True):
+    """What a run that goes on after the stage with number `index` must have in common with the one before.
+
+    discs: whether they exist after the stage.
+    """
     stages = [{key: value for key, value in stage.items() if key != "record"} for stage in resolved["stage"][: index + 1]]
-    return {key: value for key, value in resolved.items() if key not in FREE} | {"stage": stages}
+    bound = {key: value for key, value in resolved.items() if key not in FREE} | {"stage": stages}
+    if not discs:
+        bound = _without(OF_DISCS, bound) | {"window": [_without(OF_DISCS, window) for window in resolved.get("window", ())]}
+    return bound
+
+
+def _without(keys, table):
+    return {key: value for key, value in table.items() if key not in keys}
 
 
 def part_file(folder, name):
@@ -268,9 +280,11 @@ def kept(scene, saved, path, run):
     return about | {"kept_stages": [stage.name for stage in scene.stage[: saved.index + 1]]}
 
 
-def identity(scene):
-    """Hash of all of a scene by which States differ."""
-    bound = _bound(without_paths(scene.resolved()), len(scene.stage) - 1)
+def identity(scene, index=None):
+    """Hash of all of a scene by which States differ, at the end of the stage with this number (None: of the run)."""
+    bound = _bound(
+        without_paths(scene.resolved()), *((len(scene.stage) - 1,) if index is None else (index, filled(scene, index)))
+    )
     return hashlib.blake2b(json.dumps(bound, sort_keys=True).encode(), digest_size=16).hexdigest()
 
 

@@ -39,6 +39,13 @@ def read_scene(path: str | Path, overrides: Sequence[str] = (), needs_files: boo
     needs_files: whether files that the scene names must be on this machine; those that are there are checked in any case.
     Raises SceneError with all problems: file, line, key, reason, remedy. Raises OSError if the file exists but cannot be read.
     """
+    data, lines = read_data(path)
+    override(data, overrides, lines)
+    return build_scene(data, str(path), lines, Path(path).parent, needs_files)
+
+
+def read_data(path: str | Path) -> tuple[dict[str, Any], dict[KeyPath, int]]:
+    """Plain data of the file of a scene, not checked, and the lines of its keys; raises as `read_scene` does."""
     path = Path(path)
     try:
         content = path.read_bytes()
@@ -49,9 +56,7 @@ def read_scene(path: str | Path, overrides: Sequence[str] = (), needs_files: boo
         raise SceneError([Problem(str(path), None, "", "there is no such file", remedy)]) from None
     except UnicodeDecodeError as error:
         raise SceneError([_not_utf_8(path, content, error)]) from None
-    data, lines = _parsed(path, text)
-    override(data, overrides, lines)
-    return build_scene(data, str(path), lines, path.parent, needs_files)
+    return _parsed(path, text)
 
 
 def _not_utf_8(path: Path, content: bytes, error: UnicodeDecodeError) -> Problem:
