@@ -174,13 +174,21 @@ def _write_json(content: Any, target: str | Path) -> None:
 
 def run_command(options: argparse.Namespace) -> int:
     """Computes a scene, from its start, from the end of a stage of an earlier run, or on where this run was; returns the code."""
+    from colluvium.running import stand_bys
+
+    command_line.set_threads(options.threads)
+    options.scene = command_line.scene_file(options.scene)
+    with stand_bys.StandBys([] if options.in_process else stand_bys.expected(options.scene)) as ahead:
+        return _run(options, ahead)
+
+
+def _run(options: argparse.Namespace, ahead: Any) -> int:
+    """`run_command` with servers that stand by."""
     from colluvium import api
     from colluvium.running import processes
     from coupler_protocol.files import locks, restart
     from coupler_protocol.scene.reader import read_scene
 
-    command_line.set_threads(options.threads)
-    options.scene = command_line.scene_file(options.scene)
     scene = read_scene(options.scene, options.set)
     wanted = Path(options.out or Path("runs") / Path(options.scene).stem)
     if options.origin:
@@ -200,7 +208,7 @@ def run_command(options: argparse.Namespace) -> int:
         _open(options, scene, out)
         if Path(options.scene).suffix != ".json":
             (out / "scene.toml").write_bytes(Path(options.scene).read_bytes())
-        return _compute(options, scene, options.scene, out, [f"--set={pair}" for pair in options.set])
+        return _compute(options, scene, options.scene, out, [f"--set={pair}" for pair in options.set], ahead)
 
 
 def _say_where(options: argparse.Namespace, where: str) -> None:
@@ -233,7 +241,9 @@ def resume_command(options: argparse.Namespace) -> int:
         return _compute(options, scene, out / "scene.json", out, [])
 
 
-def _compute(options: argparse.Namespace, scene: Any, path: str | Path, out: Path, passed: Sequence[str]) -> int:
+def _compute(
+    options: argparse.Namespace, scene: Any, path: str | Path, out: Path, passed: Sequence[str], ahead: Any = None
+) -> int:
     """Computes in one process or several; `passed`: options for the servers besides those of all commands."""
     from colluvium.running import processes
     from colluvium.running.idle_imports import IdleImports
@@ -254,7 +264,7 @@ def _compute(options: argparse.Namespace, scene: Any, path: str | Path, out: Pat
             }
             passed = [*passed, *(f"--{name}={value}" for name, value in more.items() if value is not None)]
             with IdleImports(OF_BAND if scene.grid else OF_TABLES, show) as seen:
-                code = processes.run_files(path, out, processes.windows_of(scene), passed, seen)
+                code = processes.run_files(path, out, processes.windows_of(scene), passed, seen, ahead=ahead)
     if code == exits.DONE and scene.grid:
         _add_band(scene, out)
         if options.exact:

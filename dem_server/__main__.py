@@ -6,6 +6,8 @@ from contextlib import closing
 from coupler_protocol import exits
 from coupler_protocol.process import command_line, server
 
+MODULES = ("coupler_protocol.scene.reader", "coupler_protocol.wire.admission", "dem_server.procedure.window_side")
+
 
 def parser():
     """Options of the command line."""
@@ -21,7 +23,7 @@ def parser():
 
 def main(argv=None):
     """Entry point; returns the exit code."""
-    return server.main("dem-server", parser(), serve, argv)
+    return server.main("dem-server", parser(), serve, argv, modules=MODULES)
 
 
 def serve(scene, options, stop):

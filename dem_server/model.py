@@ -28,7 +28,8 @@ class Model:
 
     ring: number R of control discs; material (n,) number of each disc's material; density (n,) [kg/m3];
     smallest_radius [m]: sets skin and velocity cap; real_time: None in static mode, in real time the fraction
-    of the stable time step that is taken.
+    of the stable time step that is taken. surface (S, 2) [m]: of a window that reaches the ground surface, the points of the
+    surface between its last and first control disc when it was filled; None for a closed ring.
     """
 
     law: Law
@@ -37,6 +38,7 @@ class Model:
     density: np.ndarray
     smallest_radius: float
     real_time: float | None = None
+    surface: np.ndarray | None = None
 
     @cached_property
     def parameters(self):
@@ -171,18 +173,24 @@ class State(histories.OfPairs):
     capped = property(lambda self: int(self.counters[CAPS]), doc="velocities capped so far")
 
 
-def build_model(ring_xy, ring_radius, packing, discs, ring=None, insitu=True):
+def outline(model, state):
+    """Corners (P, 2) of the window [m]: its control discs, and the points of the ground surface where it reaches that."""
+    ring = state.x[: model.ring].copy()
+    return ring if model.surface is None else np.concatenate([ring, model.surface])
+
+
+def build_model(ring_xy, ring_radius, packing, discs, ring=None, insitu=True, surface=None):
     """Model and State of a packing inside its ring.
 
     ring_xy (R, 2), ring_radius (R,): control discs [m]; packing: free discs, `.xy` (n-R, 2), `.radius`
     (n-R,); discs: the scene's table; ring: its `ring` table or None (ring contacts take the properties of
-    the touching disc); insitu: whether contacts get a reference gap, which virtual strain needs.
+    the touching disc); insitu: whether contacts get a reference gap, which virtual strain needs; surface: as in Model.
     """
     R, free = len(ring_xy), len(packing.xy)
     material = np.repeat(np.array([RING, SOIL], dtype=np.int32), (R, free))
     density = np.full(R + free, discs.soil.density)
     radius = np.concatenate([ring_radius, packing.radius])
-    model = Model(law_from(discs, ring), R, material, density, float(radius.min()))
+    model = Model(law_from(discs, ring), R, material, density, float(radius.min()), surface=surface)
     return model, new_state(model, np.concatenate([ring_xy, packing.xy]), radius, reference_gap=insitu)
 
 
@@ -193,7 +201,7 @@ def new_state(model, xy, radius, reference_gap=True):
     disc[:, X : Y + 1] = xy
     disc[:, RADIUS] = radius
     weight = model.density * np.pi * np.asarray(radius) ** 2
-    weight[: model.ring] *= inner_share(disc[: model.ring, X : Y + 1])
+    weight[: model.ring] *= inner_share(disc[: model.ring, X : Y + 1], model.surface)
     return State(
         disc=disc,
         load=np.zeros((n, 4)),

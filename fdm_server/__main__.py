@@ -5,6 +5,7 @@ from contextlib import closing, contextmanager
 
 from coupler_protocol.process import command_line, server
 
+MODULES = ("coupler_protocol.scene.reader", "coupler_protocol.wire.admission", "fdm_server.procedure.grid_side")
 ENDPOINT = "endpoint"  # file with the address at which the run listens
 OPENS = (
     "--insecure: everybody who reaches {} can claim a free rank, steer this run and end it, and who can read the network reads "
@@ -25,7 +26,7 @@ def parser():
 
 def main(argv=None):
     """Entry point; returns the exit code."""
-    return server.main("fdm-server", parser(), serve, argv, needs_files=False)
+    return server.main("fdm-server", parser(), serve, argv, needs_files=False, modules=MODULES)
 
 
 def serve(scene, options, stop):

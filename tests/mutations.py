@@ -191,6 +191,7 @@ def handshakes(folder):
     )  # fmt: skip
     hello = {"package": handshake.version("colluvium"), "float": "<f8", "scene": exchange.SCENE}
     welcome = exchange.WELCOME_CONTENT | {"dt": 1.0, "exchange_every": 1, "lane": {"port": 5, "token": bytes(32)}}
+    surface = {"surface": frames.pack_array(np.array([[3.0, 2.0], [2.0, 2.5]]))}
 
     def case(rng):
         own = OURS if rng.random() < 0.5 else []
@@ -212,11 +213,12 @@ def handshakes(folder):
             assert all(frames.kind_of(said) == messages.REJECT for said in transport.sent)
 
     def told(rng, own):
-        right = welcome | ({"resume": own[1]._asdict()} if own else {})
+        right = welcome | ({"resume": own[1]._asdict()} if own else surface)
         transport = Said([changed_control(messages.WELCOME, exchange.SESSION, right, rng)])
         talk = Conversation(transport, 1, 0, Clocks(link), StopRequest())
         with contextlib.suppress(PeerLost):
-            rim, begin, _ = handshake.join(talk, scene, own)
+            rim, begin, _, free = handshake.join(talk, scene, own)
+            assert free is None or (free.shape[1] == 2 and np.isfinite(free).all())
             assert rim.shape[1] == 2
             assert len(rim) >= 3
             assert np.isfinite(rim).all()

@@ -136,7 +136,7 @@ class Side:
                 continue
             kind, session, rank, flags, sequence, payload = opened(frame)
             assert rank == self.rank
-            assert self.session in (0, session) or (session == 0 and kind in ("REJECT", "FAILURE"))
+            assert self.session in (0, session) or (session == 0 and kind in ("HELLO", "REJECT", "FAILURE"))
             if kind == "PROGRESS":
                 self.progress.append(msgpack.unpackb(payload)["doing"])
             elif kind in ("FAILURE", "REJECT") and kind not in kinds:
@@ -148,7 +148,7 @@ class Side:
                     continue
                 self.sequence += self.asks
                 return kind, numbers(payload) if kind in ("FORCE", "VELOCITY") else msgpack.unpackb(payload)
-            elif sequence == self.sequence - 1 and flags & AGAIN:
+            elif sequence == self.sequence - 1 and (flags & AGAIN or kind == "HELLO"):
                 self.repeated += 1
                 self._repeat(0)
             else:
@@ -256,6 +256,7 @@ class Discs(Side):
         self.send("HELLO", self.hello)
         _, welcome = self.receive("WELCOME")
         self.session, self.rim = welcome["session"], pairs(numbers(welcome["rim"]))
+        self.surface = pairs(numbers(welcome["surface"])) if "surface" in welcome else None
         assert 0 < welcome["run"] < 1 << 48
         K = len(self.rim)
         self.fitting, self.heard_by_lane = {("FORCE", 8 * (FORCE_SCALARS + 3 * K))}, 8 * (VELOCITY_SCALARS + 2 * K)
@@ -268,7 +269,7 @@ class Discs(Side):
     def tractions(self, zones):
         """Forces of the removed zones on the ground, at the nodes: stress of the nearest zone on each segment of the rim."""
         force = [[0.0, 0.0] for _ in self.rim]
-        for i, (x0, y0) in enumerate(self.rim):
+        for i, (x0, y0) in enumerate(self.rim if self.surface is None else self.rim[:-1]):
             j = (i + 1) % len(self.rim)
             x1, y1 = self.rim[j]
             _, _, _, xx, yy, xy, _ = min(zones, key=lambda z: (z[0] - 0.5 * (x0 + x1)) ** 2 + (z[1] - 0.5 * (y0 + y1)) ** 2)
@@ -320,7 +321,8 @@ class Discs(Side):
 
     def bins(self, length):
         """Middles of the bins for strain, row by row from below, left to right."""
-        (x0, x1), (y0, y1) = ((min(axis), max(axis)) for axis in zip(*self.rim, strict=True))
+        outline = self.rim + (self.surface or [])
+        (x0, x1), (y0, y1) = ((min(axis), max(axis)) for axis in zip(*outline, strict=True))
         columns, rows = max(1, round((x1 - x0) / length)), max(1, round((y1 - y0) / length))
         return [
             (x0 + (column + 0.5) * (x1 - x0) / columns, y0 + (row + 0.5) * (y1 - y0) / rows)

@@ -91,16 +91,27 @@ def write(answer: dict[str, Any], out: Path) -> None:
     (out / TABLES).write_text(answer["toml"], encoding="utf-8")
 
 
-def write_scene(source: Path, overrides: Sequence[str], tables: dict[str, dict[str, Any]], target: Path) -> None:
-    """Writes a copy of the scene at `source` with these tables of discs; comments and order of its keys stay."""
-    from coupler_protocol.scene.reader import override, read_scene
-
+def toml_writer() -> Any:
+    """The library that keeps the comments of a TOML file; raises EnvironmentFailed if it is not installed."""
     try:
         import tomlkit
     except ModuleNotFoundError:
         raise exits.EnvironmentFailed("tomlkit is missing: pip install 'colluvium[calibrate]'") from None
+    return tomlkit
+
+
+def write_scene(source: Path, overrides: Sequence[str], tables: dict[str, dict[str, Any]], target: Path) -> None:
+    """Writes a copy of the scene at `source` with these tables of discs; comments and order of its keys stay.
+
+    Relative paths of files change with the folder of the copy.
+    """
+    from coupler_protocol.scene.named_files import move_paths
+    from coupler_protocol.scene.reader import override, read_scene
+
+    tomlkit = toml_writer()
     document = tomlkit.parse(source.read_text(encoding="utf-8-sig"))
     override(document, overrides)
+    move_paths(document, source.parent, target.parent)
     for material, effects in tables.items():
         for effect, keys in effects.items():
             place = document["discs"][material]

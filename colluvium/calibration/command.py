@@ -65,8 +65,15 @@ def command(options: argparse.Namespace) -> int:
 
 
 def _of_the_copy(options: argparse.Namespace) -> list[tuple[str, str, str]]:
-    """The problem of --write, if there is one."""
-    if options.write and Path(options.write).exists() and Path(options.write).samefile(options.scene):
+    """The problem of --write, if there is one, before anything is computed; raises EnvironmentFailed without its library."""
+    from colluvium.calibration.answer import toml_writer
+
+    if not options.write:
+        return []
+    toml_writer()
+    if Path(options.scene).suffix.lower() == ".json":
+        return [("--write", "comments and order are kept of a scene in TOML, this is JSON", "give the TOML file of the scene")]
+    if Path(options.write).exists() and Path(options.write).samefile(options.scene):
         return [("--write", "this is the scene itself", "give another file")]
     return []
 

@@ -43,7 +43,9 @@ class Cost(NamedTuple):
 
 
 class SampleTests:
-    """Laboratory of a scene; `failed`: tests that ended with an error."""
+    """Laboratory of a scene; `failed`: tests that ended with an error; `factor`: of the rate of all tests."""
+
+    factor = 1.0
 
     def __init__(
         self, scene: Any, sample: str, targets: Targets, out: Path, at_once: int, report: Callable[[str], None]
@@ -81,7 +83,7 @@ class SampleTests:
         """The test of one sample at one stress."""
         scene = scene_with(self.scene, values)
         lab = scene.lab.model_copy(update=self._lengths(scene, pressure, short))
-        test = lab_trials.trial("biaxial", scene.model_copy(update={"lab": lab}), self.sample, pressure, seed)
+        test = lab_trials.trial("biaxial", scene.model_copy(update={"lab": lab}), self.sample, pressure, seed, self.factor)
         record = test.tables["record"] | {"every": max(1, test.loading.steps)}  # curves need no frames
         return test._replace(tables=test.tables | {"record": record})
 

@@ -96,16 +96,18 @@ def sizes(scene: Any) -> dict[str, Any]:
     if scene.grid is None:
         return {"windows": [], "stones": _plain(scene.stones)}
     from fdm_server.mesh.grid import build_grid
-    from fdm_server.mesh.window_zones import rim_of, window_zones
+    from fdm_server.mesh.window_zones import window_rim, window_zones
 
     scene = local(scene)
     grid = build_grid(scene)
     windows, stiffness = [], {found.name: found for found in window_stiffness.of_windows(scene, grid)}
     for window, own in of_windows(scene):
-        rim = grid.xy[rim_of(grid, window_zones(grid, window))]
-        (width, height), area = np.ptp(rim, axis=0).tolist(), polygon_area(rim)
+        rim = window_rim(grid, window_zones(grid, window))
+        outline, is_open = grid.xy[rim.outline], rim.surface is not None
+        (width, height), area = np.ptp(outline, axis=0).tolist(), polygon_area(outline)
         discs = (1 - own.discs.porosity) * area / (0.7853981633974483 * grading_of(own.discs).moment(2))
-        sizes = {"width": width, "height": height, "area": area, "segments": len(rim), "discs": round(discs)}
+        sizes = {"width": width, "height": height, "area": area, "segments": len(rim.nodes) - is_open, "discs": round(discs)}
+        sizes |= {"open": True} if is_open else {}
         if window.name in stiffness:
             _, young, zones = stiffness[window.name]
             sizes |= {"young": young, "young_zones": zones}
@@ -253,6 +255,7 @@ def print_description(found: dict[str, Any], console: Any) -> None:
     for w in found["windows"]:
         console.print(
             f"window {w['name']}: {w['width']:.3f} x {w['height']:.3f} m, {w['area']:.4g} m2, {w['segments']} segments, "
+            + ("open at the ground surface, " if w.get("open") else "")
             + _filling(w),
             markup=False,
         )

@@ -120,9 +120,9 @@ def _beside(there: Band, scene: Any, grid: Any, number: int) -> dict:
 
 def outline(grid: Any, window: Any) -> shapely.Polygon:
     """The rim of a window in a fdm_server.mesh.grid.Grid [m]."""
-    from fdm_server.mesh.window_zones import rim_of, window_zones
+    from fdm_server.mesh.window_zones import window_rim, window_zones
 
-    return shapely.Polygon(grid.xy[rim_of(grid, window_zones(grid, window))])
+    return shapely.Polygon(grid.xy[window_rim(grid, window_zones(grid, window)).outline])
 
 
 def _cell(scene: Any) -> np.ndarray:

@@ -53,7 +53,7 @@ def open_model(scene: Any, note: Callable[..., None] | None = None) -> tuple[Any
     from dem_server.packing.coupled_window import drawn_stones, packed_window
     from fdm_server.ground.removed_zones import cut_window
     from fdm_server.mesh.grid import build_grid
-    from fdm_server.mesh.window_zones import rim_of, window_zones
+    from fdm_server.mesh.window_zones import window_rim, window_zones
     from fdm_server.model import build_model, new_state
 
     first = number_of(scene.stage, couples=True) or 0
@@ -63,10 +63,11 @@ def open_model(scene: Any, note: Callable[..., None] | None = None) -> tuple[Any
     state, windows = new_state(model), []
     for rank, window in enumerate(scene.window, start=1):
         mask = window_zones(grid, window)
-        nodes = rim_of(grid, mask)
+        nodes, surface = window_rim(grid, mask)
         own = in_stage(of_window(scene, rank), first)
-        stones = drawn_stones(own, rank, grid.xy[nodes], note)
-        discs, packed, rim, _ = packed_window(own, rank, grid.xy[nodes], stones, note)
+        xy, top = grid.xy[nodes], None if surface is None else grid.xy[surface]
+        stones = drawn_stones(own, rank, xy if top is None else np.concatenate([xy, top]), note)
+        discs, packed, rim, _ = packed_window(own, rank, xy, stones, note, top)
         body = own.stones and own.stones.body
         discs, _ = take_over(discs, packed, None, 0.0, stones, body, matching=False, stressed=False)
         model, state, _ = cut_window(model, state, mask)
@@ -103,7 +104,7 @@ def saved_model(scene: Any, index: int, paths: Sequence[Path]) -> tuple[Any, Any
     from dem_server.procedure.restart import WindowState
     from fdm_server.effects import with_damping
     from fdm_server.mesh.grid import build_grid
-    from fdm_server.mesh.window_zones import rim_of, window_zones
+    from fdm_server.mesh.window_zones import window_rim, window_zones
     from fdm_server.procedure.restart import GridState, model_at
 
     scene = local(scene)
@@ -114,8 +115,9 @@ def saved_model(scene: Any, index: int, paths: Sequence[Path]) -> tuple[Any, Any
     damping = scene.damping if stage.damping is None else stage.damping
     model = replace(model, law=with_damping(model.law, damping))
     for (window, own), fields in zip(of_windows(scene), discs, strict=True):
-        nodes, found = rim_of(grid, window_zones(grid, window)), checkpoint.rebuild(WindowState, fields)
-        rim = Rim(build_ring(grid.xy[nodes], own.discs.radius), scene.coupling.mapping, found.rim)
+        (nodes, surface), found = window_rim(grid, window_zones(grid, window)), checkpoint.rebuild(WindowState, fields)
+        top = None if surface is None else grid.xy[surface]
+        rim = Rim(build_ring(grid.xy[nodes], own.discs.radius, top), scene.coupling.mapping, found.rim)
         windows.append(Window(nodes, found.model, found.discs, rim))
     return model, saved.grid, windows
 

@@ -37,7 +37,7 @@ def of_windows(scene: Any, grid: Any) -> Iterator[Stiffness]:
     """Yields the stiffness of each window whose discs have springs; `scene` in local coordinates."""
     from fdm_server.effects.elastic import young_modulus
     from fdm_server.mesh.grid import areas
-    from fdm_server.mesh.window_zones import rim_of, window_zones
+    from fdm_server.mesh.window_zones import window_rim, window_zones
 
     if scene.discs is None:
         return
@@ -48,7 +48,7 @@ def of_windows(scene: Any, grid: Any) -> Iterator[Stiffness]:
             continue
         mask = window_zones(grid, window)
         zones = float(np.average(young[grid.material[mask]], weights=size[mask]))
-        yield Stiffness(window.name, solid(own.discs, content(own, grid.xy[rim_of(grid, mask)])).young, zones)
+        yield Stiffness(window.name, solid(own.discs, content(own, grid.xy[window_rim(grid, mask).outline])).young, zones)
 
 
 def solid(discs: Any, stones: float) -> Solid:

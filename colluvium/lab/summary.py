@@ -22,7 +22,7 @@ def summary(kind: str, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         found["samples"][sample] = {"means": _by_pressure(own)} | _strengths(kind, own)
     slower = [row for row in rows if row["factor"] != 1.0]
     if slower:
-        found["rates"] = _rates(full, slower)
+        found["rates"] = rates(full, slower)
     return found
 
 
@@ -46,7 +46,7 @@ def _strengths(kind: str, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {when: strength_of(kind, rows, when) for when in ("peak", "residual")}
 
 
-def _rates(full: Sequence[dict[str, Any]], slower: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def rates(full: Sequence[dict[str, Any]], slower: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """For every answer and sample: mean difference of the same trials at two rates, and the scatter over seeds."""
     found = []
     for sample in dict.fromkeys(row["sample"] for row in slower):
@@ -101,16 +101,23 @@ def as_lines(found: dict[str, Any]) -> list[str]:
             parts = [f"{name} {value_in_words(name, entry[name])}" for name in UNITS if name in entry]
             place = f" at {entry['pressure'] / 1e3:g} kPa" if entry["pressure"] else ""
             lines.append(f"{sample}{place}: {', '.join(parts)}")
-    for row in found.get("rates", ()):
-        if row["answer"] in UNITS and row["within"] is False:
+    if found.get("rates"):
+        lines += rates_in_words(found["rates"])
+    return lines
+
+
+def rates_in_words(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """What half the rate changes, as lines of text; rows: those of `rates`."""
+    own = [row for row in rows if row["answer"] in UNITS]
+    lines = []
+    for row in own:
+        if row["within"] is False:
             what = f"{row['answer']} changes by {row['change']:.3g}, scatter over seeds {row['scatter']:.3g}"
             lines.append(f"{row['sample']}: half the rate changes more than the scatter: {what}: lower lab.rate")
-    if found.get("rates") and all(row["within"] is not False for row in found["rates"] if row["answer"] in UNITS):
-        known = any(row["within"] for row in found["rates"])
-        lines.append(
-            "half the rate changes no answer by more than twice its scatter" if known else "half the rate: one seed, no scatter"
-        )
-    return lines
+    if lines:
+        return lines
+    known = any(row["within"] for row in rows)
+    return ["half the rate changes no answer by more than twice its scatter" if known else "half the rate: one seed, no scatter"]
 
 
 def strength_in_words(found: dict[str, Any]) -> str:

@@ -8,6 +8,7 @@ bins; else it passes around them.
 Strains count from the end of the stage `equilibrium`.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -38,8 +39,25 @@ class Level(NamedTuple):
 
 def levels(run: Run) -> list[Level]:
     """Level of every frame of the stages in which gravity grows until the slope fails."""
+    return list(_in_order(run))
+
+
+def levels_to_failure(run: Run, threshold: float = FAILED) -> list[Level]:
+    """`levels` up to the first that counts as failed; later frames are not read."""
+    found = []
+    for one in _in_order(run):
+        found.append(one)
+        if failure([one], threshold):
+            break
+    return found
+
+
+def _in_order(run: Run) -> Iterator[Level]:
+    """Yields `levels`."""
     stages, surface = run.stages_where(overloads=True), ground(run)
-    return [level(run, i, surface) for i, frame in enumerate(run.frames) if frame.stage in stages and run.has(i, 0)]
+    for number, frame in enumerate(run.frames):
+        if frame.stage in stages and run.has(number, 0):
+            yield level(run, number, surface)
 
 
 def failure(found: list[Level], threshold: float = FAILED) -> Level | None:
@@ -49,7 +67,7 @@ def failure(found: list[Level], threshold: float = FAILED) -> Level | None:
 
 def summary(run: Run, threshold: float = FAILED) -> dict | None:
     """Result of the rule for run.json and the closing table; None without frames of an overload."""
-    found = levels(run)
+    found = levels_to_failure(run, threshold)
     if not found:
         return None
     failed = failure(found, threshold)

@@ -177,6 +177,10 @@ class Run:
         corners, start = file.constant("stone_corners"), file.constant("stone_start")
         return [] if corners is None or start is None else np.split(corners, start[1:-1])
 
+    def window_surface(self, rank: int = 1) -> np.ndarray | None:
+        """(S, 2) [m] ground surface between the last and the first control disc of a window that reaches it; None for others."""
+        return self._file(rank, "discrete").constant("window_surface")
+
     def stones_table(self, rank: int = 1) -> dict[str, Any]:
         """The table of the scene for the stones of a window: its own, or that of all windows; {} for none."""
         return self._window(rank).get("stones") or self.scene.get("stones") or {}

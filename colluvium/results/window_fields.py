@@ -40,7 +40,8 @@ def outline_around(run: Run, discs: Fields, rank: int = 1) -> np.ndarray:
     """The same for the discs of a frame."""
     start = starting_places(discs)
     if "control" in discs and (discs.control == 1).sum() > 2:
-        return start[discs.control == 1]
+        ring, surface = start[discs.control == 1], run.window_surface(rank)
+        return ring if surface is None else np.concatenate([ring, surface])
     windows = run.scene.get("window") or []
     if rank <= len(windows) and windows[rank - 1].get("polygon"):
         corners = np.array(windows[rank - 1]["polygon"])

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
+from colluvium.running.stand_bys import StandBys, start
 from coupler_protocol import exits
 from coupler_protocol.files import status_file
 from coupler_protocol.files.run_json import name_the_cause, write
@@ -36,17 +37,13 @@ def own_files(out: str | Path) -> list[str]:
 class Process:
     """A server as a child of this process. Its standard input is the tether: when it closes, the server stops."""
 
-    def __init__(self, name: str, arguments: Sequence[str | Path], rows: queue.Queue[dict[str, Any]]) -> None:
+    def __init__(
+        self, name: str, arguments: Sequence[str | Path], rows: queue.Queue[dict[str, Any]], ahead: StandBys | None = None
+    ) -> None:
         self.name = name
         self.errors: list[str] = []
-        self.popen = subprocess.Popen(
-            [sys.executable, "-P", "-m", *arguments, "--tether", "--progress", "json"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,  # Ctrl-C reaches only the launcher, which stops both sides
-        )
+        module, words = str(arguments[0]), [*map(str, arguments[1:]), "--tether", "--progress", "json"]
+        self.popen = (ahead and ahead.order(module, words)) or start(module, words)
         self._threads = [
             threading.Thread(target=self._read_rows, args=(self.popen.stdout, rows), daemon=True),
             threading.Thread(target=self._read_errors, args=(self.popen.stderr,), daemon=True),
@@ -58,6 +55,8 @@ class Process:
         for line in out:
             with contextlib.suppress(json.JSONDecodeError):
                 rows.put(json.loads(line))
+        self.popen.wait()  # it has closed its output, so it is about to end
+        rows.put({})  # nothing to show: whoever waits for rows looks at the exit code at once
 
     def _read_errors(self, errors: IO[str]) -> None:
         for line in errors:
@@ -93,19 +92,20 @@ def run_files(
     options: Sequence[str] = (),
     picture: Picture | None = None,
     asked: Asked | None = None,
+    ahead: StandBys | None = None,
 ) -> int:
     """Runs the scene at `scene_path` in processes; `options`: for every server. Returns the exit code.
 
-    n_windows: of the grid, each a discrete process; None: discs alone.
+    n_windows: of the grid, each a discrete process; None: discs alone. ahead: servers that stand by.
     picture(row) is called with each report of progress; asked: for a call in a thread, which gets no Ctrl-C. Messages of failed
     processes are printed to standard error.
     """
     rows: queue.Queue[dict[str, Any]] = queue.Queue()
     shared = [str(scene_path), f"--out={out}", *options]
     if n_windows is None:
-        processes = [Process("dem-server", ["dem_server", *shared], rows)]
+        processes = [Process("dem-server", ["dem_server", *shared], rows, ahead)]
     else:
-        processes = _both_sides(n_windows, shared, out, rows)
+        processes = _both_sides(n_windows, shared, out, rows, ahead)
     interrupted = _watch(processes, rows, picture, asked)
     code = _conclude(processes, interrupted)
     _complete_run_json(Path(out), code, processes)
@@ -113,14 +113,14 @@ def run_files(
 
 
 def _both_sides(
-    n_windows: int, shared: Sequence[str | Path], out: str | Path, rows: queue.Queue[dict[str, Any]]
+    n_windows: int, shared: Sequence[str | Path], out: str | Path, rows: queue.Queue[dict[str, Any]], ahead: StandBys | None
 ) -> list[Process]:
     """Starts one process for the grid and one for every window."""
-    processes = [Process("fdm-server", ["fdm_server", *shared, "--bind=local"], rows)]
+    processes = [Process("fdm-server", ["fdm_server", *shared, "--bind=local"], rows, ahead)]
     endpoint = str(Path(out) / "endpoint")
     for rank in range(1, n_windows + 1):
         arguments = ["dem_server", *shared, f"--connect={endpoint}", "--rank", str(rank)]
-        processes.append(Process(f"dem-server {rank}", arguments, rows))
+        processes.append(Process(f"dem-server {rank}", arguments, rows, ahead))
     return processes
 
 
@@ -145,9 +145,10 @@ def _watch(
         while any(p.code() is None for p in processes):
             with contextlib.suppress(queue.Empty):
                 row = rows.get(timeout=0.1)
-                if picture:
+                if row and picture:
                     picture(row)
-                continue
+                if row:
+                    continue
             if any(p.code() for p in processes):
                 return False
             if asked and asked():

@@ -9,6 +9,8 @@ Chunks are compressed here and handed to HDF5 as they are to lie in the file. Th
 every reader of the format has, but ISA-L needs an eighth of the time of the zlib within HDF5, and the steps need these cores.
 """
 
+from functools import lru_cache
+
 import h5py
 import numpy as np
 from isal import isal_zlib
@@ -31,17 +33,29 @@ class Rows:
 
     def __init__(self, group: h5py.Group, path: str, about: Quantity | None = None) -> None:
         self._group, self._path, self._about = group, path, about
-        self._data: h5py.Dataset | None = None
+        self._data: h5py.h5d.DatasetID | None = None
         self._end = 0
 
     def append(self, rows: np.ndarray, start: int | None = None) -> int:
         """Stores rows after the others, or at row `start`; returns the row where they start."""
         if self._data is None:
-            self._data = _create(self._group, self._path, rows, ROWS_CHUNK, self._about)
+            self._data = _create(self._group, self._path, rows, ROWS_CHUNK, self._about).id
+            self._place = self._data.get_space()
+            self._most = (h5py.h5s.UNLIMITED, *rows.shape[1:])
         start = self._end if start is None else start
-        _write(self._data, start, rows)
         self._end = start + len(rows)
+        self._write(start, rows)
         return start
+
+    def _write(self, start: int, rows: np.ndarray) -> None:
+        """Writes data[start:] = rows by low-level calls of HDF5: a frame has fifty of these, and slicing is slow."""
+        assert self._data is not None
+        length = (self._end, *rows.shape[1:])
+        self._data.set_extent(length)
+        if len(rows):
+            self._place.set_extent_simple(length, self._most)
+            self._place.select_hyperslab((start,) + (0,) * (rows.ndim - 1), rows.shape)
+            self._data.write(_space_of(rows.shape), self._place, rows)
 
 
 class Blocks:
@@ -106,10 +120,7 @@ def _create(
     return data
 
 
-def _write(data: h5py.Dataset, start: int, rows: np.ndarray) -> None:
-    """Writes data[start:] = rows by low-level calls of HDF5: a frame has fifty of these, and slicing is slow."""
-    data.id.set_extent((start + len(rows), *rows.shape[1:]))
-    if len(rows):
-        place = data.id.get_space()
-        place.select_hyperslab((start,) + (0,) * (rows.ndim - 1), rows.shape)
-        data.id.write(h5py.h5s.create_simple(rows.shape), place, rows)
+@lru_cache(maxsize=64)
+def _space_of(shape: tuple[int, ...]) -> h5py.h5s.SpaceID:
+    """Dataspace of arrays of this shape in memory; most rows have one of a few shapes."""
+    return h5py.h5s.create_simple(shape)

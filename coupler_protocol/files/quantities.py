@@ -75,6 +75,7 @@ CRACKS = {
 CONSTANTS = {
     "stone_corners": Quantity("m", "corners of the stones as they were placed, one stone behind the other", _PLANE),
     "stone_start": Quantity("-", "row of each stone's first corner, and one past the last corner"),
+    "window_surface": Quantity("m", "ground surface of the window from its last to its first control disc, at its start", _PLANE),
 }
 
 _REGION = "a region; its name stands after a colon"

@@ -178,8 +178,8 @@ class Recorder:
                 self._failure = failure
 
     def _store(self, frame: Frame | None, histories: dict[str, tuple[list[int], list[float]]], cracks: list[Arrays]) -> None:
-        for columns in cracks:
-            self._file.append_cracks(columns)
+        if cracks:  # of many looks, in one call a column
+            self._file.append_cracks({name: np.concatenate([columns[name] for columns in cracks]) for name in CRACKS})
         for name, (steps, values) in histories.items():
             self._file.append_history(name, steps, values)
         if frame is None:

@@ -13,6 +13,7 @@ itself would leave after a kill (vtkhdf.py says why frames survive that). A powe
 """
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 from coupler_protocol.files.room import not_written, to_disk
@@ -132,11 +133,11 @@ class WholeWrites:
         return grown, replaced
 
     def _replace(self, replaced: dict[tuple[int, int], bytes]) -> None:
-        """Overwrites bytes, or leave them as they were."""
+        """Overwrites bytes, or leaves them as they were."""
         earlier = []
         try:
-            for (begin, length), piece in replaced.items():
-                earlier.append((begin, os.pread(self._file.fileno(), length, begin)))
+            for begin, piece in _joined(replaced):
+                earlier.append((begin, os.pread(self._file.fileno(), len(piece), begin)))
                 self._put(begin, piece)
         except OSError:
             for begin, piece in reversed(earlier):
@@ -149,3 +150,18 @@ class WholeWrites:
         while view:
             done = os.pwrite(self._file.fileno(), view, begin)
             begin, view = begin + done, view[done:]
+
+
+def _joined(replaced: dict[tuple[int, int], bytes]) -> Iterator[tuple[int, bytes]]:
+    """Yields the pieces (place, bytes) in their order, those that follow each other in the file too as one."""
+    run, parts, end = 0, list[bytes](), -1
+    for (begin, length), piece in replaced.items():
+        if begin != end and parts:
+            yield run, b"".join(parts)
+            parts = []
+        if not parts:
+            run = begin
+        parts.append(piece)
+        end = begin + length
+    if parts:
+        yield run, b"".join(parts)

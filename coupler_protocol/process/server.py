@@ -2,6 +2,7 @@
 
 import argparse
 import logging
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -11,7 +12,7 @@ from typing import Any, NamedTuple
 from coupler_protocol import exits
 from coupler_protocol.files import locks, run_json, saved_moments, status_file
 from coupler_protocol.files.restart import Origin
-from coupler_protocol.process import command_line, status
+from coupler_protocol.process import command_line, stand_by, status
 from coupler_protocol.process.interrupt import StopRequest, stop_on_signals, stop_with_parent
 from coupler_protocol.process.plugin import Plugin
 from coupler_protocol.process.progress import Progress
@@ -41,15 +42,23 @@ def main(
     serve: Callable[[Any, argparse.Namespace, StopRequest], object],
     argv: Sequence[str] | None = None,
     needs_files: bool = True,
+    modules: Sequence[str] = (),
 ) -> int:
     """Entry point of the server `name`: runs serve(scene, options, stop) on the scene of its options; returns the exit code.
 
-    needs_files: whether it uses files that a scene names.
+    needs_files: whether it uses files that a scene names; modules: those that it loads while it stands by (stand_by.py).
     """
-    options = parser.parse_args(argv)
-    command_line.set_threads(options.threads)
     stop = StopRequest()
     stop_on_signals(stop)
+    words = sys.argv[1:] if argv is None else argv
+    if list(words) == [stand_by.OPTION]:
+        stand_by.prepare(modules)
+        given = stand_by.arguments()
+        if given is None:
+            return exits.DONE
+        words = given
+    options = parser.parse_args(words)
+    command_line.set_threads(options.threads)
     if options.tether:
         stop_with_parent(stop)
 

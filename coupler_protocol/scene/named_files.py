@@ -68,6 +68,16 @@ def located(data: Any, folder: str | Path) -> tuple[Any, list[tuple[Place, str, 
     return data, problems
 
 
+def move_paths(data: Any, source: str | Path, target: str | Path) -> None:
+    """Changes the relative paths of a scene in the folder `source`, in place, to those of the same files from `target` on."""
+    table = data.get("calibrate")
+    curves = table.get("curve", ()) if isinstance(table, dict) else ()
+    for holder, key in [*((holder, key) for _, holder, key in _tables(data)), *((curve, "file") for curve in curves)]:
+        name = holder.get(key)
+        if name and not Path(name).is_absolute():
+            holder[key] = Path(os.path.relpath(Path(source, name), target)).as_posix()
+
+
 def hash_of(path: str | Path) -> str:
     """BLAKE2b hash of the contents of a file, DIGITS hexadecimal digits."""
     with open(path, "rb") as file:

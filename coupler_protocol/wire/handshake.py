@@ -83,16 +83,27 @@ def _wants_lane(hello: Mapping[str, Any], scene: Any, transport: Any) -> bool:
     return takes_lanes(scene, transport) and "lane" in hello and (bool(scene.link.lane) or hello["lane"] == transport.port)
 
 
-def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], choice: Choice | None = None) -> Moment | None:
+def welcome_all(
+    hub: Hub,
+    scene: Any,
+    rims: Mapping[int, np.ndarray],
+    choice: Choice | None = None,
+    surfaces: Mapping[int, np.ndarray] | None = None,
+) -> Moment | None:
     """Waits for HELLO of every rank, then sends WELCOME with the nodes of its window's rim; returns the moment to continue from.
 
-    rims: {rank: (K,2) positions [m], counter-clockwise}; choice: of moments, by default none. A HELLO that does not fit is
-    answered with REJECT and the reason. Raises PeerLost if a rank is missing for longer than the clock for arrivals.
+    rims: {rank: (K,2) positions [m], counter-clockwise}; choice: of moments, by default none; surfaces: {rank: (S,2) points [m]
+    of the ground surface between the last and the first node} of windows that reach it. A HELLO that does not fit is answered
+    with REJECT and the reason. Raises PeerLost if a rank is missing for longer than the clock for arrivals.
     """
     choice = choice or Choice()
     choice = choice._replace(run=choice.run or run_number.new())
     session = secrets.randbits(63) | 1
     heard: dict[int, dict[str, Any]] = {}
+
+    def surface_of(rank: int) -> dict[str, Any]:
+        return {"surface": frames.pack_array(surfaces[rank])} if surfaces and rank in surfaces else {}
+
     lanes = Lanes(session, [Peer(rank, rank, len(xy)) for rank, xy in rims.items()], messages.FORCE, messages.VELOCITY)
     arrivals = Arrivals(hub)
     while missing := hub.conversations.keys() - heard.keys():
@@ -110,14 +121,15 @@ def welcome_all(hub: Hub, scene: Any, rims: Mapping[int, np.ndarray], choice: Ch
         arrivals.note(rank)
         heard[rank] = frames.content_of(frame)
         if not choice.own:  # else the moment depends on all ranks
-            _welcome(hub, scene, rank, heard[rank], rims[rank], lanes, {"session": session, "run": choice.run})
+            agreed = {"session": session, "run": choice.run} | surface_of(rank)
+            _welcome(hub, scene, rank, heard[rank], rims[rank], lanes, agreed)
     hub.arrival = None
     begin = newest_common(choice.own, [moments_of(hello) for hello in heard.values()], choice.needs)
     if begin is None and choice.own:
         raise PeerLost("the discrete processes have no common checkpoint: use --force on all sides")
     for rank, hello in heard.items() if choice.own else ():
         agreed = {"session": session, "run": choice.run} | ({"resume": begin._asdict()} if begin is not None else {})
-        _welcome(hub, scene, rank, hello, rims[rank], lanes, agreed)
+        _welcome(hub, scene, rank, hello, rims[rank], lanes, agreed | surface_of(rank))
     if lanes.any:
         hub.transport.lanes = lanes
     return begin
@@ -179,11 +191,15 @@ def refuse_large(hello: Mapping[str, Any]) -> None:
 
 
 class Joined(NamedTuple):
-    """Content of WELCOME: positions (K,2) [m] of the rim's nodes, moment to continue from, number of the run."""
+    """Content of WELCOME: positions (K,2) [m] of the rim's nodes, moment to continue from, number of the run.
+
+    surface (S,2) [m]: of a window that reaches the ground surface, its points between the last and the first node.
+    """
 
     rim: np.ndarray
     moment: Moment | None
     run: int
+    surface: np.ndarray | None = None
 
 
 def join(conversation: Conversation, scene: Any, own: Iterable[Moment] = (), meanwhile: Iterator[object] | None = None) -> Joined:
@@ -217,4 +233,5 @@ def join(conversation: Conversation, scene: Any, own: Iterable[Moment] = (), mea
         conversation.transport.lanes.open(conversation.peer, connection)
     begin = content.get("resume")
     moment = None if begin is None else Moment(begin["session"], begin["stage"], begin["step"])
-    return Joined(np.ascontiguousarray(rim), moment, content["run"])
+    surface = frames.unpack_array(content["surface"], columns=2) if "surface" in content else None
+    return Joined(np.ascontiguousarray(rim), moment, content["run"], None if surface is None else np.ascontiguousarray(surface))

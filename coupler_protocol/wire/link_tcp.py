@@ -460,7 +460,7 @@ def endpoint_from(text: str, seconds: float, check: Callable[[], object] = lambd
         except FileNotFoundError:
             pass
         check()
-        time.sleep(0.05)
+        time.sleep(0.01)
     raise EnvironmentFailed(
         f"no endpoint in {text} after {seconds:g} s (link.arrival): start fdm-server with this --out, or give its address"
     )

@@ -57,7 +57,7 @@ MOMENT = {"session": int, "stage": int, "step": int}  # of coupler_protocol.scen
 # Optional content, with its types.
 OPTIONAL: dict[int, dict[str, Any]] = {
     HELLO: {"lane": int, "checkpoints": [MOMENT]},
-    WELCOME: {"lane": {"port": int, "token": bytes}, "resume": MOMENT},
+    WELCOME: {"lane": {"port": int, "token": bytes}, "resume": MOMENT, "surface": bytes},
     GO: {"bin": float},
 }
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.wire.messages import Answer
-from dem_server.coupling.ring_guard import some_outside, watch_ring
+from dem_server.coupling.ring_guard import OPEN, some_outside, watch_ring
 from dem_server.model import CAPS, SHEAR_BREAKS, TENSION_BREAKS
 from dem_server.observe.energy import kinetic_kernel, stored_kernel, weight_height_kernel
 from dem_server.observe.unbalanced_ratio import ratio
@@ -26,7 +26,7 @@ class Sight(NamedTuple):
     """The guard of the ring, and what histories have seen.
 
     every: steps between points of histories; fresh (1,): whether the list of pairs is new, so that discs may have left the ring.
-    spring, parallel_bond: of the law. ring (6,): see `watch_ring`; power (1,): of the ring in the last step with histories [W];
+    spring, parallel_bond: of the law. ring (7,): see `watch_ring`; power (1,): of the ring in the last step with histories [W];
     steps (n,), answers (n,8): steps of the run at which was looked, and what was seen; rows (1,): how many. breaks (k,9): rows of
     breaks of bonds (dem_server/step/breaks.py), broken_at (k,): steps of their looks; None without bonds; broken (2,): how many
     rows, and how many bonds had broken at the last look.
@@ -93,7 +93,7 @@ def look(done, disc, load, weight, listed, past, clumps, ring, gravity, counters
     noticed = watch_ring(disc, ring, sight.ring)
     if sight.fresh[0]:
         sight.fresh[0] = False
-        noticed |= some_outside(disc, ring)
+        noticed |= some_outside(disc, ring, sight.ring[OPEN] != 0.0)
     return noticed or not np.isfinite(answer[RATIO])
 
 

@@ -117,7 +117,10 @@ class Rim:
         """Shares N (R, 3) of these nodes in the translation of the discs."""
         share, _ = node_shares(self.ring)
         between = np.column_stack([share, np.zeros(self.discs)])
-        return np.where(self.ring.node[:, None] >= 0, [0.0, 1.0, 0.0], between)
+        second = self.ring.node == (self.ring.seg0 + 1) % len(
+            self.nodes
+        )  # the first node of an open rim has no segment before it
+        return np.where(second[:, None], [0.0, 1.0, 0.0], between)
 
 
 @jit

@@ -6,6 +6,9 @@ Control discs move with the grid. If the grid stretches the rim, gaps open betwe
 
 and a disc of radius r can be squeezed out through a gap of 2 r. A gap above one smallest radius causes a warning. A disc whose
 centre is outside the polygon of the ring's centres by more than its radius is lost: no zone of the grid takes it.
+
+A window that reaches the ground surface has an open ring. There is no gap between its last and its first disc, and its polygon
+goes on upwards from both: a disc above the window is not lost, one that has crossed the ground surface beside the window is.
 """
 
 from typing import NamedTuple
@@ -19,7 +22,10 @@ from coupler_protocol.geometry import NOWHERE, spot
 from coupler_protocol.scene.local_origin import in_the_scene
 from dem_server.model import RADIUS, X, Y
 
-SMALLEST, WIDTH, PLACE_X, PLACE_Y, NOW, WARNED = range(6)  # of the ring that `watch_ring` watches
+SMALLEST, WIDTH, PLACE_X, PLACE_Y, NOW, WARNED, OPEN = range(7)  # of the ring that `watch_ring` watches
+
+
+SKY = 100.0  # times the size of an open ring: height above it to which its discs may fly
 
 
 class Opening(NamedTuple):
@@ -39,14 +45,15 @@ class RingGuard(Kept):
 
     def __init__(self, model, state, origin=NOWHERE):
         self.origin = origin
-        self.ring = np.zeros(6)
+        self.ring = np.zeros(7)
+        self.ring[OPEN] = model.surface is not None
         self.ring[SMALLEST] = state.radius[model.ring :].min()
         self._builds = -1
         self.begin()
 
     def begin(self):
         """Begins a stage."""
-        self.ring[WIDTH:] = 0.0
+        self.ring[WIDTH:OPEN] = 0.0
 
     @property
     def warned(self):
@@ -106,6 +113,11 @@ class RingGuard(Kept):
         disc = int(lost[0])
         where, radius = spot(state.x[disc], self.origin), state.radius[disc]
         near = int(np.hypot(*(state.x[: model.ring] - state.x[disc]).T).argmin())
+        if self.ring[OPEN] and state.x[disc, Y] > state.x[near, Y] and near in (0, model.ring - 1):
+            return (
+                f"disc {disc} (radius {radius:.4g} m) has crossed the ground surface beside the window, at {where}: nothing "
+                "carries it there. Use a wider window, or end the stage before"
+            )
         beside = max(gaps[near - 1], gaps[near])
         return (
             f"{len(lost)} disc{'s have' if len(lost) > 1 else ' has'} left the ring: disc {disc} (radius {radius:.4g} m) is at "
@@ -126,14 +138,14 @@ class RingGuard(Kept):
 
 def ring_gaps(model, state):
     """Gap (R,) [m] from each control disc to the next, Eq (1); negative if they overlap."""
-    return gaps_between(state.disc, model.ring)
+    return gaps_between(state.disc, model.ring, model.surface is not None)
 
 
 @jit
-def gaps_between(disc, ring):
-    """Kernel of `ring_gaps`."""
-    gaps = np.empty(ring)
-    for p in range(ring):
+def gaps_between(disc, ring, is_open):
+    """Kernel of `ring_gaps`; the last disc of an open ring has no gap after it."""
+    gaps = np.full(ring, -np.inf)
+    for p in range(ring - 1 if is_open else ring):
         q = p + 1 if p + 1 < ring else 0
         distance = np.sqrt((disc[q, X] - disc[p, X]) ** 2 + (disc[q, Y] - disc[p, Y]) ** 2)
         gaps[p] = distance - disc[p, RADIUS] - disc[q, RADIUS]
@@ -141,19 +153,35 @@ def gaps_between(disc, ring):
 
 
 @jit
-def some_outside(disc, ring):
+def some_outside(disc, ring, is_open):
     """Whether the centre of a free disc is outside the polygon of the first `ring` discs."""
-    return outside(disc[:ring, X : Y + 1].copy(), disc, ring).any()
+    return outside(around(disc, ring, is_open), disc, ring).any()
+
+
+@jit
+def around(disc, ring, is_open):
+    """Polygon (P, 2) outside of which discs are lost: the ring, and above an open one all up to SKY times its size."""
+    found = np.empty((ring + 2 if is_open else ring, 2))
+    found[:ring] = disc[:ring, X : Y + 1]
+    if is_open:
+        size, top = 0.0, -np.inf
+        for p in range(ring):
+            size = max(size, abs(disc[p, X] - disc[0, X]), abs(disc[p, Y] - disc[0, Y]))
+            top = max(top, disc[p, Y])
+        found[ring, 0], found[ring + 1, 0] = disc[ring - 1, X], disc[0, X]
+        found[ring:, 1] = top + SKY * size
+    return found
 
 
 @jit
 def watch_ring(disc, ring, found):
     """Measures the widest of the gaps (1) of the first `ring` discs; returns whether a warning is due.
 
-    found (6,): smallest radius of a free disc, width and place of the widest gap so far, widest gap now [m], whether was warned.
+    found (7,): smallest radius of a free disc, width and place of the widest gap so far, widest gap now [m], whether was warned,
+    whether the ring is open.
     """
     found[NOW] = -np.inf
-    for p in range(ring):
+    for p in range(ring - 1 if found[OPEN] else ring):
         q = p + 1 if p + 1 < ring else 0
         distance = np.sqrt((disc[q, X] - disc[p, X]) ** 2 + (disc[q, Y] - disc[p, Y]) ** 2)
         gap = distance - disc[p, RADIUS] - disc[q, RADIUS]
@@ -172,7 +200,7 @@ def opening(model, state, gaps, disc):
 
 def lost_discs(model, state):
     """Numbers of the free discs whose centre is outside the ring by more than their radius, the farthest first."""
-    ring = state.x[: model.ring].copy()
+    ring = around(state.disc, model.ring, model.surface is not None)
     out = model.ring + np.flatnonzero(outside(ring, state.disc, model.ring))
     if not len(out):
         return out

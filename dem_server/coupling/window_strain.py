@@ -13,18 +13,26 @@ def bins_over_box(nodes, length):
 
 
 class WindowStrain:
-    """Strain of a window in `bins` bins of about `length` [m]. ring: number of control discs, the first of the state."""
+    """Strain of a window in `bins` bins of about `length` [m].
 
-    def __init__(self, length, state, ring):
-        self.length, self.ring = length, ring
-        columns, rows = strain_bins.shape_over(self._start(state)[:ring], length)
+    ring: number of control discs, the first of the state; surface (S, 2) [m]: as in Model.
+    """
+
+    def __init__(self, length, state, ring, surface=None):
+        self.length, self.ring, self.surface = length, ring, surface
+        columns, rows = strain_bins.shape_over(self._outline(self._start(state)), length)
         self.bins = columns * rows
 
     def measure(self, state):
         """Centre [m] and shear strain (B, 3) of each bin, with the same bits as a report computes from the frame of this step."""
         start = self._start(state)
-        bins = strain_bins.bins_over(start[: self.ring], self.length)
+        bins = strain_bins.bins_over(self._outline(start), self.length)
         return strain_bins.as_rows(start, state.displacement, bins)
+
+    def _outline(self, start):
+        """Corners (P, 2) [m] of the window at the start."""
+        ring = start[: self.ring]
+        return ring if self.surface is None else np.concatenate([ring, self.surface])
 
     @staticmethod
     def _start(state):

@@ -18,6 +18,7 @@ import numpy as np
 
 from coupler_protocol.geometry import polygon_area
 from dem_server.effects import SOIL
+from dem_server.model import outline
 from dem_server.pairs import contacts
 
 ROLLING = 0.85  # sine of the packing's friction angle over sine of the contacts', Eq (2)
@@ -47,7 +48,7 @@ def tensile_strength(model, state):
         return 0.0
     pairs = contacts(state)
     strength = model.law.bond.tension[pairs.kind]
-    return strength @ np.hypot(*pairs.branch.T) / (2.0 * polygon_area(state.x[: model.ring]))
+    return strength @ np.hypot(*pairs.branch.T) / (2.0 * polygon_area(outline(model, state)))
 
 
 def inside_cone(stress, sine, tension=0.0):

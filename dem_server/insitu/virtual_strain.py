@@ -40,13 +40,13 @@ from dem_server.insitu.hat_bins import bins_over
 from dem_server.insitu.packing_strength import friction_sine, inside_cone, mixture_sine, tensile_strength
 from dem_server.insitu.stone_stress import circle_stress_with_stones
 from dem_server.insitu.zone_stress import imbalance, stress_field
-from dem_server.model import SHEAR_BREAKS, SPIN, TENSION_BREAKS, VX
+from dem_server.model import SHEAR_BREAKS, SPIN, TENSION_BREAKS, VX, outline
 from dem_server.observe.coordination import coordination, porosity
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.pairs import contacts
 from dem_server.step.bonds_made import add_bonds
 from dem_server.step.contact_pass import contact_forces
-from dem_server.step.motion import move_free
+from dem_server.step.cycle import advance
 
 ROUNDS = 12
 STEPS = 300  # of relaxation a round
@@ -119,7 +119,7 @@ def bring_to_stress(model, state, target, gravity, report=None):
     if not target[:, FIELD.yy].any():
         reason = "the zones of the window carry no stress that their discs could be brought to"
         raise unfit("stage", reason, "insitu = false in the stage of kind fill, or gravity in a stage before it")
-    polygon = state.x[: model.ring].copy()
+    polygon = outline(model, state)
     size = BIN * float(state.radius[model.ring :].mean())
     grid, aim = bins_over(polygon, size), aim_of(model, state, target)
     field, sine, tension = stress_field(target), friction_sine(model), tensile_strength(model, state)
@@ -198,7 +198,7 @@ def final_aim(aim, further_rounds):
 
 def aim_of(model, state, target):
     """Aim of a window that replaces the zones `target` (z, 7); `state`: its packing before `bring_to_stress`."""
-    polygon = state.x[: model.ring].copy()
+    polygon = outline(model, state)
     size = BIN * float(state.radius[model.ring :].mean())
     centres, radius = measuring_circles(polygon, max(CIRCLE, size))
     wanted = stress_field(target)(centres)
@@ -218,9 +218,7 @@ def come_to_rest(model, state, gravity, report=None):
 
 def relax(model, state, gravity, steps):
     """Takes `steps` steps with the ring held."""
-    for _ in range(steps):
-        move_free(model, state, gravity)
-        contact_forces(model, state)
+    advance(model, state, gravity, steps)
 
 
 def strain_contacts(model, state, grid, goal, sheared=1.0):
@@ -235,7 +233,7 @@ def strain_contacts(model, state, grid, goal, sheared=1.0):
     missing = RELAXATION * (goal - hats.T @ contact_moments(pairs)) / area[:, None]
     d = np.hypot(*pairs.branch.T)
     kn, ks = model.law.spring.normal[pairs.kind], model.law.spring.shear[pairs.kind]
-    total = polygon_area(state.x[: model.ring])
+    total = polygon_area(outline(model, state))
     bulk, twice_shear = kn @ d**2 / (2.0 * total), (kn + ks) @ d**2 / (4.0 * total * sheared)
     trace, half = missing[:, 0] + missing[:, 1], 0.5 * (missing[:, 0] - missing[:, 1])
     mean, deviator = 0.5 * trace / bulk, half / twice_shear

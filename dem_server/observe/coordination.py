@@ -4,6 +4,7 @@ import numpy as np
 
 from coupler_protocol.geometry import polygon_area
 from coupler_protocol.interface.ring import inner_share
+from dem_server.model import outline
 from dem_server.pairs import contacts
 
 
@@ -19,7 +20,6 @@ def coordination(model, state, inside=None):
 
 def porosity(model, state):
     """Porosity of the window [-]: free discs and inner shares of the control discs over the enclosed area, from 1."""
-    ring = state.x[: model.ring]
     solid = np.pi * state.radius**2
-    solid[: model.ring] *= inner_share(ring)
-    return 1.0 - float(solid.sum()) / polygon_area(ring)
+    solid[: model.ring] *= inner_share(state.x[: model.ring], model.surface)
+    return 1.0 - float(solid.sum()) / polygon_area(outline(model, state))

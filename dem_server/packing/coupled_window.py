@@ -19,15 +19,20 @@ def drawn_stones(scene, rank, nodes, note=None):
     return stones_of(nodes, scene.stones, np.random.default_rng([scene.seed, rank, *b"stones"]), note, scene.origin)
 
 
-def packed_window(scene, rank, nodes, mesostructure=None, note=None):
-    """Model, State, Rim and packing of the window of `rank` with its rim at `nodes` (K, 2) [m]; discs are assigned to stones."""
+def packed_window(scene, rank, nodes, mesostructure=None, note=None, surface=None):
+    """Model, State, Rim and packing of the window of `rank` with its rim at `nodes` (K, 2) [m]; discs are assigned to stones.
+
+    surface (S, 2) [m]: of a window that reaches the ground surface, as of coupler_protocol.interface.ring.Ring. A wall of control
+    discs confines the packing there; the window is left without it.
+    """
     discs = discs_used(scene)
-    ring = build_ring(nodes, discs.radius)
+    ring = build_ring(nodes, discs.radius, surface)
+    closed = ring if surface is None else build_ring(ring.outline, discs.radius)
     if discs.file is not None:
-        found = packing_from_file.of_window(scene, ring)
+        found = packing_from_file.of_window(scene, closed)
     else:
-        found = packing.pack(nodes, ring.xy, ring.radius, discs, np.random.default_rng([scene.seed, rank]), note)
-    model, state = build_model(ring.xy, ring.radius, found, discs, scene.ring)
+        found = packing.pack(ring.outline, closed.xy, closed.radius, discs, np.random.default_rng([scene.seed, rank]), note)
+    model, state = build_model(ring.xy, ring.radius, found, discs, scene.ring, surface=ring.surface)
     contact_forces(model, state)
     if mesostructure is not None:
         bodies.assign_discs(model, state, mesostructure.outlines, discs.stone.density)

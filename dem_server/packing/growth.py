@@ -26,7 +26,7 @@ from coupler_protocol.problems import unfit
 from dem_server.model import RADIUS
 from dem_server.pairs import contacts
 from dem_server.step.contact_pass import contact_forces
-from dem_server.step.motion import move_free
+from dem_server.step.cycle import advance
 from dem_server.step.neighbours import rebuild
 
 STEPS = 200  # between two growths
@@ -45,11 +45,10 @@ DEEPEST = 0.1  # largest mean overlap over mean radius
 
 def run(model, state, steps, report=None):
     """Takes `steps` steps without gravity; report(share): called every TOLD steps with the share of the steps that is done."""
-    for step in range(steps):
-        if report and step % TOLD == 0:
-            report(step / steps)
-        move_free(model, state, 0.0)
-        contact_forces(model, state)
+    for done in range(0, steps, TOLD):
+        if report:
+            report(done / steps)
+        advance(model, state, 0.0, min(TOLD, steps - done))
 
 
 def pressure(pairs, area):

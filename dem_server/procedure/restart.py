@@ -45,12 +45,12 @@ def save(side, stage, phase, factor):
     return path
 
 
-def restore(side, saved, nodes):
-    """Restores a side from a checkpoint (coupler_protocol.files.restart.Saved); nodes (K,2): the rim as drawn [m].
+def restore(side, saved, nodes, surface=None):
+    """Restores a side from a checkpoint (coupler_protocol.files.restart.Saved); nodes (K,2), surface (S,2): the rim as drawn [m].
 
     Raises EnvironmentFailed if no step can be taken with what was saved.
     """
-    ring = build_ring(nodes, side.scene.discs.radius)
+    ring = build_ring(nodes, side.scene.discs.radius, surface)
     with proof.of_file(saved.path):
         found = checkpoint.rebuild(WindowState, saved.fields)
         prove(found.model, found.discs)

@@ -20,6 +20,7 @@ from coupler_protocol.process.plugin import Moment
 from coupler_protocol.process.trace import stopwatch
 from coupler_protocol.scene import run_number
 from coupler_protocol.scene.changes import in_stage, record_in
+from coupler_protocol.scene.local_origin import in_the_scene
 from coupler_protocol.scene.of_window import of_window
 from coupler_protocol.scene.schedule import plan
 from coupler_protocol.scene.stage_kinds import number_of
@@ -78,6 +79,7 @@ class DiscreteSide(Kept):
         self.report, self.openings, self.limits, self.changes = {}, [], [], []
         self.record_of_stage = scene.record  # its intervals
         self.recorded = stage_changes.recorded_fields(scene)  # of all stages
+        self.surface = None  # (S, 2) [m] of WELCOME, for a window that reaches the ground surface
         self.model = self.guard = self.state = self.rim = self.stones = None
         self.moments = of_side(scene, self.out, restart.name(rank), origin)
         self.moment = None  # from which both sides continue
@@ -90,16 +92,18 @@ class DiscreteSide(Kept):
 
     def run(self):
         """Runs from HELLO to FAREWELL; returns the continuum's reason for the end."""
-        nodes, moment, self.run_number = join(self.conversation, self.scene, self.moments, None if self.moments else libraries())
+        joined = join(self.conversation, self.scene, self.moments, None if self.moments else libraries())
+        nodes, moment, self.run_number, self.surface = joined
         self.progress.name_run(self.run_number)
         self._find(moment)
         if self.measuring and not self.source:
-            self.measuring.refuse_outside(nodes)
-        self.stones = drawn_stones(self.scene, self.rank, nodes, self._note)
-        constants = record.stones(self.stones.outlines, self.scene.origin) if self.stones else None
+            self.measuring.refuse_outside(self._outline(nodes))
+        self.stones = drawn_stones(self.scene, self.rank, self._outline(nodes), self._note)
+        constants = record.stones(self.stones.outlines, self.scene.origin) if self.stones else {}
+        constants |= {} if self.surface is None else {"window_surface": in_the_scene(self.surface, self.scene.origin)}
         path = part_file(self.out, restart.name(self.rank))
         about = kept(self.scene, self.source, path, self.run_number)
-        with Recorder(path, "discrete", self.scene.title, about, constants, self.scene.time_axis) as self.recorder:
+        with Recorder(path, "discrete", self.scene.title, about, constants or None, self.scene.time_axis) as self.recorder:
             if self.source:
                 self.restore_window(nodes)
             else:
@@ -130,23 +134,29 @@ class DiscreteSide(Kept):
     def restore_window(self, nodes):
         """Restores the window from its checkpoint."""
         self._enter(self.source.index)
-        restart.restore(self, self.source, nodes)
+        restart.restore(self, self.source, nodes, self.surface)
 
     def fill(self, nodes):
         """Makes the ring on the rim and a packing inside it; sends PACKED."""
         self._enter(number_of(self.scene.stage, fills=True))
         begin = time.perf_counter()
-        self.model, self.state, self.rim, packed = packed_window(self.scene, self.rank, nodes, self.stones, self._note)
+        self.model, self.state, self.rim, packed = packed_window(
+            self.scene, self.rank, nodes, self.stones, self._note, self.surface
+        )  # fmt: skip
         self.report = {
             "discs": self.model.count - self.model.ring,
             "control_discs": self.model.ring,
             "packing_seconds": time.perf_counter() - begin,
         } | packed.report()
         if self.stones is not None:
-            self.report |= bodies.report(self.model, self.state, self.stones, nodes)
+            self.report |= bodies.report(self.model, self.state, self.stones, self._outline(nodes))
         log.info("packed %s", self.report)
         self.watch.add_to("computing")
         self.conversation.send_control(messages.PACKED, self.report)
+
+    def _outline(self, nodes):
+        """Corners (P, 2) [m] of the window with its rim at `nodes`."""
+        return nodes if self.surface is None else np.concatenate([nodes, self.surface])
 
     def bring_to_stress(self):
         """Receives FIELD, the stress of the replaced zones; the discs take it over and are bonded."""
@@ -208,7 +218,7 @@ class DiscreteSide(Kept):
     def _prepare_talk(self, bin_length):
         if bin_length is not None and not 0.0 < bins_over_box(self.rim.nodes, bin_length) < MOST_BINS:
             raise PeerLost(f"the continuum wants the strain in bins of {bin_length} m")
-        self.strain = None if bin_length is None else WindowStrain(bin_length, self.state, self.model.ring)
+        self.strain = None if bin_length is None else WindowStrain(bin_length, self.state, self.model.ring, self.model.surface)
         self.talk = GridTalk(self.conversation, len(self.rim.nodes), self.strain.bins if self.strain else 0)
 
     def _enter(self, index, first=None):

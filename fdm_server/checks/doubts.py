@@ -15,7 +15,7 @@ from fdm_server.effects.elastic import poisson_ratio
 from fdm_server.ground.excavation import all_held
 from fdm_server.mesh.grid import build_grid, centroids
 from fdm_server.mesh.grid_sides import fixed_components
-from fdm_server.mesh.window_zones import rim_of, window_zones
+from fdm_server.mesh.window_zones import window_rim, window_zones
 
 POISSON = 0.49  # above: slow
 ASPECT = 5.0  # longest over shortest side of a zone, above: slow and inexact
@@ -79,8 +79,9 @@ def _rims(scene, grid):
     for i, window in enumerate(scene.window):
         if scene.discs is None:
             continue
-        xy = grid.xy[rim_of(grid, window_zones(grid, window))]
-        side = np.roll(xy, -1, axis=0) - xy
+        rim = window_rim(grid, window_zones(grid, window))
+        xy = grid.xy[rim.nodes]
+        side = (np.roll(xy, -1, axis=0) - xy)[: len(xy) - (rim.surface is not None)]
         length, largest = np.hypot(*side.T), 2.0 * grading_of(of_window(scene, i + 1).discs).largest
         shortest = int(length.argmin())
         if largest > length[shortest] * (1.0 + 1e-9):

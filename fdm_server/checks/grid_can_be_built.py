@@ -12,8 +12,8 @@ from fdm_server.checks.room_for_discs import lack_of_room
 from fdm_server.ground.even_loads import forces_of_even_loads
 from fdm_server.ground.excavation import excavations, held_in_stages
 from fdm_server.mesh.grid import build_grid, centroids
-from fdm_server.mesh.grid_sides import as_drawn, edges_of, extent_of, points_in, sides_of
-from fdm_server.mesh.window_zones import rim_of, window_zones
+from fdm_server.mesh.grid_sides import as_drawn, edges_of, extent_of, points_in, sides_of, surface_edges
+from fdm_server.mesh.window_zones import window_rim, window_zones
 
 
 class _Hole(NamedTuple):
@@ -21,6 +21,7 @@ class _Hole(NamedTuple):
 
     mask: NDArray[np.bool_]
     nodes: NDArray[np.int64]
+    outline: NDArray[np.int64]
 
 
 def grid_can_be_built(scene):
@@ -43,6 +44,7 @@ def grid_can_be_built(scene):
         except ValueError as error:
             yield ("window", i), str(error), ""
     yield from _cramped(scene, grid, holes)
+    yield from _on_windows(scene, grid, holes)
     try:
         excavations(scene, grid, held_in_stages(scene, grid), list(holes.values()))
     except ValueError as error:
@@ -53,7 +55,8 @@ def _hole(grid, window):
     """The _Hole of a window; raises ValueError that begins with its name."""
     mask = window_zones(grid, window)
     try:
-        return _Hole(mask, rim_of(grid, mask))
+        rim = window_rim(grid, mask)
+        return _Hole(mask, rim.nodes, rim.outline)
     except ValueError as error:
         raise ValueError(f"window {window.name!r}: {error}") from None
 
@@ -66,9 +69,29 @@ def _cramped(scene, grid, holes):
             if problem:
                 what = f"window {scene.window[i].name!r} {problem.format(repr(scene.window[j].name))}"
                 yield ("window", i), what, "leave at least one zone between windows"
-        lack = lack_of_room(grid.xy[hole.nodes], of_window(scene, i + 1).discs.radius, grid.origin)
+        lack = lack_of_room(grid.xy[hole.outline], of_window(scene, i + 1).discs.radius, grid.origin)
         if lack:
             yield ("window", i), f"window {scene.window[i].name!r} {lack[0]}", lack[1]
+
+
+def _on_windows(scene, grid, holes):
+    """Yields problems of boundaries and loads on the ground surface of windows {number: hole}: no zones would carry them."""
+    tables = [(("boundary", k), b) for k, b in enumerate(scene.boundary) if b.free is None]
+    for i, stage in enumerate(scene.stage):
+        tables += [(("stage", i, "boundary", k), b) for k, b in enumerate(stage.boundary) if b.free is None]
+    sides = sides_of(grid)
+    acting = [(path, points_in(grid, sides, boundary)) for path, boundary in tables]
+    surface = np.unique(surface_edges(grid, grid.zones))
+    for i, stage in enumerate(scene.stage):
+        if stage.surcharge is not None:
+            x = grid.xy[surface, 0]
+            acting.append((("stage", i, "surcharge"), surface[(x > stage.surcharge.x[0]) & (x < stage.surcharge.x[1])]))
+    for i, hole in holes.items():
+        above = np.setdiff1d(hole.outline, hole.nodes)
+        for path, points in acting:
+            if len(np.intersect1d(points, above)):
+                what = f"this acts on the ground surface of window {scene.window[i].name!r}, which is open to its discs"
+                yield path, what, "end it beside the window: x = [first, last]"
 
 
 def _touching(grid, hole, other):
@@ -77,7 +100,7 @@ def _touching(grid, hole, other):
     if len(shared):
         at = spot(centroids(grid.xy, grid.zones[shared[:1]])[0], grid.origin)
         return f"overlaps window {{}} in {len(shared)} zone{'s' if len(shared) > 1 else ''}, one at {at}"
-    common = np.intersect1d(hole.nodes, other.nodes)
+    common = np.intersect1d(hole.outline, other.outline)
     if not len(common):
         return ""
     at, many = spot(grid.xy[common[0]], grid.origin), "s" if len(common) > 1 else ""

@@ -16,7 +16,7 @@ from coupler_protocol.files.kept import Kept
 from coupler_protocol.wire import messages
 from fdm_server.coupling.window_talk import WindowTalk
 from fdm_server.ground.removed_zones import cut_window
-from fdm_server.mesh.window_zones import rim_of, window_zones
+from fdm_server.mesh.window_zones import window_rim, window_zones
 
 
 @jit
@@ -42,8 +42,9 @@ class Rim(Kept):
     def __init__(self, grid, window, conversation):
         self.window = window
         self.mask = window_zones(grid, window)
-        self.nodes = rim_of(grid, self.mask)
+        self.nodes, surface = window_rim(grid, self.mask)
         self.xy = grid.xy[self.nodes]  # as drawn [m]
+        self.surface = None if surface is None else grid.xy[surface]  # of an open rim, as drawn [m]
         self.talk = WindowTalk(conversation, window.name, self.xy, grid.origin)
         K = len(self.nodes)
         self.force = np.zeros((K, 2))  # P [N], of the discs

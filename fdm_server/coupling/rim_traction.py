@@ -13,6 +13,8 @@ def traction_difference(model, state, rim, stress):
     """
     xy, K = present(model, state)[rim.nodes], len(rim.nodes)
     vector = np.roll(xy, -1, axis=0) - xy
+    if rim.surface is not None:
+        vector[-1] = 0.0  # no segment along the surface
     half = 0.5 * (np.linalg.norm(vector, axis=1) + np.linalg.norm(np.roll(vector, 1, axis=0), axis=1))
     normal = np.column_stack([-vector[:, 1], vector[:, 0]])  # times length, into the window: out of the grid
     zone = zones_behind(model, rim)
@@ -25,11 +27,14 @@ def traction_difference(model, state, rim, stress):
 
 
 def zones_behind(model, rim):
-    """Active zone on the outer side of every segment (K,)."""
+    """Active zone on the outer side of every segment (K,); of an open rim any zone after its last node, where no segment is."""
     edges = {}
     for place, zone in enumerate(model.zones):
         corners = list(dict.fromkeys(zone.tolist()))
         for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
             edges[(a, b)] = place
     following = np.roll(rim.nodes, -1)
-    return np.array([edges[(b, a)] for a, b in zip(rim.nodes.tolist(), following.tolist(), strict=True)])
+    found = [edges.get((b, a), -1) for a, b in zip(rim.nodes.tolist(), following.tolist(), strict=True)]
+    if rim.surface is None and -1 in found:
+        raise KeyError(int(rim.nodes[found.index(-1)]))
+    return np.array(found)

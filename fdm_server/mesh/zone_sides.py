@@ -29,6 +29,21 @@ def closed_loops(edges):
     return loops
 
 
+def open_chains(edges):
+    """Open chains [(K,), ..] of gridpoints that the directed `edges` form, by their first gridpoints; not the loops.
+
+    No gridpoint may be the first of two edges, nor the second of two.
+    """
+    following = dict(zip(*edges.T.tolist(), strict=True))
+    chains = []
+    for first in sorted(set(following) - set(following.values())):
+        chain = [first]
+        while chain[-1] in following:
+            chain.append(following.pop(chain[-1]))
+        chains.append(np.array(chain, dtype=np.int64))
+    return chains
+
+
 def pieces(zones):
     """(A,) number of the connected piece of each of zones (A,4); sides connect zones, single gridpoints do not."""
     sides = np.sort(np.concatenate([zones[:, [k, (k + 1) % 4]] for k in range(4)]), axis=1)

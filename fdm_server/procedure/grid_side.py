@@ -127,7 +127,8 @@ class ContinuumSide:
             return newest
         try:
             rims = {rim.talk.rank: rim.xy for rim in self.rims}
-            return welcome_all(self.hub, self.scene, rims, Choice(list(self.moments), needs, self.run_number))
+            surfaces = {rim.talk.rank: rim.surface for rim in self.rims if rim.surface is not None}
+            return welcome_all(self.hub, self.scene, rims, Choice(list(self.moments), needs, self.run_number), surfaces)
         except PeerLost:
             if not self._all_saved:
                 raise

@@ -5,8 +5,8 @@
 
 SCENE is the scene of a calibration and ANSWER its answer.json. Tests are those of `colluvium calibrate`, at all stresses of
 lab.confinement; each is computed once and kept in DIR, so that an interrupted study continues. `radius`, `porosity` and `content`
-change the sample and keep the parameters. Writes calibration_NAME.png for each NAME: E, nu, c and phi over the parameter, with
-the standard deviation over the seeds.
+change the sample and keep the parameters; lab.bond_gap grows with the radius. Writes calibration_NAME.png for each NAME: E, nu, c
+and phi over the parameter, with the standard deviation over the seeds.
 """
 
 import argparse
@@ -47,6 +47,12 @@ def places(name, values, scene):
     return sorted(float(f"{values[name] * factor:.3g}") for factor in (1.0, *FACTORS[name]))
 
 
+def changes(name, value, scene):
+    """Overrides that give the samples of a scene this value; the gap of bonds keeps its share of the radius."""
+    own = [f"{SAMPLES[name][0]}={value}"]
+    return [*own, f"lab.bond_gap={scene.lab.bond_gap * value / scene.discs.radius}"] if name == "radius" else own
+
+
 def summary(found, pressures):
     """Means and standard deviations of E, nu, c, phi over seeds; found: answers of `SampleTests.measure`."""
     rows = []
@@ -75,7 +81,7 @@ def measure(options):
         for value in places(name, values, base):
             scene, changed = base, dict(values)
             if name in SAMPLES:
-                scene = with_table(read_scene(options.scene, [*options.set, f"{SAMPLES[name][0]}={value}"]))
+                scene = with_table(read_scene(options.scene, [*options.set, *changes(name, value, base)]))
             elif name != "rolling" or value > 0.0 or name in values:
                 changed[name] = value
             plan, problems = plan_of(scene, options.scene.parent)

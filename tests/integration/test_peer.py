@@ -1,6 +1,7 @@
 """Both servers complete a run with a peer that knows docs/protocol.md only (tests/peer.py), over the link and over a lane."""
 
 import ast
+import copy
 import json
 import math
 import subprocess
@@ -77,28 +78,33 @@ def server(name, scene, out, *more):
     return subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-@WAYS
-def test_discs_of_the_document_run_with_the_server_of_the_grid(tmp_path, scene_path, lane):
-    """The bed of springs replaces uniformly stressed ground: nothing moves until the top does, and then the rim follows."""
-    process = server("fdm_server", scene_path, tmp_path, "--bind", "local" if lane else "tcp://127.0.0.1:0")
+def run_of_discs(scene_path, out, lane, deaf_to=()):
+    """(what happened to the discs of the document, they, run.json) in a run with the server of the grid."""
+    process = server("fdm_server", scene_path, out, "--bind", "local" if lane else "tcp://127.0.0.1:0")
     try:
-        files = [tmp_path / "scene.json", tmp_path / "endpoint"]
+        files = [out / "scene.json", out / "endpoint"]
         wait_for(lambda: process.poll() is not None or all(file.exists() for file in files), 100, "the grid")
         assert process.poll() is None, process.stderr.read()
-        endpoint = (tmp_path / "endpoint").read_text().strip()
+        endpoint = (out / "endpoint").read_text().strip()
         resolved, secret = (
-            json.loads((tmp_path / "scene.json").read_text()),
+            json.loads((out / "scene.json").read_text()),
             None if lane else keys.local_secret(keys.folder_of()),
         )
         discs = peer.Discs(endpoint, resolved, version("colluvium"), lane=lane, secret=secret)
         discs.alive = lambda: process.poll() is None
-        discs.deaf_to = {3 + 90}  # an answer is lost: its bytes come again
+        discs.deaf_to = set(deaf_to)
         found = discs.run(stiffness=5e7)
         assert process.wait(60) == 0, process.stderr.read()
         discs.close()
     finally:
         end(process)
-    info = json.loads((tmp_path / "run.json").read_text())
+    return found, discs, json.loads((out / "run.json").read_text())
+
+
+@WAYS
+def test_discs_of_the_document_run_with_the_server_of_the_grid(tmp_path, scene_path, lane):
+    """The bed of springs replaces uniformly stressed ground: nothing moves until the top does, and then the rim follows."""
+    found, discs, info = run_of_discs(scene_path, tmp_path, lane, {3 + 90})  # an answer is lost: its bytes come again
     assert (found["reason"], info["reason"], info["exit_code"]) == ("all stages done", "all stages done", 0)
     start = RIM.index(discs.rim[0])
     assert discs.rim == RIM[start:] + RIM[:start]
@@ -118,6 +124,26 @@ def test_discs_of_the_document_run_with_the_server_of_the_grid(tmp_path, scene_p
     row = next(row for row in info["stages"] if row["name"] == "couple")
     assert row["steps"] == 40
     assert row["ratio_continuum"] < 1e-9, "the forces of the document balance the ground"
+
+
+def test_so_do_discs_at_the_ground_surface(tmp_path):
+    """Ground pressed in x, without stress in y: an open rim balances it, and follows when a side moves."""
+    scene = copy.deepcopy(SCENE) | {"initial_stress": {"xx": -120e3, "yy": 0.0, "zz": -30e3, "xy": 0.0}}
+    scene["boundary"] = [{"on": side, "fix": "xy"} for side in ("left", "right", "bottom")]
+    scene["window"][0]["rows"] = [4, 7]
+    scene["stage"][3]["boundary"] = [{"on": "right", "velocity": {"x": -1e-4}, "over": 1}]
+    path = tmp_path / "scene.json"
+    path.write_text(json.dumps(scene))
+    (tmp_path / "out").mkdir()
+    found, discs, info = run_of_discs(path, tmp_path / "out", lane=True)
+    assert info["exit_code"] == 0
+    assert (discs.rim[0], discs.rim[-1]) == ((LOW, 4.0), (HIGH, 4.0))
+    assert len(discs.rim) == 13
+    assert discs.surface == [(2.5, 4.0), (2.0, 4.0), (1.5, 4.0)]
+    row = next(row for row in info["stages"] if row["name"] == "couple")
+    assert row["ratio_continuum"] < 1e-9, "the forces of the document balance the ground"
+    right = [u for (x, _), u in zip(discs.rim, found["moved"], strict=True) if x == HIGH]
+    assert all(ux < -1e-4 for ux, _ in right)
 
 
 @WAYS

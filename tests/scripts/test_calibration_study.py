@@ -49,3 +49,13 @@ def test_rows_and_pictures(tmp_path, monkeypatch, configs):
     assert [row["answer"] for row in rows if row["name"] == "friction"] == [False, True, False]
     for name in ("friction", "rolling", "radius"):
         assert (tmp_path / f"calibration_{name}.png").stat().st_size > 5000
+
+
+def test_the_gap_of_bonds_keeps_its_share_of_the_radius(configs):
+    scene = calibration_study.with_table(calibration_study.read_scene(configs / "calibrated_slope.toml"))
+    share = scene.lab.bond_gap / scene.discs.radius
+    words = calibration_study.changes("radius", 0.05, scene)
+    other = calibration_study.read_scene(configs / "calibrated_slope.toml", words)
+    assert other.discs.radius == 0.05
+    assert other.lab.bond_gap / other.discs.radius == pytest.approx(share)
+    assert calibration_study.changes("content", 0.2, scene) == ["stones.content=0.2"]

@@ -40,8 +40,8 @@ def windows_lie_inside(scene: Any) -> Iterator[Finding]:
             continue
         if w.columns[0] < 1 or w.columns[1] > columns - 2:
             yield ("window", i, "columns"), f"{list(w.columns)} reaches a side of the grid", f"stay within 1..{columns - 2}"
-        if w.rows[0] < 1 or w.rows[1] > rows - 2:
-            yield ("window", i, "rows"), f"{list(w.rows)} reaches a side of the grid", f"stay within 1..{rows - 2}"
+        if w.rows[0] < 1 or w.rows[1] > rows - 1:
+            yield ("window", i, "rows"), f"{list(w.rows)} reaches a side of the grid", f"stay within 1..{rows - 1}"
 
 
 def windows_need_discs(scene: Any) -> Iterator[Finding]:

@@ -36,7 +36,8 @@ class Window(Table):
     """Zones that become a hole and are computed by one discrete process.
 
     They are given by columns and rows, or by a polygon, convex or not, around their centres. At least one zone remains between a
-    window and the sides, the ground surface and other windows. Without a grid: the polygon that discs fill.
+    window and the sides, and other windows. A window may reach the ground surface, in one stretch: its discs are free there.
+    Without a grid: the polygon that discs fill.
     """
 
     name: Name = quantity(meaning="name of the window")

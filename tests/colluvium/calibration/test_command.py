@@ -5,6 +5,7 @@ import json
 import pytest
 
 from coupler_protocol import exits
+from tests.colluvium.calibration.synthetic import scene_of
 from tests.commands import run_colluvium
 
 SOIL = ("calibrate.young=2e7", "calibrate.poisson=0.2", "calibrate.cohesion=1e4", "calibrate.friction=25.0")
@@ -45,6 +46,14 @@ def test_the_scene_is_not_overwritten(configs):
     done = calibrate(scene, "--dry-run", "--write", scene, sets=SOIL)
     assert done.returncode == exits.SCENE
     assert "this is the scene itself" in done.stderr
+
+
+def test_a_copy_that_cannot_be_written_is_refused_before_anything_is_computed(tmp_path):
+    scene = tmp_path / "scene.json"
+    scene.write_text(json.dumps(scene_of({"young": 2e7}).model_dump(mode="json", exclude_none=True)))
+    done = calibrate(scene, "--dry-run", "--write", tmp_path / "copy.toml", sets=SOIL)
+    assert done.returncode == exits.SCENE
+    assert "give the TOML file of the scene" in done.stderr
 
 
 @pytest.fixture(scope="module")

@@ -181,3 +181,19 @@ def test_half_widths_are_those_of_the_fabric():
 def test_few_contacts_have_no_fabric():
     assert band_states.fabric(run_of(np.linspace(0.0, 3.0, 30), np.ones(30)), 0) is None
     assert band_states.fabric(run_of(np.linspace(0.0, 3.0, 50), -np.ones(50)), 0) is None
+
+
+def test_frames_after_the_failure_are_not_looked_at(make_run, monkeypatch):
+    """Those before are, each once: a summary needs the last that had not failed."""
+    run = make_run(((), ()), ALL, ((BEFORE,), (INSIDE,)), ALL)
+    of_all = failure.levels(run)
+    failed = failure.failure(of_all)
+    looked_at, level = [], failure.level
+    monkeypatch.setattr(failure, "level", lambda *given: looked_at.append(given[1]) or level(*given))
+    found = failure.summary(run)
+    assert looked_at == [one.frame for one in of_all if one.frame <= failed.frame]
+    assert len(looked_at) < len(of_all)
+    assert (found["failed_at"], found["step"]) == (failed.gravity_factor, failed.step)
+    assert found["not_failed_at"] == of_all[of_all.index(failed) - 1].gravity_factor
+    assert failure.summary(run, 1.0)["failed_at"] is None
+    assert looked_at[-1] == of_all[-1].frame

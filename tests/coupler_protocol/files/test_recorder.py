@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 from coupler_protocol.exits import EnvironmentFailed
+from coupler_protocol.files.growing_datasets import Rows
+from coupler_protocol.files.quantities import CRACKS
 from coupler_protocol.files.recorder import FrameInfo, Recorder
 from tests.commands import finished
 
@@ -270,6 +272,33 @@ def test_the_caller_does_not_wait_for_the_disk(tmp_path, monkeypatch):
     recorder.close()
     with h5py.File(tmp_path / "fdm.rank0.vtkhdf") as file:
         assert file["VTKHDF/Steps"].attrs["NSteps"] == 2
+
+
+def test_breaks_of_many_looks_are_written_once_a_column_with_the_next_frame(tmp_path, monkeypatch):
+    recorder, calls = Recorder(tmp_path / "dem.rank1.vtkhdf", "discrete"), []
+    append = Rows.append
+    monkeypatch.setattr(Rows, "append", lambda rows, *given: calls.append(rows._path) or append(rows, *given))
+    looks = [cracks_of(number, count) for number, count in enumerate((2, 1, 3, 4, 1))]
+    for look in looks[:3]:
+        recorder.cracks(look)
+    record_discs(recorder, 0, 3)
+    recorder.sync()
+    for look in looks[3:]:
+        recorder.cracks(look)
+    recorder.close()
+    assert sorted(path for path in calls if path.startswith("Cracks/")) == sorted(2 * [f"Cracks/{name}" for name in CRACKS])
+    with h5py.File(tmp_path / "dem.rank1.vtkhdf") as file:
+        for name in CRACKS:
+            found, given = file[f"Cracks/{name}"][:], [look[name] for look in looks]
+            assert found.dtype == given[0].dtype
+            np.testing.assert_array_equal(found, np.concatenate(given))
+
+
+def cracks_of(step, count):
+    """Columns of the breaks that a look has found."""
+    whole = {name: RNG.integers(4, size=count).astype(np.int32) for name in CRACKS}
+    plane = {name: RNG.random((count, 2)) for name in ("place", "normal")}
+    return whole | plane | {"step": np.full(count, step), "time": np.full(count, 1.0 * step), "size": RNG.random(count)}
 
 
 WRITER = """

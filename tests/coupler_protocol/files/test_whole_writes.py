@@ -66,6 +66,37 @@ def test_it_holds_what_hdf5_would_have_written_itself(tmp_path):
         np.testing.assert_array_equal(values, two[name])
 
 
+def test_pieces_that_follow_each_other_are_one_call_and_the_order_of_all_others_stays(tmp_path, monkeypatch):
+    disk = WholeWrites(tmp_path / "a.h5")
+    disk.write(bytes(100))
+    disk.commit("the head")
+    calls, pwrite = [], os.pwrite
+    monkeypatch.setattr(os, "pwrite", lambda file, data, place: calls.append((place, bytes(data))) or pwrite(file, data, place))
+    for place, piece in ((40, b"ab"), (42, b"cd"), (44, b"e"), (10, b"fg"), (90, b"h" * 20), (8, b"ij"), (42, b"kl")):
+        disk.seek(place)
+        disk.write(piece)
+    disk.commit("a frame")
+    disk.close()
+    assert calls[1:] == [(40, b"ab"), (44, b"e"), (10, b"fg"), (90, b"h" * 10), (8, b"ij"), (42, b"kl")]
+    assert calls[0] == (100, b"h" * 10)
+    content = (tmp_path / "a.h5").read_bytes()
+    assert (content[8:12], content[40:45], content[90:]) == (b"ijfg", b"abkle", b"h" * 20)
+
+
+def test_pieces_that_follow_each_other_are_joined(tmp_path, monkeypatch):
+    disk = WholeWrites(tmp_path / "a.h5")
+    disk.write(bytes(100))
+    disk.commit("the head")
+    calls, pwrite = [], os.pwrite
+    monkeypatch.setattr(os, "pwrite", lambda file, data, place: calls.append((place, bytes(data))) or pwrite(file, data, place))
+    for place, piece in ((40, b"ab"), (42, b"cd"), (44, b"e"), (60, b"f"), (61, b"g"), (20, b"h")):
+        disk.seek(place)
+        disk.write(piece)
+    disk.commit("a frame")
+    disk.close()
+    assert calls == [(40, b"abcde"), (60, b"fg"), (20, b"h")]
+
+
 @pytest.mark.parametrize("short", [0, 1, 100, 4096])
 def test_a_disk_that_becomes_full_at_any_write_keeps_the_last_commit(tmp_path, monkeypatch, short):
     """The k-th write to the disk has room for `short` bytes only; once there is room again, the same content goes through."""

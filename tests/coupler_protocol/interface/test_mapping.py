@@ -159,3 +159,91 @@ def test_uniform_stress_reaches_the_nodes_exactly_on_an_oblique_rim():
 def test_bad_loops_are_refused(nodes, reason):
     with pytest.raises(ValueError, match=reason):
         interface.build_ring(np.array(nodes, dtype=float), 0.05)
+
+
+# -- open rims ---------------------------------------------------------------------------------------------------------------
+
+
+def open_ring(degrees, radius=0.11, surface=((1.0, 2.2),)):
+    """Ring of an open rim, turned by `degrees`: down from the surface, along the bottom and up to the surface on the right."""
+    turn = np.radians(degrees)
+    Q = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    chain = np.array([[0.0, 2.0], [0.0, 1.4], [0.1, 0.0], [1.0, 0.0], [2.0, 0.1], [2.0, 1.0], [2.1, 2.0]])
+    return interface.build_ring(chain @ Q.T, radius, np.reshape(surface, (-1, 2)) @ Q.T)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 31.0, 117.0])
+def test_an_open_rim_has_discs_on_all_of_its_segments_and_none_on_the_surface(degrees):
+    ring = open_ring(degrees)
+    length = np.hypot(*np.diff(ring.nodes, axis=0).T)
+    assert ring.arc.sum() == pytest.approx(length.sum(), rel=1e-13)
+    np.testing.assert_array_equal(ring.xy[[0, -1]], ring.nodes[[0, -1]])
+    assert ring.node[[0, -1]].tolist() == [0, len(ring.nodes) - 1]
+    assert max(ring.seg0.max(), ring.seg1.max()) == len(ring.nodes) - 2
+    apart = np.hypot(*np.diff(ring.xy, axis=0).T) - ring.radius[1:] - ring.radius[:-1]
+    between = (ring.node[1:] < 0) & (ring.node[:-1] < 0)
+    assert np.abs(apart[between]).max() < 1e-12
+    assert apart.min() > -1e-12
+    assert len(ring.outline) == len(ring.nodes) + 1
+    assert interface.polygon_area(ring.outline) == pytest.approx(4.0 - 0.1 + 0.155, abs=0.2)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 31.0, 117.0])
+@pytest.mark.parametrize("seed", range(5))
+def test_an_open_rim_conserves_force_moment_and_power(degrees, seed):
+    rng = np.random.default_rng(seed)
+    ring = open_ring(degrees)
+    where = (ring.seg0, ring.seg1, ring.w0, ring.node)
+    xd = ring.xy + rng.uniform(-0.05, 0.05, ring.xy.shape)  # as after large strain
+    P, Mp, v = rng.standard_normal(xd.shape), rng.standard_normal(len(xd)), rng.standard_normal(ring.nodes.shape)
+    vd, spin, F = np.empty_like(xd), np.empty(len(xd)), np.empty_like(ring.nodes)
+    mapping.velocities_to_discs(ring.nodes, v, *where, xd, vd, spin, False)
+    mapping.forces_to_nodes(ring.nodes, *where, xd, P, Mp, F, False)
+    np.testing.assert_allclose(F.sum(axis=0), P.sum(axis=0), atol=1e-12)
+    assert cross(ring.nodes, F).sum() == pytest.approx(cross(xd, P).sum() + Mp.sum(), abs=1e-11)
+    assert (F * v).sum() == pytest.approx((P * vd).sum() + (Mp * spin).sum(), abs=1e-11)
+
+
+def test_the_ends_of_an_open_rim_turn_with_their_own_segment():
+    """A motion of one end node does not reach the other end: nothing goes across the surface."""
+    ring = open_ring(31.0)
+    v, vd, spin = np.zeros_like(ring.nodes), np.empty_like(ring.xy), np.empty(len(ring.xy))
+    v[0] = [0.3, -0.2]
+    mapping.velocities_to_discs(ring.nodes, v, ring.seg0, ring.seg1, ring.w0, ring.node, ring.xy, vd, spin, False)
+    moved = (vd != 0.0).any(axis=1) | (spin != 0.0)
+    assert moved[0]
+    assert not moved[ring.seg0 > 0].any()
+    x, y = ring.nodes[1] - ring.nodes[0]
+    assert spin[0] == pytest.approx((x * 0.2 + y * 0.3) / (x * x + y * y))
+
+
+@pytest.mark.parametrize("degrees", [0.0, 31.0])
+def test_uniform_stress_reaches_the_nodes_of_an_open_rim_exactly(degrees):
+    """sigma.n l/2 of both segments of a node; the end nodes get that of their only segment."""
+    ring = open_ring(degrees, radius=0.02)
+    sigma = np.array([[-3.0, 0.7], [0.7, -5.0]])
+    vector = np.diff(ring.nodes, axis=0)
+    normal = np.stack([vector[:, 1], -vector[:, 0]], axis=1)
+    traction = normal @ sigma / np.linalg.norm(vector, axis=1)[:, None]
+    spacing = np.linalg.norm(vector, axis=1) / (1 + np.bincount(ring.seg0[ring.node < 0], minlength=len(vector)))
+    P = np.zeros_like(ring.xy)
+    ends = ring.node >= 0
+    P[~ends] = (spacing[:, None] * traction)[ring.seg0[~ends]]
+    for p in np.flatnonzero(ends):
+        for segment in {int(ring.node[p]) - 1, int(ring.node[p])} & set(range(len(vector))):
+            P[p] += 0.5 * spacing[segment] * traction[segment]
+    F = np.empty_like(ring.nodes)
+    mapping.forces_to_nodes(ring.nodes, ring.seg0, ring.seg1, ring.w0, ring.node, ring.xy, P, np.zeros(len(P)), F, False)
+    half = normal @ sigma / 2
+    expected = np.zeros_like(F)
+    expected[:-1] += half
+    expected[1:] += half
+    np.testing.assert_allclose(F, expected, atol=1e-12)
+
+
+def test_inner_shares_at_the_ends_of_an_open_rim_reach_to_the_surface():
+    square = np.array([[0.0, 1.0], [0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    level = interface.inner_share(square, np.empty((0, 2)))
+    np.testing.assert_allclose(level, 0.25)
+    ridge = interface.inner_share(square, np.array([[0.5, 1.5]]))
+    np.testing.assert_allclose(ridge, [0.375, 0.25, 0.25, 0.375])

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 import shapely
 
-from dem_server.coupling.ring_guard import RingGuard, lost_discs, opening, outside, ring_gaps
+from coupler_protocol.geometry import polygon_area
+from coupler_protocol.interface.ring import build_ring
+from dem_server.coupling.ring_guard import RingGuard, lost_discs, opening, outside, ring_gaps, some_outside
+from dem_server.model import build_model, outline
+from dem_server.observe.coordination import porosity
+from dem_server.packing import packing
 from dem_server.step.neighbours import rebuild
 from tests.dem_server.window_case import ANGLE, OBLIQUE, packed, soil_discs
 
@@ -77,3 +82,45 @@ def test_gaps_of_a_stretched_ring(corners):
     assert guard.report("overload") == expected
     guard.begin()
     assert guard.report("next") is None
+
+
+@pytest.fixture
+def open_window():
+    """A box of discs of 0.06 m whose upper side is the ground surface, a ridge."""
+    chain = np.array([[0.0, 1.0], [0.0, 0.5], [0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [1.0, 1.0]])
+    ring = build_ring(chain, 0.05, np.array([[0.5, 1.3]]))
+    discs = soil_discs(0.06)
+    closed = build_ring(ring.outline, 0.05)
+    found = packing.pack(ring.outline, closed.xy, closed.radius, discs, np.random.default_rng(1))
+    return build_model(ring.xy, ring.radius, found, discs, surface=ring.surface)
+
+
+@pytest.mark.parametrize(
+    ("place", "lost"),
+    [((0.5, 1.2), False), ((0.5, 30.0), False), ((0.5, -0.2), True), ((-0.2, 0.5), True), ((1.2, 3.0), True)],
+    ids=["on top", "in the air", "below", "left", "beside the window"],
+)
+def test_a_disc_above_an_open_ring_is_not_lost(open_window, place, lost):
+    model, state = open_window
+    guard, disc = RingGuard(model, state), model.ring + 3
+    assert guard.check(model, state) == ""
+    assert guard.widest.width < guard.smallest  # none from the last control disc to the first
+    state.x[disc] = place
+    assert some_outside(state.disc, model.ring, True) == lost
+    assert lost_discs(model, state).tolist() == ([disc] if lost else [])
+    rebuild(model, state)
+    if lost:
+        words = "crossed the ground surface beside the window" if place[1] > 1.0 else "left the ring"
+        with pytest.raises(ArithmeticError, match=words):
+            guard.check(model, state)
+    else:
+        assert guard.check(model, state) == ""
+
+
+def test_the_outline_of_an_open_window_includes_the_ground_surface(open_window):
+    model, state = open_window
+    assert polygon_area(outline(model, state)) == pytest.approx(1.15)
+    assert 0.1 < porosity(model, state) < 0.25
+    shares = state.weight[: model.ring] / (model.density[: model.ring] * np.pi * state.radius[: model.ring] ** 2)
+    slope = np.degrees(np.arctan2(0.3, 0.5))
+    np.testing.assert_allclose(shares[[0, -1]], (90.0 + slope) / 360.0)

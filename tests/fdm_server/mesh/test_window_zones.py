@@ -7,7 +7,8 @@ from grid_cases import material, slope, window
 
 from coupler_protocol.geometry import polygon_area
 from fdm_server.mesh.grid import areas, build_grid, centroids
-from fdm_server.mesh.window_zones import rim_of, window_zones
+from fdm_server.mesh.grid_sides import surface_edges
+from fdm_server.mesh.window_zones import open_rim_of, rim_of, window_zones
 from tests.window_scenes import CIRCLE, L_SHAPE
 
 
@@ -123,3 +124,50 @@ def test_triangles_inside_the_ground_may_belong_to_a_window():
 def test_polygons_whose_zones_are_no_window_are_refused_with_the_place(paper, polygon, words):
     with pytest.raises(ValueError, match=words):
         rim_of(paper, window_zones(paper, drawn(polygon)))
+
+
+# -- windows that reach the ground surface -----------------------------------------------------------------------------------
+
+
+def open_rim(grid, polygon):
+    return open_rim_of(grid, window_zones(grid, drawn(polygon)))
+
+
+@pytest.mark.parametrize(
+    "polygon",
+    [
+        [(14.0, 8.0), (17.0, 8.0), (17.0, 12.5), (14.0, 12.5)],
+        [(8.0, 5.0), (10.0, 5.0), (10.0, 9.5), (6.5, 9.5), (6.5, 7.0)],
+        [(1.0, 2.0), (6.0, 2.0), (6.0, 8.0), (1.0, 8.0)],
+    ],
+    ids=["crest", "face", "toe"],
+)
+def test_an_open_rim_runs_from_the_surface_around_the_window_to_the_surface(paper, polygon):
+    """Its chain and the surface close the outline of the zones, counter-clockwise; only its ends are on the surface."""
+    mask = window_zones(paper, drawn(polygon))
+    rim = open_rim_of(paper, mask)
+    outline = paper.xy[rim.outline]
+    assert polygon_area(outline) == pytest.approx(areas(paper.xy, paper.zones[mask]).sum(), rel=1e-12)
+    surface = np.unique(surface_edges(paper, paper.zones))
+    assert np.isin(rim.nodes, surface).tolist() == [True, *[False] * (len(rim.nodes) - 2), True]
+    assert np.isin(rim.surface, surface).all()
+    left = np.delete(paper.zones, np.flatnonzero(mask), axis=0)
+    assert np.isin(rim.nodes, left).all()  # the rim stays, the surface of the window goes with its zones
+    assert not np.isin(rim.surface, left).any()
+
+
+@pytest.mark.parametrize(
+    ("polygon", "words"),
+    [
+        ([(-1.0, 2.0), (3.0, 2.0), (3.0, 6.0), (-1.0, 6.0)], "rim touches the boundary of the grid at"),
+        ([(14.0, -1.0), (17.0, -1.0), (17.0, 13.0), (14.0, 13.0)], "rim touches the boundary of the grid at"),
+        ([(14.0, 3.0), (17.0, 3.0), (17.0, 6.0), (14.0, 6.0)], "does not reach the ground surface"),
+        (
+            [(13.0, 8.0), (19.0, 8.0), (19.0, 13.0), (17.0, 13.0), (17.0, 10.0), (15.0, 10.0), (15.0, 13.0), (13.0, 13.0)],
+            "reaches the ground surface in 2 stretches",
+        ),
+    ],
+)
+def test_open_rims_that_are_no_single_chain_are_refused(paper, polygon, words):
+    with pytest.raises(ValueError, match=words):
+        open_rim(paper, polygon)

@@ -115,3 +115,45 @@ def test_oblique_windows_along_a_face_keep_a_zone_between_them(configs):
         else:
             rims = [rim_of(grid, window_zones(grid, one)) for one in build_scene(both).window]
             assert not set(rims[0]) & set(rims[1])
+
+
+# -- windows at the ground surface -----------------------------------------------------------------------------------------
+
+
+def at_the_surface(**more):
+    """A box of ground whose window reaches its top."""
+    data = uniform(BOX, [[2.5, 3.5], [5.0, 3.5], [5.0, 6.6], [2.5, 6.6]])
+    data["boundary"] = data["boundary"][:3]
+    data["stage"][0]["gravity"] = 9.81
+    return data | more
+
+
+def test_a_window_may_reach_the_ground_surface():
+    assert len(build_scene(at_the_surface()).window) == 1
+    rows = at_the_surface(window=[{"name": "top", "columns": [4, 9], "rows": [7, 12]}])
+    assert build_scene(rows).window[0].rows == (7, 12)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({"on": "top", "pressure": 1e4}, "boundary[3]: this acts on the ground surface of window 'hole'"),
+        ({"on": "top", "fix": "y", "x": [4.0, 6.0]}, "boundary[3]: this acts on the ground surface of window 'hole'"),
+        ({"on": "top", "pressure": 1e4, "x": [5.0, 7.0]}, ""),
+        ({"on": "top", "pressure": 1e4, "x": [0.0, 2.5]}, ""),
+    ],
+)
+def test_nothing_acts_on_the_surface_of_a_window(table, words):
+    data = at_the_surface()
+    data["boundary"] = [*data["boundary"], table]
+    if words:
+        assert words in problems(data)
+    else:
+        build_scene(data)
+
+
+def test_no_surcharge_acts_on_the_surface_of_a_window():
+    data = at_the_surface()
+    load = {"name": "load", "kind": "surcharge", "surcharge": {"x": [4.0, 6.0], "pressure": 1e4}, "until": {"steps": 10}}
+    data["stage"] = [*data["stage"], load]
+    assert "stage[3].surcharge: this acts on the ground surface of window 'hole'" in problems(data)
