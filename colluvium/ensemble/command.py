@@ -31,7 +31,7 @@ def add_command(commands: Any) -> None:
         metavar="QUANTITY",
         action="append",
         required=True,
-        help="failure_gravity, HISTORY[@STAGE], RANK:HISTORY or FIELD(x, y)[@STAGE]; the first one is drawn",
+        help="fos, failure_gravity, HISTORY[@STAGE], RANK:HISTORY or FIELD(x, y)[@STAGE]; the first one is drawn",
     )
     p.add_argument("--below", metavar="VALUE", type=float, help="also say which share of the seeds is below this value")
     p.add_argument("--out", metavar="DIR", help="folder of the sweep (default runs/NAME.sweep)")
@@ -153,10 +153,8 @@ def _refuse_quantities(texts: list[str], scene: Any) -> None:
                 raise SceneError(
                     [Problem("--of", None, text, "the scene has no stage of kind overload", "add one, or name a history")]
                 )
-        elif quantity_of(text, scene).is_factor:
-            raise SceneError(
-                [Problem("--of", None, text, "a sweep computes runs, not searches", "use failure_gravity or a history")]
-            )
+        else:
+            quantity_of(text, scene)
 
 
 def _workers(scene: Any) -> int:

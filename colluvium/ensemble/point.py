@@ -13,13 +13,15 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from colluvium.accuracy.quantity import quantity_of, value_of
+from colluvium.accuracy.quantity import FACTOR, quantity_of, value_of
+from colluvium.ensemble import search
 from colluvium.running import processes
 from coupler_protocol import exits
 from coupler_protocol.files import locks, run_json
 from coupler_protocol.scene.reader import build_scene, read_scene
 
 RESULT, SCENE, STOP = "point.json", "point.toml", "stop"
+SEARCH = "fos"  # folder of the search for a factor, in that of the point
 FAILURE = "failure_gravity"
 TRIES = 2
 PATIENCE = 60.0  # [s] for the end of processes whose worker was killed, and which still write to the folder
@@ -55,19 +57,18 @@ def compute(job: Job) -> Told:
         return known
     folder.mkdir(parents=True, exist_ok=True)
     (folder / SCENE).write_text(processes.as_toml(job.tables), encoding="utf-8")
-    begin, code, tries = time.monotonic(), exits.DONE, 0
-    while not _is_done(folder, digest) and tries < TRIES:
-        tries += 1
-        _wait_until_free(folder)
-        code = _run(job, scene, folder)
-        if code == exits.INTERRUPTED or _stopped(job):
-            raise exits.Interrupted("interrupted: the same command continues")
-    found: Told = {"scene": digest, "tries": tries, "values": {}, "lacking": {}, "failed": "", "code": code}
-    if _is_done(folder, digest):
-        found |= _cost(folder)
-        _read(folder, scene, job.quantities, found)
-    else:
-        found["failed"] = _why(folder, code)
+    begin = time.monotonic()
+    found: Told = {"scene": digest, "tries": 0, "values": {}, "lacking": {}, "failed": "", "code": exits.DONE}
+    runs = tuple(text for text in job.quantities if text != FACTOR)
+    if runs:
+        _tried(job, found, lambda: _is_done(folder, digest), lambda: _run(job, scene, folder))
+        if _is_done(folder, digest):
+            found |= _cost(folder)
+            _read(folder, scene, runs, found)
+        else:
+            found["failed"] = _why(folder, found["code"])
+    if FACTOR in job.quantities and not found["failed"]:
+        _search(job, folder, found)
     found["wall"] = time.monotonic() - begin
     _write(folder / RESULT, found)
     return found
@@ -81,6 +82,33 @@ def finished(folder: Path, digest: str, quantities: tuple[str, ...]) -> Told | N
         if found.get("scene") == digest and not found.get("failed") and known >= {*quantities}:
             return found
     return None
+
+
+def _tried(job: Job, found: Told, done: Callable[[], bool], work: Callable[[], int]) -> None:
+    """Calls work() until done(), TRIES times at most; raises Interrupted when the sweep is stopped."""
+    tries = 0
+    while not done() and tries < TRIES:
+        tries += 1
+        _wait_until_free(Path(job.folder))
+        found["code"] = work()
+        if found["code"] == exits.INTERRUPTED or _stopped(job):
+            raise exits.Interrupted("interrupted: the same command continues")
+    found["tries"] = max(found["tries"], tries)
+
+
+def _search(job: Job, folder: Path, found: Told) -> None:
+    """Searches for the factor of safety of a point, on grid and discs where its scene couples them."""
+    out, code = folder / SEARCH, [exits.RunEnded.code]
+
+    def work() -> int:
+        code[0] = search.run(folder / SCENE, out, lambda: _stopped(job))
+        return code[0]
+
+    _tried(job, found, lambda: code[0] == exits.DONE, work)
+    if code[0] == exits.DONE:
+        found["values"][FACTOR] = list(search.value_of(out))
+    else:
+        found["failed"] = f"the search for the factor ended with code {code[0]}: {exits.MEANING.get(code[0], '?')}"
 
 
 def _run(job: Job, scene: Any, folder: Path) -> int:

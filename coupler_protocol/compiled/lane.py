@@ -18,7 +18,7 @@ HERE, NOTHING, CLOSED, DOUBTED = range(4)  # what `take` found: a frame, no fram
 LOOKS = 400  # at the stream with the processor given away after each, before the kernel is asked to wake this side
 LONG_AWAY = 200_000  # [ns] for which another thread had the processor: it is shared, and a look would hand it over again
 ASLEEP = 250  # frames for which this side then waits in the kernel at once
-SLICE = 200  # [ms] of sleep in `take`; then the conversation looks at its clocks
+SLICE = 200  # [ms] of sleep in `take`, of each if bytes come in between; then the conversation looks at its clocks
 HEADER_WORDS, SEQUENCE, FLAGS, CHECKSUM = 10, 6, 5, 9  # of 4 bytes: of a header, and places in it
 HEADER_NUMBERS = 5  # of 8 bytes
 EXPONENT = 0x7FF00000  # all ones in the upper half of numbers that are NaN or infinite
@@ -81,14 +81,14 @@ def checksum(table: Array, words: Array, first: int, last: int) -> int:
 def take(wire: Wire, w: int) -> int:
     """Waits for the frame of this turn from peer w; returns HERE, or NOTHING, CLOSED, DOUBTED."""
     begin = nanoseconds(wire.asked)
-    found = _arrival(wire, w)
+    found = _arrival(wire, w, begin + 1_000_000 * SLICE)
     wire.waited[0] += nanoseconds(wire.asked) - begin
     return DOUBTED if found == HERE and not _believed(wire, w) else found
 
 
 @jit(borrows=True)
-def _arrival(wire: Wire, w: int) -> int:
-    """Waits until all bytes of a frame are there."""
+def _arrival(wire: Wire, w: int, until: int) -> int:
+    """Waits until all bytes of a frame are there; once it slept, only new bytes let it sleep again, until `until` [ns]."""
     fd, end, looks = wire.fd[w], wire.in_at[w + 1], 0
     if fd < 0:
         return CLOSED
@@ -99,6 +99,8 @@ def _arrival(wire: Wire, w: int) -> int:
         number = read(fd, wire.inbox, wire.in_at[w] + wire.got[w], end)
         if number > 0:
             wire.got[w] += number
+            if looks > LOOKS and nanoseconds(wire.asked) < until:
+                looks = LOOKS  # a large frame comes in pieces
         elif number == 0:
             return CLOSED
         elif looks < LOOKS:

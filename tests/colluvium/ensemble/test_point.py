@@ -41,6 +41,25 @@ def test_a_run_that_fails_is_tried_once_more_and_named(sweep, monkeypatch):
     assert len(calls) == 4
 
 
+def test_a_factor_needs_a_search_and_no_run(sweep, monkeypatch):
+    """The factor of grid and discs where there are discs, with half its bracket."""
+    runs, searches = run_that_ends(monkeypatch, exits.PHYSICS, ""), []
+
+    def ended(scene, out, asked):
+        searches.append(out)
+        out.mkdir(parents=True, exist_ok=True)
+        meshes = [{"value": 1.5, "low": 1.4, "high": 1.6, "zone_size": 1.0, "trials": []}]
+        found = {"quantity": "factor of safety", "meshes": meshes, "coupled": {"value": 1.3, "low": 1.29, "high": 1.31}}
+        run_json.write_json(out / "fos.json", found)
+        return exits.DONE if len(searches) > 1 else exits.PEER
+
+    monkeypatch.setattr(point.search, "run", ended)
+    told = point.compute(sweep._jobs[0]._replace(quantities=("fos",)))
+    assert told["values"]["fos"] == pytest.approx([1.3, 0.01])
+    assert (runs, told["failed"], told["tries"]) == ([], "", 2)
+    assert searches == [sweep.folder(0) / "fos"] * 2
+
+
 def test_a_stopped_sweep_ends_its_points(sweep, monkeypatch):
     run_that_ends(monkeypatch, exits.INTERRUPTED, "stopped")
     with pytest.raises(exits.Interrupted):

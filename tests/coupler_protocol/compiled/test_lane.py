@@ -70,6 +70,33 @@ def test_what_is_put_is_taken_bit_for_bit(ends):
         assert grid.wire.got[0] == 0
 
 
+@pytest.mark.parametrize(("seconds", "sleeps"), [(0.01, 7), (0.03, 7), (0.07, 3)])
+def test_a_frame_that_comes_in_pieces_is_taken_in_one_call(ends, monkeypatch, seconds, sleeps):
+    """A piece arrives in each sleep; only after 200 ms the caller looks at its clocks, and takes the rest with the next call."""
+    grid, discs = ends
+    numbers, now, count = say(discs), 0, 0
+    arrival = getattr(lane._arrival, "py_func", lane._arrival)
+    assert put(discs.wire, 0)
+    pieces = lane.read(grid.wire.fd[0], frame := np.zeros(SIZE, dtype=np.uint8), 0, SIZE) and np.array_split(frame, 7)
+    waiting = list(pieces)
+
+    def sleep(fd, asked, milliseconds):
+        nonlocal now, count
+        now, count = now + int(1e9 * seconds), count + 1
+        os.write(discs.wire.fd[0], waiting.pop(0).tobytes())
+        return 1
+
+    monkeypatch.setattr(lane, "give_way", lambda: None)
+    monkeypatch.setattr(lane, "sleep", sleep)
+    monkeypatch.setattr(lane, "nanoseconds", lambda asked: now)
+    found, calls = arrival(grid.wire, 0, 200_000_000), 1
+    assert (found, count) == (HERE if sleeps == 7 else NOTHING, sleeps)
+    while found == NOTHING:
+        found, calls = arrival(grid.wire, 0, now + 200_000_000), calls + 1
+    assert calls == -(-7 // sleeps)
+    assert grid.wire.heard[5:].tobytes() == numbers.tobytes()
+
+
 def test_a_frame_is_that_of_the_link(ends):
     """A frame sealed by frames.StepFrame is believed by the compiled loop, and the other way round."""
     grid, discs = ends
@@ -149,13 +176,13 @@ def test_a_processor_that_others_need_is_not_looked_away_from(ends, monkeypatch)
         time.sleep(1e-3 if len(looked) == 1 else 0.0)
 
     monkeypatch.setattr(lane, "give_way", others_run)
-    assert arrival(grid.wire, 0) == NOTHING
+    assert arrival(grid.wire, 0, 0) == NOTHING
     assert (len(looked), grid.wire.shared[0]) == (lane.LOOKS, lane.ASLEEP)
     for left in (lane.ASLEEP - 1, lane.ASLEEP - 2):
-        assert arrival(grid.wire, 0) == NOTHING
+        assert arrival(grid.wire, 0, 0) == NOTHING
         assert (len(looked), grid.wire.shared[0]) == (lane.LOOKS, left)
     grid.wire.shared[0] = 0
-    assert arrival(grid.wire, 0) == NOTHING
+    assert arrival(grid.wire, 0, 0) == NOTHING
     assert len(looked) == 2 * lane.LOOKS
 
 
