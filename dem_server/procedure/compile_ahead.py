@@ -108,6 +108,7 @@ def _ring(side):
     contact_forces(side.model, side.state)
     if side.ledger:
         side.ledger.book_contacts(side.model, side.state)
+    side.refuse_passing()
 
 
 def _observed(side):
