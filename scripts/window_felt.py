@@ -1,7 +1,7 @@
 """How much a slope feels its window: the same slope coupled and as a continuum alone, each level of gravity held to rest.
 
     python scripts/window_felt.py [SCENE ..] [--set KEY=VALUE ..] [--seeds N ..] [--out DIR] [--json FILE] [--page FILE]
-        [--picture FILE] [--fast]
+        [--picture FILE] [--last G] [--fast]
 
 Gravity grows to 2, 3, .. g; each level is held until the unbalanced ratio is below 1e-5. A level moves if it does not rest in
 40,000 steps, or if a gridpoint moves by more than 1 m. Between the last level at rest and the first that moves, the gravity at
@@ -13,7 +13,8 @@ the crest from 1 to 3 g, displacement of the rim (rms over rms), mean stress in 
 yy), the moduli of the window in the slope from 1 to 3 g, and the gravity at failure (middle between rest and motion).
 
 Runs stay in DIR (default runs/window_felt): the same command continues a study that was interrupted. --page writes the table
-into its section of a page (docs/window.md). --fast: the coarse slope of configs/quick_slope.toml in one process, to 3 g."""
+into its section of a page (docs/window.md). --last: no gravity above, so failure is not sought (3 is enough for stress and
+settlement). --fast: the coarse slope of configs/quick_slope.toml in one process, to 3 g."""
 
 import argparse
 import json
@@ -72,10 +73,11 @@ def main(argv: list[str] | None = None) -> int:
     p.add_argument("--json", type=Path, metavar="FILE", help="every number of every run")
     p.add_argument("--page", type=Path, metavar="FILE", help="write the table into this page")
     p.add_argument("--picture", type=Path, metavar="FILE", help="draw settlements over gravity")
+    p.add_argument("--last", type=int, default=Hold().last, metavar="G", help="highest level [g] (default %(default)s)")
     p.add_argument("--fast", action="store_true", help="the coarse slope instead")
     options = p.parse_args(argv)
     paths = options.scenes or [CONFIGS / f"{name}.toml" for name in (("quick_slope",) if options.fast else SCENES)]
-    hold, clock = FAST if options.fast else Hold(), time.perf_counter()
+    hold, clock = FAST if options.fast else Hold(last=options.last), time.perf_counter()
     step = partial(compute, in_process=options.fast, clock=clock)
     first = begun(Scene.read(paths[0], options.set), EVERY)
     alone = course(continuum_alone(first), options.out / "alone", hold, step)

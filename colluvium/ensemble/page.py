@@ -1,6 +1,5 @@
 """The page report.html of a sweep: what it says, its pictures inside the file, and a row with a link for every point."""
 
-import base64
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -8,12 +7,9 @@ from typing import Any
 
 from colluvium.ensemble.answer import Setting
 from colluvium.ensemble.study import Found
+from colluvium.figures import page_parts
 
-STYLE = (
-    "body{font:14px/1.5 system-ui,sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#1a1a1a}"
-    "table{border-collapse:collapse;margin:1em 0}td,th{border-bottom:1px solid #c8c8c8;padding:.2em .8em;text-align:left}"
-    "img{max-width:48%}iframe{width:49%;height:70vh;border:1px solid #c8c8c8}"
-)
+STYLE = "img{max-width:48%}iframe{width:49%;height:70vh;border:1px solid #c8c8c8}"
 # Two runs side by side: the first click on "beside" fills the left frame, the next one the right one.
 SCRIPT = (
     "let n=0;function beside(path){const f=document.getElementById('side'+(n++%2));f.src=path;f.hidden=false;"
@@ -24,9 +20,8 @@ SCRIPT = (
 def write(title: str, said: Sequence[str], settings: Sequence[Setting], found: Sequence[Found], quantity: str,
           pictures: Sequence[Path], path: Path) -> Path:  # fmt: skip
     """Writes the page; `pictures`: PNG files that it contains. Links are relative: folders of runs stay beside the page."""
-    parts = [f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(title)}</title><style>{STYLE}</style>"]
-    parts += [f"<script>{SCRIPT}</script><h1>{escape(title)}</h1>", *(f"<p>{escape(text)}</p>" for text in said)]
-    parts += [_picture(picture) for picture in pictures]
+    parts = [page_parts.head(title, STYLE), f"<script>{SCRIPT}</script>", *(f"<p>{escape(text)}</p>" for text in said)]
+    parts += [page_parts.picture(picture) for picture in pictures]
     parts += ["<h2>Settings</h2>", _settings(settings, quantity), "<h2>Points</h2>", _points(found, quantity, path.parent)]
     parts.append("<iframe id=side0 hidden></iframe> <iframe id=side1 hidden></iframe></html>\n")
     path.write_text("\n".join(parts), encoding="utf-8")
@@ -43,7 +38,7 @@ def _settings(settings: Sequence[Setting], quantity: str) -> str:
         ]
         for one in settings
     ]
-    return _table([*keys, "seeds", f"mean of {quantity}", "95 % low", "high", "deviation"], rows)
+    return page_parts.table([*keys, "seeds", f"mean of {quantity}", "95 % low", "high", "deviation"], rows)
 
 
 def _points(found: Sequence[Found], quantity: str, root: Path) -> str:
@@ -53,7 +48,7 @@ def _points(found: Sequence[Found], quantity: str, root: Path) -> str:
         value = one.told["values"].get(quantity, (None,))[0]
         why = one.failed or one.told.get("lacking", {}).get(quantity, "")
         rows.append([*map(_said, one.point.values.values()), str(one.point.seed), _said(value), _links(one, root), escape(why)])
-    return _table([*keys, "seed", quantity, "run", ""], rows, escaped=True)
+    return page_parts.table([*keys, "seed", quantity, "run", ""], rows)
 
 
 def _links(one: Found, root: Path) -> str:
@@ -65,16 +60,5 @@ def _links(one: Found, root: Path) -> str:
     return f'<a href="{folder}/">folder</a>'
 
 
-def _table(columns: Sequence[str], rows: Sequence[Sequence[str]], escaped: bool = False) -> str:
-    head = "".join(f"<th>{escape(name)}</th>" for name in columns)
-    body = "".join("<tr>" + "".join(f"<td>{cell if escaped else escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<table><tr>{head}</tr>{body}</table>"
-
-
 def _said(value: Any) -> str:
     return "-" if value is None else f"{value:.4g}" if isinstance(value, float) else escape(str(value))
-
-
-def _picture(path: Path) -> str:
-    data = base64.b64encode(path.read_bytes()).decode()
-    return f'<img alt="{escape(path.stem)}" src="data:image/png;base64,{data}">'

@@ -1,5 +1,6 @@
 """Picture of the mechanism in the trial with the lowest factor that fails: grid, discs, and the force chains that carry it."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -50,26 +51,14 @@ def carried(run: Run, rank: int) -> tuple[Any, np.ndarray]:
 def draw(run: Run, title: str) -> Any:
     """Draws the incremental displacement of the whole slope, and of each window with its chains, on one scale of colours."""
     import matplotlib.pyplot as plt
-    from matplotlib.colors import Normalize
 
     last, ranks = len(run.frames) - 1, run.windows
     figure, axes = plt.subplots(1, 1 + len(ranks), figsize=(6.5 + 3.0 * len(ranks), 5.2), layout="constrained", squeeze=False)
-    grid, points, zones = moved(run), run.gridpoints(last), run.zones(last)
-    length = np.hypot(*grid.T)
-    most = max(length.max(), 1e-300)  # of a gridpoint: a disc without contacts can move farther
-    colours: dict[str, Any] = {"norm": Normalize(0.0, 1.0), "cmap": style.colour_map("rate")}
-    whole = axes[0, 0]
-    drawn = domain.fill_polygons(whole, points.xy[zones.corners], length[zones.corners].mean(axis=1) / most, **colours)
-    for rank in ranks:
-        _window(run, rank, whole, most, colours)
-    far = length > 0.02 * most
-    step = max(1, int(far.sum()) // (ARROWS * ARROWS // 2))
-    chosen = np.flatnonzero(far)[::step]
-    whole.quiver(*points.xy[chosen].T, *(grid[chosen] / most).T, color=style.INK, width=0.0018, scale=ARROWS)
-    domain.outline(whole, points.xy, zones.corners)
+    whole, grid = axes[0, 0], moved(run)
+    drawn, most = draw_slope(whole, run, grid, last, ranks)
     domain.finish(whole, f"displacement since strength was reduced\n{title}")
     for rank, place in zip(ranks, axes[0, 1:], strict=True):
-        _window(run, rank, place, most, colours)
+        _window(run, rank, place, most)
         found, stones = carried(run, rank)
         _chains(run, rank, place, found, stones)
         words = f"\n{len(stones)} stones in chains" if len(stones) else ""
@@ -78,11 +67,34 @@ def draw(run: Run, title: str) -> Any:
     return figure
 
 
-def _window(run: Run, rank: int, axes: Any, most: float, colours: dict[str, Any]) -> None:
+def draw_slope(axes: Any, run: Run, grid: np.ndarray, frame: int, ranks: Sequence[int]) -> tuple[Any, float]:
+    """Draws displacements `grid` (N, 2) [m] of gridpoints in a frame, and of the discs of `ranks` since the first frame.
+
+    Returns the coloured zones and the largest displacement [m], to which colours and arrows belong.
+    """
+    points, zones, length = run.gridpoints(frame), run.zones(frame), np.hypot(*grid.T)
+    most = max(float(length.max()), 1e-300)  # of a gridpoint: a disc without contacts can move farther
+    drawn = domain.fill_polygons(axes, points.xy[zones.corners], length[zones.corners].mean(axis=1) / most, **_colours())
+    for rank in ranks:
+        _window(run, rank, axes, most)
+    far = length > 0.02 * most
+    chosen = np.flatnonzero(far)[:: max(1, int(far.sum()) // (ARROWS * ARROWS // 2))]
+    axes.quiver(*points.xy[chosen].T, *(grid[chosen] / most).T, color=style.INK, width=0.0018, scale=ARROWS)
+    domain.outline(axes, points.xy, zones.corners)
+    return drawn, most
+
+
+def _colours() -> dict[str, Any]:
+    from matplotlib.colors import Normalize
+
+    return {"norm": Normalize(0.0, 1.0), "cmap": style.colour_map("rate")}
+
+
+def _window(run: Run, rank: int, axes: Any, most: float) -> None:
     """Discs by their displacement."""
     last = len(run.frames) - 1
     discs = run.discs(last, rank)
-    domain.fill_discs(axes, domain.discs_now(run, last, rank), discs.radius, np.hypot(*moved(run, rank).T) / most, **colours)
+    domain.fill_discs(axes, domain.discs_now(run, last, rank), discs.radius, np.hypot(*moved(run, rank).T) / most, **_colours())
 
 
 def _chains(run: Run, rank: int, axes: Any, found: Any, stones: np.ndarray) -> None:

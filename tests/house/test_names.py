@@ -18,7 +18,9 @@ OF_A_USER = {
     "scene.toml",
     "follow.py",
     "discs.toml",
-}  # what a run writes, docs/plugins.md lets the reader write, a calibration writes
+    "DIR/hexagonal_slope.toml",
+    "runs/hexagonal/hexagonal_slope.toml",
+}  # what a run writes, docs/plugins.md lets the reader write, a calibration writes, scripts/hexagonal_window.py writes
 GROUPS = {"colluvium.effects", "colluvium.rules", "colluvium.doubts"}  # of entry points
 
 
