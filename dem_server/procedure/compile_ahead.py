@@ -20,6 +20,7 @@ from dem_server.coupling.plain_help import help_discs
 from dem_server.coupling.plain_loop import plain_loop
 from dem_server.coupling.ring_guard import RingGuard
 from dem_server.insitu.takeover import bond
+from dem_server.insitu.virtual_strain import relax
 from dem_server.observe.stable_limit import motion_of_ring
 from dem_server.observe.unbalanced_ratio import unbalanced_ratio
 from dem_server.step import breaks
@@ -62,8 +63,12 @@ def _formed(side):
     """Yields after every kernel of a takeover without stress."""
     unbalanced_ratio(side.model, side.state, side.gravity)
     yield
+    relax(side.model, side.state, side.gravity, 1)
+    yield
     if side.stones is not None:
         side.model = bodies.form_stones(side.model, side.state, side.stones.outlines, side.scene.stones.body)
+        yield
+        relax(side.model, side.state, side.gravity, 1)
         yield
     bond(side.model, side.state)
     yield
@@ -103,6 +108,7 @@ def _ring(side):
     contact_forces(side.model, side.state)
     if side.ledger:
         side.ledger.book_contacts(side.model, side.state)
+    side.refuse_passing()
 
 
 def _observed(side):
