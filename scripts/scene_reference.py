@@ -54,6 +54,12 @@ EXAMPLES = (
         "continued above the ground. Below the third row under the surface, zones are rectangles.",
     ),
     (
+        "Shaking",
+        "quick_shaking.toml",
+        "The motion of a base from a CSV file with the columns time [s], x, y [m/s]. A compliant base takes the wave that "
+        "arrives from below: half of the motion recorded on a free surface of the same rock.",
+    ),
+    (
         "A window of any shape",
         "quick_notch.toml",
         "A polygon takes the zones whose centres it contains. Place its corners at gridpoints: the rim follows the sides "

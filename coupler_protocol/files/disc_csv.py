@@ -6,23 +6,19 @@ the same bits.
 """
 
 import csv
-from collections.abc import Sequence
-from math import isfinite
 from pathlib import Path
 from typing import IO, Any, NamedTuple
 
 import numpy as np
 
-from coupler_protocol.problems import Problem, SceneError, unfit
-from coupler_protocol.scene.named_files import remedy_for
+from coupler_protocol.files.csv_rows import check_width, number_of, read_rows, refuse_lines
+from coupler_protocol.problems import unfit
 
 PLACE = ("x", "y", "radius")  # required columns
 MOTION = ("vx", "vy", "spin")
 MATERIALS = ("soil", "stone")
 COLUMNS = (*PLACE, *MOTION, "material", "stone")
-SHOWN = 5  # problems of a file that are named
 LARGEST = 2**31 - 1  # number of a stone
-FARTHEST = 1e9  # [m, m/s, rad/s]: larger numbers have lost their metres
 
 
 class DiscFile(NamedTuple):
@@ -40,44 +36,20 @@ class DiscFile(NamedTuple):
 
 def read(path: str | Path, key: str = "discs.file") -> DiscFile:
     """Reads the DiscFile at `path`; raises SceneError with the lines and columns that are wrong."""
-    path = Path(path)
-    if not path.is_file():
-        raise unfit(key, f"there is no file {path}", remedy_for(path))
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:  # also with the mark that spreadsheets write
-            rows = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if row]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise unfit(key, f"{path} is not a CSV table: {error}", f"columns: {', '.join(COLUMNS)}") from None
-    head = [name.strip() for name in rows[0][1]] if rows else []
-    _check_head(path, key, head)
+    head, rows = read_rows(path, key, COLUMNS, PLACE)
     wrong = []
     table: dict[str, list[str | float]] = {name: [] for name in head}
-    for number, row in rows[1:]:
+    for number, row in rows:
         try:
-            if len(row) != len(head):
-                hint = ": are decimals written with commas?" if len(row) > len(head) else ""
-                raise ValueError(f"{len(row)} columns instead of {len(head)}{hint}")
+            check_width(row, head)
             for name, text in zip(head, row, strict=True):
                 table[name].append(_value(name, text.strip()))
         except ValueError as error:
             wrong.append((number, str(error)))
-    if wrong:
-        more = f" ({len(wrong)} lines are wrong)" if len(wrong) > SHOWN else ""
-        raise SceneError([Problem(str(path), number, key, why + more, "one disc a line") for number, why in wrong[:SHOWN]])
-    if len(rows) < 2:
+    refuse_lines(path, key, wrong, "one disc a line")
+    if not rows:
         raise unfit(key, f"{path} holds no discs", "one disc a line under the head line")
     return _discs(path, key, table)
-
-
-def _check_head(path: str | Path, key: str, head: Sequence[str]) -> None:
-    if len(head) == 1 and ";" in head[0]:
-        raise unfit(key, f"{path}: columns are parted by semicolons", "part them by commas, with points in numbers")
-    missing = [name for name in PLACE if name not in head]
-    strange = [name for name in head if name not in COLUMNS]
-    twice = [name for name in head if head.count(name) > 1]
-    for names, what in ((missing, "missing"), (strange, "not known"), (twice, "there twice")):
-        if names:
-            raise unfit(key, f"{path}: column {names[0]!r} is {what}", f"columns: {', '.join(COLUMNS)}")
 
 
 def _value(name: str, text: str) -> str | float:
@@ -93,12 +65,7 @@ def _value(name: str, text: str) -> str | float:
         if abs(number) > LARGEST:
             raise ValueError(f"stone {text!r} is larger than {LARGEST}")
         return number
-    try:
-        value = float(text.replace("_", "?"))
-    except ValueError:
-        value = float("nan")
-    if not isfinite(value) or abs(value) > FARTHEST:
-        raise ValueError(f"{name} {text!r} is not a number" + (": decimals have a point" if "," in text else ""))
+    value = number_of(name, text)
     if name == "radius" and value <= 0.0:
         raise ValueError("the radius is not positive")
     return value

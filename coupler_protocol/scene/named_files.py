@@ -26,6 +26,20 @@ def _tables(data: Any) -> Iterator[tuple[Place, Any, str]]:
             table = holder.get(name) if isinstance(holder, dict) else None
             if isinstance(table, dict):
                 yield (*at, name), table, key
+    for at, boundary in _boundaries(data):
+        table = boundary.get("shaking") if isinstance(boundary, dict) else None
+        if isinstance(table, dict):
+            yield (*at, "shaking"), table, "file"
+
+
+def _boundaries(data: Any) -> Iterator[tuple[Place, Any]]:
+    """(path, table) of every boundary in plain data of a scene: of the scene and of its stages."""
+    stages = data.get("stage") if isinstance(data, dict) else None
+    holders: list[tuple[Place, Any]] = [((), data)]
+    holders += [(("stage", i), stage) for i, stage in enumerate(stages if isinstance(stages, list) else ())]
+    for at, holder in holders:
+        tables = holder.get("boundary") if isinstance(holder, dict) else None
+        yield from (((*at, "boundary", k), table) for k, table in enumerate(tables if isinstance(tables, list) else ()))
 
 
 def _at(data: Any, path: Place) -> Any:
@@ -102,7 +116,15 @@ def paths_of(scene: Any) -> dict[Place, str]:
             value = getattr(getattr(holder, name, None), key, None)
             if value is not None:
                 found[(*at, name, key)] = value
+    found |= {(*at, "shaking", "file"): boundary.shaking.file for at, boundary in boundaries_of(scene) if boundary.shaking}
     return found
+
+
+def boundaries_of(scene: Any) -> Iterator[tuple[Place, Any]]:
+    """(path, boundary) of every boundary of a scene that was read."""
+    yield from ((("boundary", k), boundary) for k, boundary in enumerate(scene.boundary))
+    for i, stage in enumerate(scene.stage):
+        yield from ((("stage", i, "boundary", k), boundary) for k, boundary in enumerate(stage.boundary))
 
 
 def absent(scene: Any, path: Any) -> bool:

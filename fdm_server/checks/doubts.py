@@ -10,6 +10,7 @@ from coupler_protocol.scene.of_window import of_window
 from coupler_protocol.scene.stage_kinds import of
 from coupler_protocol.scene.tables.grading import grading_of
 from fdm_server.checks.materials import doubts_of_materials
+from fdm_server.checks.motions import doubts_of_motions
 from fdm_server.checks.places import doubts_of_places
 from fdm_server.effects.elastic import poisson_ratio
 from fdm_server.ground.excavation import all_held
@@ -27,7 +28,7 @@ def doubts(scene):
         return []
     grid = build_grid(scene)
     of_grid = [*doubts_of_materials(scene, grid), *doubts_of_places(scene, grid)]
-    of_grid += [*_shapes(grid), *_supports(scene, grid), *_rims(scene, grid)]
+    of_grid += [*_shapes(grid), *_supports(scene, grid), *_rims(scene, grid), *doubts_of_motions(scene, grid)]
     return [*_stiffness(scene), *_overlaps(scene), *of_grid, *_restless(scene)]
 
 

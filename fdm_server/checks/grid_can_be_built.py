@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from coupler_protocol.geometry import spot
 from coupler_protocol.scene.of_window import of_window
 from fdm_server.checks.materials import materials_have_zones
+from fdm_server.checks.motions import motions_can_be_read
 from fdm_server.checks.room_for_discs import lack_of_room
 from fdm_server.ground.even_loads import forces_of_even_loads
 from fdm_server.ground.excavation import excavations, held_in_stages
@@ -45,6 +46,7 @@ def grid_can_be_built(scene):
             yield ("window", i), str(error), ""
     yield from _cramped(scene, grid, holes)
     yield from _on_windows(scene, grid, holes)
+    yield from motions_can_be_read(scene)
     try:
         excavations(scene, grid, held_in_stages(scene, grid), list(holes.values()))
     except ValueError as error:

@@ -21,6 +21,7 @@ from fdm_server.coupling.rim_growth import NOTICED as GROWS
 from fdm_server.coupling.rim_growth import watch_growth, watch_power
 from fdm_server.ground.boundaries_in_time import drive_sides
 from fdm_server.ground.quiet_sides import absorb_all
+from fdm_server.ground.shaking import shake_forces, shake_velocities
 from fdm_server.observe.energy import strain_kernel
 from fdm_server.observe.energy_ledger import book_points, book_zones, copy_before, note_energies
 from fdm_server.step.forces import sum_at_gridpoints
@@ -211,17 +212,17 @@ def plain_loop(
     points: applied, added_mass, mass, weight_mass, fixed, static_mass (None in static mode); resistance: damping, half_combined,
     previous, half_drag of `velocity_kernel`; always, effects: of fdm_server.step.zone_pass.zone_arguments; renewal: a Renewal in
     static large strain, else None; nodal: (Nodal, Averages, its `trial`) as plain tuples if volumetric strain is averaged at
-    gridpoints, else None; sides: the arguments of `drive_sides` and `absorb_all`, and the Moved of histories, each may be None;
-    sight: the Sight of the stage; ledger: the Book of its energies, or None. pauses: (Pauses of its Pace, path (K,2) [m] of the
-    rims since the last exchange), None with an exchange in every step. midway: the first step has sent its velocities and looked
-    already. marks (n,2): times [ns] between which each step waits for FORCE, None without a trace. crew: a Crew whose other
-    threads run `help_grid`, None for one thread.
+    gridpoints, else None; sides: the arguments of `drive_sides`, `absorb_all` and `shake_velocities`, and the Moved of histories,
+    each may be None; sight: the Sight of the stage; ledger: the Book of its energies, or None. pauses: (Pauses of its Pace, path
+    (K,2) [m] of the rims since the last exchange), None with an exchange in every step. midway: the first step has sent its
+    velocities and looked already. marks (n,2): times [ns] between which each step waits for FORCE, None without a trace. crew: a
+    Crew whose other threads run `help_grid`, None for one thread.
     """
     applied, added_mass, mass, weight_mass, fixed, static_mass = points
     damping, half_combined, previous, half_drag = resistance
     geometry, gather, stiffness, arrays = always
     velocity, displacement, stress, corner_force, force = arrays
-    drive, quiet, moved = sides
+    drive, quiet, shaken, moved = sides
     mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy = effects
     windows, count, strips = len(wire.fd), velocity.shape[0], len(gather[1]) - 2
     first = strip = np.int64(0)  # for a literal number numba would compile the kernels once more
@@ -265,6 +266,7 @@ def plain_loop(
             if crew is not None:
                 meet(crew)
             drive_sides(drive, course.done + step, velocity)
+            shake_velocities(shaken, course.seconds, velocity)
             if pauses is None:
                 copy_velocities(rims, velocity)
             else:
@@ -323,6 +325,7 @@ def plain_loop(
         if renewal is not None:
             count_step(renewal, displacement, mass)
         absorb_all(quiet, velocity, applied)
+        shake_forces(shaken, course.seconds, applied)
         if number % sight.every == 0 and number <= course.noted:
             note(number, course.factor[step], points, arrays, gravity, sight)
             note_moved(moved, displacement, sight)

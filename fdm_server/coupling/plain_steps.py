@@ -195,7 +195,7 @@ class PlainSteps:
         points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
         drag, (always, effects) = resistance(model, state, state.dt), zone_arguments(model, state)
         nodal = self.averages and (tuple(model.nodal), tuple(self.averages), self.averages.trial)
-        sides = *self.stage.sides.arguments(state), self.moved
+        sides = *self.stage.sides.arguments(state, self.stage.time), self.moved
         return (
             self.lanes.wire, self.rims, course, points, drag, always, effects, self.renewal, nodal, sides, midway, self.sight,
             self.pauses, self.book, self.marks, self.crew,

@@ -20,6 +20,7 @@ from coupler_protocol.scene.schedule import acting_boundaries, new_boundaries
 from fdm_server.ground.even_loads import forces_of_even_loads
 from fdm_server.ground.load_steps import Ramp, ramp_of
 from fdm_server.ground.quiet_sides import Dashpots, dashpots, keep_reaction
+from fdm_server.ground.shaking import Shaken, shaken
 from fdm_server.mesh.grid_sides import edges_of, fixed_components, motion_of, points_in, sides_of
 from fdm_server.mesh.zone_sides import boundary_edges
 from fdm_server.step import present_shape
@@ -117,6 +118,7 @@ class Sides(NamedTuple):
     drive: Drive | None
     push: Push | None
     dashpots: tuple[Dashpots, ...]
+    shaken: Shaken | None
     holders: dict[str, tuple[NDArray[np.int64], NDArray[np.int64]]]  # name: gridpoints held or moved in x and in y
 
     def saved(self):
@@ -124,18 +126,19 @@ class Sides(NamedTuple):
         push = self.push and self.push._asdict() | {"loads": [load.saved() for load in self.push.loads]}
         return {"drive": self.drive and self.drive._asdict(), "push": push}
 
-    def arguments(self, state):
-        """Arguments of `drive_sides` and `absorb_all`: (drive, quiet)."""
+    def arguments(self, state, now):
+        """Arguments of `drive_sides`, `absorb_all` and those of shaking.py: (drive, quiet, shaken); now [s]: of the stage."""
         drive = self.drive and (*self.drive, state.driven)
-        return drive, tuple(side.arguments(state) for side in self.dashpots) or None
+        quiet = tuple(side.arguments(state) for side in self.dashpots) or None
+        return drive, quiet, self.shaken and self.shaken.arguments(state, now)
 
     @property
     def act(self):
         """Whether they do something in every step."""
-        return self.drive is not None or self.push is not None or bool(self.dashpots)
+        return self.drive is not None or self.push is not None or bool(self.dashpots) or self.shaken is not None
 
 
-NOTHING = Sides(None, None, (), {})
+NOTHING = Sides(None, None, (), None, {})
 
 
 def begin_stage(scene, index, model, state, gravity=0.0):
@@ -145,7 +148,7 @@ def begin_stage(scene, index, model, state, gravity=0.0):
     """
     boundaries, new = acting_boundaries(scene, index), new_boundaries(scene, index)
     for boundary in new:
-        if boundary.quiet:
+        if boundary.is_quiet:
             keep_reaction(model, state, boundary, gravity)
     attached = np.diff(model.start) > 0
     model = replace(model, fixed=fixed_components(model.grid, boundaries) | ~attached[:, None])
@@ -153,17 +156,19 @@ def begin_stage(scene, index, model, state, gravity=0.0):
     drive = _drive(model, state, boundaries, _motions(earlier), _motions(own))
     ramps = [ramp_of(scene, index, model.law, b.over, b.ratio, index > 0 and b in own) for b in _loads(new)]
     push = _push(model, state, _loads(earlier), _loads(own), ramps)
-    damped = tuple(dashpots(model, b) for b in boundaries if b.quiet)
-    return model, Sides(drive, push, damped, holders(model.grid, boundaries))
+    damped = tuple(dashpots(model, b) for b in boundaries if b.is_quiet)
+    return model, Sides(drive, push, damped, shaken(model, new, damped, state), holders(model.grid, boundaries))
 
 
 def continued(scene, index, model, saved):
     """The Sides of a stage that `Sides.saved` describes; model: with the components held in the stage."""
     boundaries, push = acting_boundaries(scene, index), saved["push"]
+    damped = tuple(dashpots(model, b) for b in boundaries if b.is_quiet)
     return Sides(
         drive=saved["drive"] and Drive(**saved["drive"]),
         push=push and Push(**(push | {"loads": tuple(Load.of(load) for load in push["loads"])})),
-        dashpots=tuple(dashpots(model, b) for b in boundaries if b.quiet),
+        dashpots=damped,
+        shaken=shaken(model, new_boundaries(scene, index), damped),
         holders=holders(model.grid, boundaries),
     )
 
@@ -190,7 +195,7 @@ def _loads(boundaries):
 def _drive(model, state, boundaries, earlier, own):
     """The Drive of a stage in which boundaries begin: `earlier` of the scene, then `own` of the stage."""
     if state.driven is None:
-        if not any(b.velocity is not None for b in boundaries):
+        if not any(b.velocity is not None or (b.shaking is not None and not b.is_quiet) for b in boundaries):
             return None
         state.driven = np.zeros_like(state.velocity)
     end, over = state.driven.copy(), np.ones(state.driven.shape, dtype=np.int64)

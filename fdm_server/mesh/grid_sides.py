@@ -99,8 +99,10 @@ def motion_of(boundary):
     """Components (axis, velocity [m/step] or None for a free one) whose motion a boundary sets."""
     if boundary.velocity is not None:
         return [(k, v) for k, v in enumerate((boundary.velocity.x, boundary.velocity.y)) if v is not None]
-    if boundary.quiet is not None:
+    if boundary.is_quiet:
         return [(0, None), (1, None)]
+    if boundary.shaking is not None:
+        return [("xy".index(column), 0.0) for column in boundary.shaking.factors]  # after the motion it is held
     if boundary.free is not None:
         return [("xy".index(letter), None) for letter in boundary.free]
     return [("xy".index(letter), 0.0) for letter in boundary.fix or ""]

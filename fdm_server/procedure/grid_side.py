@@ -255,6 +255,7 @@ class ContinuumSide:
             result["limits"] = safe_limits(self.model, self.state, nodes, sums)
         if self.plugin is not None:
             self.plugin.stage(self._moment(stage), soundness.check)
+        stage.end_motions()
         self.results.append(result)
         self.state = self.state if instead is None else instead
         stage.end_changes()

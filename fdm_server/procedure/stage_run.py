@@ -114,6 +114,11 @@ class StageRun(Kept):
             side.model = with_materials(side.model, side.state, in_stage(scene, self.index))
             self.changes["strain_energy"] = [before, strain_energy(side.model, side.state)]
 
+    def end_motions(self):
+        """Ends the motion of sides that shake in this stage only."""
+        if self.sides.shaken is not None:
+            self.sides.shaken.end(self.side.state)
+
     def end_changes(self):
         """Gives the grid its materials back after a stage that is discarded."""
         if self.stage.discard and self.stage.material:
@@ -305,6 +310,8 @@ class StageRun(Kept):
             self.sides.push.apply(self.side.state)
         for side in self.sides.dashpots:
             side.apply(self.side.state)
+        if self.sides.shaken is not None:
+            self.sides.shaken.apply(self.side.state, self.time)
 
     def set_velocities(self, state):
         """Takes the momentum of a staged relaxation, then sets the velocities that boundaries prescribe in the present step."""
@@ -314,6 +321,8 @@ class StageRun(Kept):
             self._momentum.take(self.side.model, state)
         if self.sides.drive is not None:
             self.sides.drive.apply(state, self.done)
+        if self.sides.shaken is not None:
+            self.sides.shaken.move(state, self.time + 0.5 * clock.seconds(state))
 
     def step_done(self):
         """Counts the step."""

@@ -96,6 +96,7 @@ SHORT = "large strain, clumps, regions"
 REGIONS = {"core": (2.1, 2.0, 0.6), "edge": [[1.1, 1.1], [2.9, 1.3], [2.0, 2.8]]}
 MEASURE = [{"name": "core", "centre": [2.1, 2.0], "radius": 0.6}, {"name": "edge", "polygon": REGIONS["edge"]}]
 SIDES = "averages at gridpoints, quiet sides, a side that moves"
+SHAKEN = "energies, a rigid and a compliant side that shake"
 QUIET = [{"on": "left", "quiet": True}, {"on": "bottom", "quiet": True}]
 CASES = {
     "two windows, paper's mapping, combined damping, histories of every third step": {
@@ -115,6 +116,14 @@ CASES = {
         "stage__2__boundary": [*QUIET, {"on": "top", "velocity": {"x": 2e-3, "y": -3e-3}, "over": 90}],
         "stage__3__time": "real",
         "stage__3__boundary": [{"on": "top", "velocity": {"x": 0.0, "y": 1e-3}, "over": 70}],
+    },
+    SHAKEN: {
+        "record__energy": True,
+        "stage__3__time": "real",
+        "stage__3__boundary": [
+            {"on": "bottom", "shaking": {"file": "base.csv", "base": "compliant", "x": 0.01, "y": 1e-3}},
+            {"on": "left", "shaking": {"file": "base.csv", "base": "rigid", "x": 0.02}},
+        ],
     },
     "large strain, averages of elastic zones at gridpoints": {
         "grid__large_strain": True,
@@ -176,7 +185,7 @@ CASES = {
 }
 
 
-LONG = [case for case in CASES if case not in (SHORT, SIDES)]
+LONG = [case for case in CASES if case not in (SHORT, SIDES, SHAKEN)]
 MOST_PLAIN = 0.8  # share of plain steps: a compiled call also ends by the clock, more often on a busy machine
 
 
@@ -185,11 +194,16 @@ MOST_PLAIN = 0.8  # share of plain steps: a compiled call also ends by the clock
     [
         SHORT,
         *(pytest.param(case, marks=pytest.mark.long) for case in (SIDES, *LONG[::2])),
-        *(pytest.param(case, marks=[pytest.mark.long, pytest.mark.trial]) for case in LONG[1::2]),
+        *(pytest.param(case, marks=[pytest.mark.long, pytest.mark.trial]) for case in (SHAKEN, *LONG[1::2])),
     ],
 )
 def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
-    rows = both_ways(tmp_path, scene(**CASES[case]))
+    data = scene(**CASES[case])
+    for boundary in data["stage"][3].get("boundary", []):
+        if "shaking" in boundary:
+            boundary["shaking"] |= {"file": str(tmp_path / "base.csv")}
+            (tmp_path / "base.csv").write_text("time,x,y\n0,0,0\n0.002,1,-1\n0.006,-1,1\n0.01,0,0\n")
+    rows = both_ways(tmp_path, data)
     assert same_files(tmp_path) == []
     history = CASES[case].get("record__history", 10)
     seen = 6 + (8 if "measure" in CASES[case] else 0)  # steps that begin a stage, or that measuring sees

@@ -25,6 +25,6 @@ def scene(*arguments, **more):
     return Scene(**tables(*arguments, **more))
 
 
-def compute(out, *arguments, **more):
+def compute(out, *arguments, on_step=None, **more):
     """Results of a run; to be used with `with`."""
-    return run(scene(*arguments, **more), out)
+    return run(scene(*arguments, **more), out, on_step=on_step)

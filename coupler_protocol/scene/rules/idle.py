@@ -149,10 +149,13 @@ def sides_that_change_nothing(scene: Any) -> Iterator[Finding]:
             if never:
                 what = f"nothing before has fixed or moved {' and '.join(never)} of {b.on}"
                 yield (*path, "free"), what, "remove the table: sides are free unless a table holds them"
-        if b.over is not None and (b.free is not None or b.quiet is not None):
-            yield (*path, "over"), f"{'free' if b.free else 'quiet'} acts at once, without a ramp", "remove the key"
+        at_once = next((key for key in ("free", "quiet", "shaking") if getattr(b, key) is not None), None)
+        if b.over is not None and at_once:
+            yield (*path, "over"), f"{at_once} acts at once, without a ramp", "remove the key"
         held |= {(b.on, axis) for axis in b.fix or ""}
         held |= {(b.on, axis) for axis in "xy" if b.velocity is not None and getattr(b.velocity, axis) is not None}
+        if b.shaking is not None and b.shaking.base == "rigid":
+            held |= {(b.on, axis) for axis in b.shaking.factors}
 
 
 def histories_without_a_point(scene: Any) -> Iterator[Finding]:

@@ -147,9 +147,22 @@ def boundaries_change_with_steps_enough(scene: Any) -> Iterator[Finding]:
 def quiet_sides_belong_to_real_time(scene: Any) -> Iterator[Finding]:
     """Quiet sides begin, and act, in stages in real time."""
     for i, stage in enumerate(scene.stage):
-        if not stage.in_real_time and of(stage).computes and any(b.quiet for b in acting_boundaries(scene, i)):
+        if not stage.in_real_time and of(stage).computes and any(b.is_quiet for b in acting_boundaries(scene, i)):
             why = f"a quiet side acts in static stage {stage.name!r}: it would move without end"
             yield ("stage", i), why, 'give the stage time = "real", or start the quiet side in a later stage: [[stage.boundary]]'
+
+
+def shaking_begins_in_real_time(scene: Any) -> Iterator[Finding]:
+    """A motion over seconds begins in a stage in real time, and no two sides shake the same place in one stage."""
+    for i, stage in enumerate(scene.stage):
+        begun = [b for b in new_boundaries(scene, i) if b.shaking is not None] if of(stage).computes else []
+        for k, boundary in enumerate(begun):
+            path = (*_boundary_at(scene, i, boundary), "shaking")
+            if not stage.in_real_time:
+                why = f"stage {stage.name!r} is static: its steps have no seconds"
+                yield path, why, 'give the stage time = "real", or move the table to the [[stage.boundary]] of one in real time'
+            if any(boundary.place == other.place for other in begun[:k]):
+                yield path, f"a second motion of {boundary.place} in stage {stage.name!r}", "use one file with both columns"
 
 
 def weight_needs_gravity(scene: Any) -> Iterator[Finding]:
@@ -194,6 +207,7 @@ STAGE_RULES = (
     surcharges_lie_on_the_ground,
     boundaries_change_with_steps_enough,
     quiet_sides_belong_to_real_time,
+    shaking_begins_in_real_time,
     weight_needs_gravity,
     bands_end_stages_that_may_have_one,
 )

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, model_validator
 
 from coupler_protocol.scene.declare import Table, quantity
-from coupler_protocol.scene.names import Name
+from coupler_protocol.scene.names import Hash, Name, hash_meaning
 
 
 def _spanning(value: tuple[float, float]) -> tuple[float, float]:
@@ -16,7 +16,7 @@ def _spanning(value: tuple[float, float]) -> tuple[float, float]:
 
 Range = Annotated[tuple[float, float], AfterValidator(_spanning)]
 Components = Literal["x", "y", "xy"]
-MOTIONS, FORCES = ("fix", "free", "velocity", "quiet"), ("pressure", "shear", "stress")
+MOTIONS, FORCES = ("fix", "free", "velocity", "quiet", "shaking"), ("pressure", "shear", "stress")
 
 
 def waits_for_rest() -> Any:
@@ -43,6 +43,33 @@ class Velocity(Table):
         return self
 
 
+class Shaking(Table):
+    """Motion of a side over seconds, from a CSV file with the columns time [s], x and y [m/s], for a stage in real time.
+
+    The motion begins with the stage of this table and ends with the file or with that stage; between the rows of the file it
+    is linear. `compliant`: the ground continues below the side. The motion is that of the wave that arrives from there, half of
+    the motion of a free surface of the same ground. The side is also quiet, so waves from above leave. `rigid`: the side has
+    this velocity and reflects; later it is fixed.
+    """
+
+    file: str = quantity(meaning="CSV file; its path counts from the folder of the scene", min_length=1)
+    file_hash: Hash | None = quantity(None, meaning=hash_meaning("file"))
+    base: Literal["compliant", "rigid"] = quantity(meaning="whether waves from above leave through the side, or are reflected")
+    x: float | None = quantity(None, meaning="factor on the column x (none: no motion to the right from the file)")
+    y: float | None = quantity(None, meaning="factor on the column y (none: no motion upwards from the file)")
+
+    @model_validator(mode="after")
+    def _not_empty(self) -> "Shaking":
+        if self.x is None and self.y is None:
+            raise ValueError("give x, y, or both: factors on the columns of the file, such as x = 1.0")
+        return self
+
+    @property
+    def factors(self) -> dict[str, float]:
+        """Factors {column: factor} of the columns that are used."""
+        return {name: value for name, value in (("x", self.x), ("y", self.y)) if value is not None}
+
+
 class Traction(Table):
     """A stress whose traction (stress times outward normal) acts on a side, as from the ground beyond it."""
 
@@ -54,8 +81,8 @@ class Traction(Table):
 class Boundary(Table):
     """Condition on a side of the grid, or on a range of it: fixed, moved or loaded.
 
-    A table prescribes the motion of gridpoints (fix, free, velocity, quiet) or their load (pressure and shear, or stress). It
-    acts from the first stage on, in `[[stage.boundary]]` from that stage on, until a later table sets the same gridpoints. Of
+    A table prescribes the motion of gridpoints (fix, free, velocity, quiet, shaking) or their load (pressure and shear, or
+    stress). It acts from the first stage on, in `[[stage.boundary]]` from that stage on, until a later table sets the same gridpoints. Of
     several tables for one component of a gridpoint's motion, the last one counts. Loads on the same side and range replace
     each other, loads on different ranges add up; loads keep the direction that they have at the start of their stage. If a
     table fixes or moves a component, the sum of the forces on the ground is recorded as histories `reaction_x:NAME` and
@@ -74,6 +101,7 @@ class Boundary(Table):
     quiet: Literal[True] | None = quantity(
         None, meaning="time = real: dashpots absorb arriving waves; the reactions at the start of the stage remain"
     )
+    shaking: Shaking | None = quantity(None, meaning="time = real: motion from a CSV file, such as an earthquake")
     pressure: float | None = quantity(None, unit="Pa", meaning="normal to the side, positive in compression")
     shear: float | None = quantity(
         None, unit="Pa", meaning="along the side, positive with the ground on the left (on top: to the left)"
@@ -93,7 +121,7 @@ class Boundary(Table):
         given = [key for key in (*MOTIONS, *FORCES) if getattr(self, key) is not None]
         if len(given) != 1 and given != ["pressure", "shear"]:
             said = f"not {' and '.join(given)}" if given else "it says nothing"
-            raise ValueError(f"give one of fix, free, velocity, quiet, stress, or pressure and shear: {said}")
+            raise ValueError(f"give one of fix, free, velocity, quiet, shaking, stress, or pressure and shear: {said}")
         if self.ratio is not None and not self.loads:
             raise ValueError(f"ratio is for loads that wait for rest, not for {given[0]}: remove it")
         return self
@@ -102,6 +130,11 @@ class Boundary(Table):
     def loads(self) -> bool:
         """Whether this is a load, not a motion."""
         return not any(getattr(self, key) is not None for key in MOTIONS)
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether dashpots absorb the waves that arrive at the side."""
+        return self.quiet is not None or (self.shaking is not None and self.shaking.base == "compliant")
 
     @property
     def place(self) -> str:

@@ -9,11 +9,12 @@ from coupler_protocol.scene.reader import build_scene
 from coupler_protocol.scene.rules.between_tables import doubts
 
 BOND = {"tension": 1e3, "shear": 1e3}
+WITH_FILES = ("mapped_stones", "quick_shaking")  # of paths that count from the folder of the scene
 
 
 @pytest.fixture(scope="module")
 def shipped(configs):
-    return {p.stem: tomllib.loads(p.read_text(encoding="utf-8")) for p in configs.glob("*.toml") if p.stem != "mapped_stones"}
+    return {p.stem: tomllib.loads(p.read_text(encoding="utf-8")) for p in configs.glob("*.toml") if p.stem not in WITH_FILES}
 
 
 def grid_alone(data):
