@@ -82,11 +82,11 @@ class Boundary(Table):
     """Condition on a side of the grid, or on a range of it: fixed, moved or loaded.
 
     A table prescribes the motion of gridpoints (fix, free, velocity, quiet, shaking) or their load (pressure and shear, or
-    stress). It acts from the first stage on, in `[[stage.boundary]]` from that stage on, until a later table sets the same gridpoints. Of
-    several tables for one component of a gridpoint's motion, the last one counts. Loads on the same side and range replace
-    each other, loads on different ranges add up; loads keep the direction that they have at the start of their stage. If a
-    table fixes or moves a component, the sum of the forces on the ground is recorded as histories `reaction_x:NAME` and
-    `reaction_y:NAME` [N]; a gridpoint that two tables hold counts in both.
+    stress). It acts from the first stage on, in `[[stage.boundary]]` from that stage on, until a later table sets the same
+    gridpoints. Of several tables for one component of a gridpoint's motion, the last one counts. Loads on the same side and
+    range replace each other, loads on different ranges add up; loads keep the direction that they have at the start of their
+    stage. If a table fixes or moves a component, the sum of the forces on the ground is recorded as histories
+    `reaction_x:NAME` and `reaction_y:NAME` [N]; a gridpoint that two tables hold counts in both.
     """
 
     on: Literal["left", "right", "bottom", "top", "face", "inner", "outer"] = quantity(
