@@ -1,7 +1,8 @@
 """Errors of settings against a reference, the settings on the front of error and time, and the answer in two sentences.
 
 Without a given reference, the value without error is estimated from the finest setting f and, for each knob k whose error
-vanishes at 0, the limit f_k of the values along it, with the other knobs at their finest (fdm_server/fos/extrapolation.py):
+vanishes at 0, the limit f_k of the values along it, with the other knobs at their finest. Factors of safety, and other collapse
+loads if the order is given as 1, have it by fdm_server/fos/extrapolation.py, smooth quantities by smooth_limit.py:
 
     reference = f + sum over k of (f_k - f)
 
@@ -16,6 +17,7 @@ import numpy as np
 from scipy import stats
 
 from colluvium.accuracy.knobs import SEED, Knob
+from colluvium.accuracy.smooth_limit import smooth_limit
 from colluvium.accuracy.study import Result
 from fdm_server.fos.extrapolation import extrapolate
 
@@ -79,8 +81,10 @@ def _point(group: list[Result]) -> Point:
     return Point(name, values, float(found.mean()), interval, seconds, max(one.steps for one in good), len(group), "")
 
 
-def reference_of(points: list[Point], knobs: list[Knob], given: float | None, source: str) -> Reference:
-    """The given reference, or the one that the settings extrapolate to."""
+def reference_of(
+    points: list[Point], knobs: list[Knob], given: float | None = None, source: str = "", collapse: bool = False
+) -> Reference:
+    """The given reference, or the one that the settings extrapolate to; collapse: the quantity is a collapse load."""
     knobs = [knob for knob in knobs if knob.name != SEED]
     orders: dict[str, float | None] = {}
     finest = {knob.name: knob.values[-1] for knob in knobs}
@@ -92,7 +96,7 @@ def reference_of(points: list[Point], knobs: list[Knob], given: float | None, so
     value, half_width, parts = best.value, best.interval, []
     for knob in (knob for knob in knobs if knob.to_zero):
         line = [p for p in good if all(p.values[name] == v for name, v in finest.items() if name != knob.name)]
-        limit, uncertain, orders[knob.name] = _limit(knob, line)
+        limit, uncertain, orders[knob.name] = _limit(knob, line, collapse)
         if limit is not None:
             value, half_width = value + limit - best.value, half_width + uncertain
             parts.append(f"{knob.name} -> 0")
@@ -103,15 +107,15 @@ def reference_of(points: list[Point], knobs: list[Knob], given: float | None, so
     return Reference(value, half_width, "the finest setting, whose own error is not known", orders, best.name)
 
 
-def _limit(knob: Knob, line: list[Point]) -> tuple[float | None, float, float | None]:
-    """(limit of the values along a knob, half width, observed order); None for what three or more values do not give.
-
-    Values that approach a limit more slowly than the first order allows are not extrapolated.
-    """
+def _limit(knob: Knob, line: list[Point], collapse: bool) -> tuple[float | None, float, float | None]:
+    """(limit of the values along a knob, half width, observed order); None for what three or more values do not give."""
     known = [(knob.size(point.values[knob.name]), point.value, point.interval) for point in line if point.value is not None]
     if len(known) < 3:
         return None, 0.0, None
     sizes, values, half_widths = map(list, zip(*known, strict=True))
+    if not collapse:
+        smooth = smooth_limit(sizes, values, half_widths, knob.formal_order)
+        return smooth.value, smooth.half_width, smooth.observed_order
     if max(values) == min(values):
         return values[0], 0.0, None
     found = extrapolate(sizes, values, half_widths)

@@ -34,9 +34,15 @@ def add_command(commands: Any) -> None:
     p.add_argument("--seeds", metavar="N", type=command_line.positive, default=1, help="mean over N seeds, with its interval")
     p.add_argument("--target", metavar="PERCENT", default="1%", help="error that is asked for (default 1%%)")
     p.add_argument(
-        "--reference", metavar="VALUE", type=float, help="the right value, --reference=-1.5e5 if negative (default: extrapolated)"
+        "--reference",
+        metavar="VALUE",
+        type=float,
+        help="the right value, --reference=-1.5e5 if negative (default: [accuracy] of the scene, else extrapolated)",
     )
     p.add_argument("--source", metavar="TEXT", default="", help="where the reference comes from")
+    p.add_argument(
+        "--collapse", action="store_true", help="the quantity is a collapse load: order 1 in the zones, as a factor of safety"
+    )
     p.add_argument("--budget", metavar="TIME", help="such as 90s, 10min or 1h: chooses the settings itself")
     p.add_argument("--out", metavar="DIR", help="folder of the results (default runs/NAME.accuracy)")
     p.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="override a key of the scene")
@@ -73,7 +79,8 @@ def command(options: argparse.Namespace) -> int:
     study = Study(options.scene, options.set, quantity, out, (lambda text: None) if options.quiet else _say)
     results, knobs = _computed(study, knobs, options.at_once, budget)
     points = answer.points_of(results)
-    reference = answer.reference_of(points, knobs, options.reference, options.source)
+    given, source = closed_form(options, scene)
+    reference = answer.reference_of(points, knobs, given, source, collapse=quantity.is_factor or options.collapse)
     points = answer.judged(points, reference)
     found = {"quantity": quantity.text, "target": target, "reference": asdict(reference), "settings": [asdict(p) for p in points]}
     found["answer"] = answer.sentences(points, reference, target)
@@ -86,6 +93,17 @@ def command(options: argparse.Namespace) -> int:
     else:
         print("\n".join([*answer.as_lines(quantity.text, points, reference, target), f"results in {out}"]))
     return exits.DONE if any(point.value is not None for point in points) else exits.PHYSICS
+
+
+def closed_form(options: argparse.Namespace, scene: Any) -> tuple[float | None, str]:
+    """(value, source) of the reference of the command line, else of the scene; (None, "") for none."""
+    if options.reference is not None:
+        return options.reference, options.source
+    named = None if scene.accuracy is None else scene.accuracy.reference_of(options.of)
+    if named is None:
+        return None, options.source
+    changed = [text for text in options.set if not text.startswith("accuracy.")]
+    return named.value, named.source + (f"; if it is not changed by {', '.join(changed)}" if changed else "")
 
 
 def _computed(study: Any, knobs: list[Any], at_once: int, budget: float | None) -> tuple[list[Any], list[Any]]:

@@ -21,6 +21,7 @@ SHORT = {
 }
 STAGES = {"ratio": "until.ratio", "dt": "step_factor"}  # keys of every stage that gives them a value
 TO_ZERO = (".zone_size", ".radius", ".ratio", ".step_factor")  # ends of keys whose value 0 would have no error
+SECOND_ORDER = (".zone_size", ".step_factor", ".around")  # formal order of smooth quantities; 1 for the others
 COUNTS = (".around",)  # ends of keys that count zones: their reciprocal is a size
 SEED = "seed"
 COARSEST, FINEST = 1, 6  # the scene's value of a knob without values: times 2^1, down to times 2^-6
@@ -41,6 +42,11 @@ class Knob(NamedTuple):
     def to_zero(self) -> bool:
         """Whether the error vanishes as the values go to 0, so that values have a limit."""
         return all(key.endswith(TO_ZERO + COUNTS) for key in self.keys)
+
+    @property
+    def formal_order(self) -> float:
+        """Order with which the error of a smooth quantity vanishes: 2 for zones and steps, 1 for radii and ratios."""
+        return 2.0 if all(key.endswith(SECOND_ORDER) for key in self.keys) else 1.0
 
     def size(self, value: Any) -> float:
         """A value as a size: the first number of a list, the reciprocal of a count."""

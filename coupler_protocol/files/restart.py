@@ -20,7 +20,7 @@ from coupler_protocol.files.undo_log import roll_back
 from coupler_protocol.problems import Problem, SceneError
 from coupler_protocol.scene import run_number
 from coupler_protocol.scene.differences import differences
-from coupler_protocol.scene.named_files import without_paths
+from coupler_protocol.scene.named_files import that_computes
 from coupler_protocol.scene.stage_kinds import number_of
 
 SCENE, RUN = "scene_identity", "run"  # attributes of files for frames
@@ -215,7 +215,7 @@ def check(scene, origin):
 
 def check_scene(scene, earlier, index, path):
     """Raises SceneError where `scene` differs from the resolved `earlier` in more than FREE and stages after `index`."""
-    both = (without_paths(resolved) for resolved in (scene.resolved(), earlier))
+    both = (that_computes(resolved) for resolved in (scene.resolved(), earlier))
     mine, theirs = (_bound(resolved, index, filled(scene, index)) for resolved in both)
     found = list(differences(mine, theirs, ("this scene", str(path))))
     if found:
@@ -283,7 +283,7 @@ def kept(scene, saved, path, run):
 def identity(scene, index=None):
     """Hash of all of a scene by which States differ, at the end of the stage with this number (None: of the run)."""
     bound = _bound(
-        without_paths(scene.resolved()), *((len(scene.stage) - 1,) if index is None else (index, filled(scene, index)))
+        that_computes(scene.resolved()), *((len(scene.stage) - 1,) if index is None else (index, filled(scene, index)))
     )
     return hashlib.blake2b(json.dumps(bound, sort_keys=True).encode(), digest_size=16).hexdigest()
 

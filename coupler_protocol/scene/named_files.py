@@ -12,6 +12,7 @@ from typing import Any
 
 KEYS = (("discs", "file"), ("stones", "file"), ("stones", "shapes"))  # tables and keys with a path; the hash has the key KEY_hash
 Place = tuple[Any, ...]  # path of a table in a scene, of the scene itself or of a window
+FOR_JUDGING = ("accuracy",)  # tables of a scene that say only what its results should be
 DIGITS = 64  # of a hash: 32 bytes, hexadecimal
 SHOWN = 12  # digits of a hash in messages
 
@@ -106,6 +107,12 @@ def without_paths(resolved: Any) -> Any:
             other = {name: value for name, value in inside.items() if name != f"{key}_hash"}
             resolved = _with(resolved, at, other | {key: f"contents with the hash {str(inside[f'{key}_hash'])[:SHOWN]}"})
     return resolved
+
+
+def that_computes(resolved: Any) -> Any:
+    """The same without tables on which no result depends (FOR_JUDGING)."""
+    resolved = without_paths(resolved)
+    return {key: value for key, value in resolved.items() if key not in FOR_JUDGING} if isinstance(resolved, dict) else resolved
 
 
 def paths_of(scene: Any) -> dict[Place, str]:

@@ -15,8 +15,9 @@ from pydantic import Field, PrivateAttr, create_model
 from coupler_protocol.exits import EnvironmentFailed
 from coupler_protocol.scene.declare import Table, quantity
 from coupler_protocol.scene.installed import distribution, installed, loaded
-from coupler_protocol.scene.named_files import without_paths
+from coupler_protocol.scene.named_files import that_computes
 from coupler_protocol.scene.names import Title
+from coupler_protocol.scene.tables.accuracy import Accuracy
 from coupler_protocol.scene.tables.boundary import Boundary, InitialStress
 from coupler_protocol.scene.tables.calibrate import Calibrate
 from coupler_protocol.scene.tables.changes import (
@@ -269,6 +270,7 @@ class SceneBase(Table):
     calibrate: Calibrate | None = Field(
         default=None, description="targets and free parameters of a calibration; no table: defaults"
     )
+    accuracy: Accuracy | None = Field(default=None, description="closed forms of quantities; no table: none")
     stage: list[Stage] = Field(description="the procedure, in order", min_length=1)
 
     _drawn: Any = PrivateAttr(None)
@@ -294,7 +296,7 @@ class SceneBase(Table):
 
     def digest(self) -> str:
         """Hash of the resolved scene: equal for scenes with the same results."""
-        return hashlib.sha256(json.dumps(without_paths(self.resolved()), sort_keys=True).encode()).hexdigest()
+        return hashlib.sha256(json.dumps(that_computes(self.resolved()), sort_keys=True).encode()).hexdigest()
 
     @property
     def time_axis(self) -> str:

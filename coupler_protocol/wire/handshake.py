@@ -17,7 +17,7 @@ from coupler_protocol.problems import unfit
 from coupler_protocol.scene import run_number
 from coupler_protocol.scene.differences import both_values, first_difference
 from coupler_protocol.scene.moments import Moment, as_texts, newest_common
-from coupler_protocol.scene.named_files import with_hashes_of, without_paths
+from coupler_protocol.scene.named_files import that_computes, with_hashes_of
 from coupler_protocol.wire import frames, messages
 from coupler_protocol.wire.clocks import ARRIVAL, Waiting
 from coupler_protocol.wire.frames import Buffer
@@ -69,7 +69,7 @@ def _objection(hello: dict[str, Any], scene: Any, choice: Choice, proved: bool =
     if hello["float"] != "<f8":
         return f"number formats differ: {both_values(hello['float'], '<f8')}"
     ours = with_hashes_of(hello["scene"], scene.resolved())
-    difference = first_difference(without_paths(hello["scene"]), without_paths(ours), values=proved)
+    difference = first_difference(that_computes(hello["scene"]), that_computes(ours), values=proved)
     if difference:
         return f"the scenes differ: {difference}"
     objection = choice.objection(moments_of(hello), scene)

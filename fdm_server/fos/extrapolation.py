@@ -68,7 +68,7 @@ def extrapolate(sizes, values, half_widths):
         return _interval(h, f, d, observed)
     trusted = observed is not None and observed <= FASTEST
     order, safety = (observed, 1.25) if trusted else (FORMAL, 3.0)
-    value, uncertain = _limit(h, f, d, order)
+    value, uncertain = limit_of_order(h, f, d, order)
     gci = safety * abs(float(f[0]) - value) / abs(float(f[0]))
     return Extrapolation(value, value - uncertain, value + uncertain, order, observed, safety, gci, uncertain)
 
@@ -89,14 +89,14 @@ def _interval(h, f, d, observed):
         if not any(order is not None and order >= SLOWEST for order in within):
             return Extrapolation(None, None, None, observed, observed, 3.0, None, None)
         orders = SLOWEST, FASTEST
-    limits = [_limit(h, f, d, order) for order in orders]
+    limits = [limit_of_order(h, f, d, order) for order in orders]
     low = min(value - uncertain for value, uncertain in limits)
     high = max(value + uncertain for value, uncertain in limits)
     gci = 3.0 * max(abs(float(f[0]) - value) for value, _ in limits) / abs(float(f[0]))
     return Extrapolation(None, low, high, observed, observed, 3.0, gci, max(uncertain for _, uncertain in limits))
 
 
-def _limit(h, f, d, order):
+def limit_of_order(h, f, d, order):
     """Value at zone size 0 with an order, and the half width that brackets f -+ d leave of it."""
     weight = _weights(h, order)
     return float(weight @ f), float(np.abs(weight) @ d)

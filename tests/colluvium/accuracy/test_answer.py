@@ -1,5 +1,7 @@
 """Errors, front and sentences of settings whose values and seconds are known functions of their sizes."""
 
+from dataclasses import replace
+
 import pytest
 
 from colluvium.accuracy import answer
@@ -130,3 +132,25 @@ def test_a_budget_turns_the_knob_that_gains_more():
     assert [len(knob.values) for knob in reached] == [3, 3]  # both: neither is left at its coarsest
     assert results[1].values["zone_size"] == 0.5  # the first knob first, then the one that was never turned
     assert results[2].values["ratio"] == 1e-2
+
+
+def test_a_collapse_load_converges_with_the_first_order_where_a_smooth_quantity_has_the_second():
+    """Values of order 2.14: the limit of a stress is near, that of a collapse load is taken as far as order 1 would leave it."""
+    sizes = ZONES._replace(values=(1.0, 0.5, 0.25))
+    points = answer.points_of([result(setting) for setting in settings_of([sizes])])
+    points = [replace(p, value=RIGHT + 0.3 * p.values["zone_size"] ** 2.14) for p in points]
+    finest = points[-1].value - RIGHT
+    smooth = answer.reference_of(points, [sizes])
+    collapse = answer.reference_of(points, [sizes], collapse=True)
+    assert abs(smooth.value - RIGHT) < 0.2 * finest
+    assert abs(collapse.value - RIGHT) > finest
+    assert collapse.half_width > 5 * smooth.half_width
+    assert smooth.orders == collapse.orders
+
+
+def test_a_ratio_has_the_formal_order_one():
+    ratios = RATIO._replace(values=(1e-2, 1e-3, 1e-4))
+    results = [Result(s.name, s.values, RIGHT + 5 * s.values["ratio"], 0.0, 1, 1.0) for s in settings_of([ratios])]
+    _, reference = judged([ratios], results)
+    assert reference.value == pytest.approx(RIGHT, rel=1e-9)
+    assert reference.half_width == pytest.approx(1.25 * 5e-4, rel=1e-6)

@@ -4,6 +4,10 @@ import json
 
 import pytest
 
+from colluvium.accuracy.command import closed_form
+from coupler_protocol.files import restart
+from coupler_protocol.problems import SceneError
+from coupler_protocol.scene.reader import read_scene
 from tests.commands import run_colluvium
 from tests.small_grounds import BOX
 
@@ -57,6 +61,37 @@ def test_settings_are_listed_without_computing(scene, tmp_path):
     done = run_colluvium(*words, "--out", tmp_path / "study")
     assert done.stdout.splitlines() == [f"ratio={ratio}, seed={seed}" for ratio in ("0.01", "0.0001") for seed in (1, 2)]
     assert not (tmp_path / "study").exists()
+
+
+class Options:
+    """Options of the command that name a reference."""
+
+    def __init__(self, of, reference=None, source="", changes=()):
+        self.of, self.reference, self.source, self.set = of, reference, source, list(changes)
+
+
+def test_a_scene_names_the_closed_form_of_its_quantity(configs):
+    scene = read_scene(configs / "hole.toml")
+    assert closed_form(Options("stress_xx(0,2)"), scene) == (-36.5625e6, "Kirsch (1898)")
+    assert closed_form(Options("stress_xx(0, 3)"), scene) == (None, "")
+    assert closed_form(Options("stress_xx(0, 2)", -1.0, "mine"), scene) == (-1.0, "mine")
+    _, source = closed_form(Options("stress_xx(0, 2)", changes=["accuracy.x=1", "grid.outer=20"]), scene)
+    assert source == "Kirsch (1898); if it is not changed by grid.outer=20"
+    assert closed_form(Options("fos"), read_scene(configs / "quick_slope.toml")) == (None, "")
+
+
+def test_no_result_depends_on_a_reference(configs):
+    """Another reference: the same hash, so kept results of the scene stay, and a run may be continued."""
+    scenes = [read_scene(configs / "hole.toml", [f"accuracy.reference.0.value={v}"]) for v in (-36e6, -37e6)]
+    assert scenes[0].accuracy != scenes[1].accuracy
+    assert scenes[0].digest() == scenes[1].digest()
+    assert restart.identity(scenes[0]) == restart.identity(scenes[1])
+
+
+def test_a_quantity_with_two_references_is_refused(configs):
+    twice = 'accuracy.reference=[{of="fos", value=1, source="a"}, {of=" fos", value=2, source="b"}]'
+    with pytest.raises(SceneError, match="fos has two references: remove one"):
+        read_scene(configs / "hole.toml", [twice])
 
 
 @pytest.mark.parametrize(

@@ -63,3 +63,8 @@ def test_all_problems_of_knobs_are_reported_at_once(scene):
         assert words in text
     with pytest.raises(SceneError, match="is given twice"):
         knobs_of(["zone_size=1,2", "zone_size=3,4"], scene)
+
+
+def test_zones_and_steps_have_the_formal_order_two_radii_and_ratios_one(scene):
+    knobs = knobs_of(["zone_size=/1,/2", "radius=0.2,0.1", "ratio=1e-3,1e-4"], scene)
+    assert [knob.formal_order for knob in knobs] == [2.0, 1.0, 1.0]
