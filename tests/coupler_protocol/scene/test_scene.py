@@ -259,7 +259,7 @@ def locate(band):
         (lambda d: d["stage"][1].update(name="equilibrium", kind="fill"), "stage[1].name", "two stages are named 'equilibrium'"),
         (change("window", 0, "columns", [0, 5]), "window[0].columns", "reaches a side of the grid"),
         (change("window", 0, "columns", [25, 29]), "window[0].columns", "reaches a side of the grid"),
-        (change("window", 0, "rows", [8, 17]), "window[0].rows", "reaches a side of the grid"),
+        (change("window", 0, "rows", [0, 14]), "window[0].rows", "reaches a side of the grid"),
         (
             lambda d: d["window"].append({"name": "next", "columns": [19, 20], "rows": [8, 10]}),
             "window[1]",
