@@ -45,7 +45,11 @@ RING = {"kind": "ring", "inner": 1.0, "outer": 4.0, "around": 24}
 @pytest.mark.parametrize(
     ("table", "key", "words"),
     [
-        ({"boundary__1": {"on": "left"}}, "boundary[1]", "give one of fix, free, velocity, quiet, stress, or pressure and shear"),
+        (
+            {"boundary__1": {"on": "left"}},
+            "boundary[1]",
+            "give one of fix, free, velocity, quiet, shaking, stress, or pressure and shear",
+        ),
         ({"boundary__1": {"on": "left", "fix": "x", "pressure": 1.0}}, "boundary[1]", "not fix and pressure"),
         ({"boundary__1": {"on": "left", "velocity": {}}}, "boundary[1].velocity", "give x, y, or both"),
         ({"boundary__1": {"on": "left", "fix": "x", "y": [2, 1]}}, "boundary[1].y", "first < last"),
