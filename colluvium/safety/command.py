@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from colluvium.forecast import factor_of_safety
-from colluvium.safety import scenes
 from coupler_protocol import exits
 from coupler_protocol.files import run_json
 from coupler_protocol.problems import SceneError
 from coupler_protocol.process import command_line
 
+AT_ONCE = 2  # trials at the same time: these are the factors of a round, so the result does not depend on the cores
 ALONE, LAB = "grid", "lab"  # folders in the one of the search
 CONTINUES = "interrupted: the same command continues"
 OWN = ("fos.json", "coupled.json", "coupled_mechanism.png")
@@ -21,8 +21,6 @@ OWN = ("fos.json", "coupled.json", "coupled_mechanism.png")
 
 def add_command(commands: Any) -> None:
     """Adds the command `fos` and its options to `commands` of a parser."""
-    from colluvium.safety.study import AT_ONCE
-
     p = factor_of_safety.add_command(commands)
     p.add_argument("--grid", action="store_true", help="coupled scene: compute only the grid, without its windows")
     p.add_argument("--lab", action="store_true", help="coupled scene: c and phi of the reduced discs, by biaxial tests ([lab])")
@@ -38,6 +36,7 @@ def add_command(commands: Any) -> None:
 
 def command(options: argparse.Namespace) -> int:
     """Searches, prints the result and draws it; returns the exit code."""
+    from colluvium.safety import scenes
     from coupler_protocol.scene.reader import read_scene
 
     options.scene = command_line.scene_file(options.scene)

@@ -23,7 +23,6 @@ from fdm_server.fos.verdict import UNDECIDED
 Say = Callable[[str], None]
 AT_REST, TRIALS, FILE = "at_rest", "trials", "coupled.json"
 AROUND = 0.9, 1.1  # first factors over the factor of the grid alone
-AT_ONCE = 2  # trials at the same time: these are the factors of a round, so the result does not depend on the cores
 
 
 def bring_to_rest(scene: Any, out: Path, say: Say) -> tuple[Any, dict[str, Any]]:
