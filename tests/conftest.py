@@ -53,12 +53,14 @@ FIRST = (  # dearest first, so that both workers end at about the same time
 def pytest_configure(config):
     """Leaves long tests out where none is named; processes that tests start can be interrupted.
 
-    What a shell starts in the background ignores SIGINT, and so would all processes that tests interrupt.
+    What a shell starts in the background ignores SIGINT, what nohup starts SIGHUP, and so would all processes that tests start.
     """
     if config.args_source is not pytest.Config.ArgsSource.ARGS and not config.option.markexpr:
         config.option.markexpr = "not long"  # workers get it from here
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.hookimpl(tryfirst=True)
