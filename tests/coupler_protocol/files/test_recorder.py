@@ -301,6 +301,21 @@ def cracks_of(step, count):
     return whole | plane | {"step": np.full(count, step), "time": np.full(count, 1.0 * step), "size": RNG.random(count)}
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="threads have no priority of their own")
+def test_the_thread_that_writes_has_a_lower_priority_than_the_loop(tmp_path, monkeypatch):
+    recorder, found = Recorder(tmp_path / "fdm.rank0.vtkhdf", "continuum"), []
+    append = recorder._file.append
+    monkeypatch.setattr(recorder._file, "append", lambda frame: found.append(nice_value()) or append(frame))
+    record_zones(recorder, 0)
+    recorder.close()
+    assert found == [min(nice_value() + 5, 19)]
+
+
+def nice_value():
+    """Of the present thread."""
+    return os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
+
+
 WRITER = """
     import sys
     import numpy as np
