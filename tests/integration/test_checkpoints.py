@@ -209,7 +209,7 @@ def test_a_request_to_stop_on_either_side_saves_both_and_loses_nothing(tmp_path,
         run_sides(scene, out, stops)
     steps = {name: max(steps_of(out, name)) for name in ("fdm.rank0", "dem.rank1")}
     assert len(set(steps.values())) == 1
-    stretch = EVERY["history"]  # plain steps go on to the next point of the histories; whether steps are plain depends on the cache
+    stretch = EVERY["history"]  # plain steps, if the cache has their loop, go on to the next point of the histories
     assert seen[0] <= steps["fdm.rank0"] <= seen[0] + stretch + 3
     assert not list(out.glob("*.stopped.h5")) or asked == 1
     goes_on(scene, out)
