@@ -7,11 +7,11 @@ values, or closest to all of more:
     |p_o - p_f| <= p_f/10           p = p_f                        U = 1.25 |f1 - f0|
     else                            p = min(max(1/2, p_o), p_f)    U = 3 |f1 - f0|
 
-(Oberkampf & Roy 2010, Verification and Validation in Scientific Computing, section 8.6, for the grid convergence index of
-Roache 1994, J. Fluids Eng. 116, as in ASME V&V 20-2009.) To U is added, from four sizes on, the standard deviation of the values
-from f0 + a h^p (Eca & Hoekstra 2014, J. Comput. Phys. 262). Values that go to and fro show no order: the finest counts, with
-three times the range of all values (Eca & Hoekstra 2009, Int. J. Numer. Meth. Fluids 60). Values that go away from any limit have
-none. Collapse loads converge otherwise: fdm_server/fos/extrapolation.py.
+(Oberkampf & Roy 2010, Verification and Validation in Scientific Computing, for the grid convergence index of Roache 1994,
+J. Fluids Eng. 116). To U is added, from four sizes on, the standard deviation of the values from f0 + a h^p (Eca & Hoekstra 2014,
+J. Comput. Phys. 262). Values that go to and fro show no order: the finest counts, with three times the range of all values (our
+choice; the data range as a measure is that of Eca & Hoekstra 2008, J. Mar. Sci. Technol., doi 10.1007/s00773-008-0018-1). Values
+that go away from any limit have none. Collapse loads converge otherwise: fdm_server/fos/extrapolation.py.
 """
 
 from collections.abc import Sequence
