@@ -244,9 +244,7 @@ def test_the_door_lets_in_who_knows_the_token_and_nobody_else():
 
 def test_nobody_comes_and_nobody_is_there():
     door = Door("127.0.0.1")
-    begin = time.monotonic()
     assert door.admit(lambda: None, seconds=0.3) is None
-    assert time.monotonic() - begin < 10.0
     assert enter("127.0.0.1", door.offer, seconds=0.5) is None
     assert enter("127.0.0.1", door.offer | {"port": 1 << 40}, seconds=0.5) is None  # no port
 

@@ -119,7 +119,7 @@ def test_a_discrete_process_that_closes_is_given_up(lines):
     begin = time.monotonic()
     with pytest.raises(PeerLost, match="rank 1 was lost: not connected"):
         grid.receive((FORCE,))
-    assert 0.5 < time.monotonic() - begin < 10.0
+    assert time.monotonic() - begin > 0.5
     assert not hub_end.connected(1)
 
 
@@ -133,7 +133,7 @@ def test_a_continuum_that_closes_is_given_up(lines):
     begin = time.monotonic()
     with pytest.raises(PeerLost, match="the continuum was lost: not connected"):
         discs.receive((VELOCITY,))
-    assert 0.5 < time.monotonic() - begin < 10.0
+    assert time.monotonic() - begin > 0.5
     assert not end.connected()
 
 

@@ -48,7 +48,7 @@ def started(script, *words):
 
 
 def siege(kind, stranger, file=None):
-    """What the continuum used for at least STEPS steps and until the stranger had acted ENOUGH times; the answers are checked."""
+    """What the continuum used until STEPS steps after the stranger had acted ENOUGH times; the answers are checked."""
     processes = [started("besieged.py", kind)]
     endpoint = processes[0].stdout.readline().strip()
     end = RankTransport(endpoint, admission.pass_of(endpoint, True, file, kind == "open"))
@@ -64,9 +64,10 @@ def siege(kind, stranger, file=None):
         else:
             acted.set()
         force, velocity = (StepFrame(k, SESSION, 1, 0, NUMBERS) for k in (FORCE, VELOCITY))
-        last, random = False, np.random.default_rng(1)
+        beside, random = 0, np.random.default_rng(1)
         for step in range(MOST_STEPS):
-            last = step >= STEPS and (acted.is_set() or step == MOST_STEPS - 1)
+            beside += acted.is_set()
+            last = beside > STEPS or step == MOST_STEPS - 1
             force.values[:] = row = random.standard_normal(NUMBERS) if not last else np.full(NUMBERS, LAST)
             talk.send_step(force)
             velocity.accept(talk.receive((VELOCITY,))[1])
