@@ -99,6 +99,8 @@ HISTORIES = {
     "energy_averaging": Quantity("J", "work on averages of volumetric strain at gridpoints since the stage began"),
     "energy_damping": Quantity("J", "work lost to damping since the stage began"),
     "energy_external": Quantity("J", "work of applied forces and driven gridpoints since the stage began"),
+    "energy_dashpots": Quantity("J", "work of the dashpots of quiet sides, or of contacts, lost since the stage began"),
+    "energy_arriving": Quantity("J", "work of waves that arrive at compliant sides since the stage began"),
     "energy_gravity": Quantity("J", "work of weights since the stage began"),
     "energy_error": Quantity("J", "what the ledger of energies does not explain"),
     "energy_stored": Quantity("J", "energy stored in the contacts of a window's discs"),

@@ -17,13 +17,13 @@ trapezoidal rule, (X_n + X_n+1)/2 . du:
                    -(X + X')/2 (w + (X' - X)/k)                                  (1)
 
     bonds      Eq (1) of all springs of a pair whose bond breaks in the step
+    dashpots   of viscous dashpots at contacts, on the changes of gap and slip (pair_work.py)
     masses     change of T with the scaled masses of static mode, sum (M' - M) v-^2 / 2
 
-    error = T - T0 + U - U0 + friction + bonds + damping - masses - gravity - ring
+    error = T - T0 + U - U0 + friction + bonds + dashpots + damping - masses - gravity - ring
 
 Bodies and contacts are booked separately. With linear springs of constant direction the error is round-off, also with damping,
-slip and breakage in shear. The error contains what the trapezoidal rule misses when contacts close, open or turn within a step,
-and the work of dashpots.
+slip and breakage in shear. The error contains what the trapezoidal rule misses when contacts close, open or turn within a step.
 """
 
 from typing import NamedTuple
@@ -36,12 +36,12 @@ from coupler_protocol.files.kept import Kept, like, value_of
 from dem_server.effects.histories import PairHistory, copied, history_of
 from dem_server.model import INERTIA, MASS, SPIN, VX, VY, Listed
 from dem_server.observe import energy
-from dem_server.observe.pair_work import pair_losses
+from dem_server.observe.pair_work import Viscous, dashpot_losses, pair_losses, viscous_of
 from dem_server.step.clumps import resultant
 from dem_server.step.contact_pass import make_current
 
 GRAVITY, RING, DAMPING = range(3)
-KINETIC, STORED, FRICTION, BONDS, MASSES, POWER, OF_RING, BEGIN, KICK, SUMS = range(10)  # of Book.sums, and their number
+KINETIC, STORED, FRICTION, BONDS, MASSES, POWER, OF_RING, BEGIN, KICK, DASHPOTS, SUMS = range(11)  # of Book.sums, and number
 NAMES = ("kinetic", "stored", "friction", "bonds", "damping", "masses", "gravity", "ring", "error")
 
 
@@ -51,9 +51,9 @@ class Book(NamedTuple):
     old (n,3), old_body (c,3): velocities and spins before the kick; on_body (c,3): forces and moments on clumps then; before: a
     PairHistory before contact forces change. mass, inertia (n,), body_mass (c,2): masses and inertia in the last step. work (3,)
     [J]: GRAVITY, RING, DAMPING up to half a step ahead of the last whole step; half_old, half_new (3,): of the halves of the last
-    step. sums (9,): T, U, friction, bonds, masses [J]; power [W] of the contact forces on the control discs, its sum over time
-    [J]; T0 + U0, NaN before the first step; time [s] over which forces act in the step. rows (n,13), noted (1,): see
-    `note_energies`.
+    step. sums (10,): T, U, friction, bonds, masses [J]; power [W] of the contact forces on the control discs, its sum over time
+    [J]; T0 + U0, NaN before the first step; time [s] over which forces act in the step; dashpots [J]. rows (n,14), noted (1,):
+    see `note_energies`. viscous: parameters of the dashpots, None without any.
     """
 
     old: NDArray[np.float64]
@@ -69,6 +69,7 @@ class Book(NamedTuple):
     sums: NDArray[np.float64]
     rows: NDArray[np.float64]
     noted: NDArray[np.int64]
+    viscous: Viscous | None
 
 
 @jit
@@ -190,6 +191,7 @@ def book_pairs(disc, listed, history, spring, parallel_bond, dt, book):
     friction, bonds = pair_losses(disc, listed, dt, book.before, history, spring, parallel_bond)
     book.sums[FRICTION] += friction
     book.sums[BONDS] += bonds
+    book.sums[DASHPOTS] += dashpot_losses(disc, listed, dt, book.old, book.sums[KICK], book.before, history, book.viscous)
 
 
 @jit
@@ -235,6 +237,7 @@ class Ledger(Kept):
             sums,
             np.zeros((1, 1 + SUMS + 3)),
             np.zeros(1, dtype=np.int64),
+            viscous_of(model.law),
         )
 
     def saved(self):
@@ -288,24 +291,25 @@ class Ledger(Kept):
     def values(self, model, state):
         """Energies {name: [J]} of the last whole step, before its contacts change: NAMES."""
         self.note(0, model, state)
-        return {name: column[0] for name, column in columns(self.book.rows).items()}
+        return {name: column[0] for name, column in self.columns(self.book.rows).items()}
 
     def histories(self, book=None):
         """Takes all rows out of a Book; returns their steps, and histories {name: list}."""
         book = self.book if book is None else book
         rows = book.rows[: book.noted[0]].copy()
         book.noted[0] = 0
-        found = {f"energy_{name}": column for name, column in columns(rows).items()}
+        found = {f"energy_{name}": column for name, column in self.columns(rows).items()}
         found |= {"interface_power": rows[:, 1 + POWER].tolist(), "interface_work": rows[:, 1 + OF_RING].tolist()}
         return rows[:, 0].astype(int).tolist(), found
 
-
-def columns(rows):
-    """Energies {name: list [J]} of rows (n,13) of a Book."""
-    sums, work = rows[:, 1 : 1 + SUMS].T, rows[:, 1 + SUMS :].T
-    known = sums[FRICTION] + sums[BONDS] - work[DAMPING] - sums[MASSES] - work[GRAVITY] - work[RING]
-    error = sums[KINETIC] + sums[STORED] - sums[BEGIN] + known
-    values = (
-        sums[KINETIC], sums[STORED], sums[FRICTION], sums[BONDS], -work[DAMPING], sums[MASSES], work[GRAVITY], work[RING], error,
-    )  # fmt: skip
-    return {name: column.tolist() for name, column in zip(NAMES, values, strict=True)}
+    def columns(self, rows):
+        """Energies {name: list [J]} of rows (n,14) of a Book: NAMES, and `dashpots` where there are any."""
+        sums, work = rows[:, 1 : 1 + SUMS].T, rows[:, 1 + SUMS :].T
+        known = sums[FRICTION] + sums[BONDS] - work[DAMPING] - sums[MASSES] - work[GRAVITY] - work[RING]
+        error = sums[KINETIC] + sums[STORED] - sums[BEGIN] + known + sums[DASHPOTS]
+        values = (
+            sums[KINETIC], sums[STORED], sums[FRICTION], sums[BONDS], -work[DAMPING], sums[MASSES], work[GRAVITY], work[RING],
+            error,
+        )  # fmt: skip
+        found = dict(zip(NAMES, values, strict=True)) | ({} if self.book.viscous is None else {"dashpots": sums[DASHPOTS]})
+        return {name: column.tolist() for name, column in found.items()}

@@ -2,14 +2,32 @@
 
 Eq (1) of energy_ledger.py for each pair, with the motions of contact_law.py: change of the gap, slip, relative turn. Runs only
 with `record.energy`.
+
+Dashpots add D = (Dn, Ds) to the forces of springs (effects/dashpot.py: limits in tension and slip included), and lose in a step
+
+    -(D + D')/2 . w          w: change of the gap, slip
+
+D' is that of the velocities of the step. D, of the step before, is computed once more from what contacts had then.
 """
 
 from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
 from dem_server.effects.bond import BONDED
 from dem_server.model import RADIUS, SPIN, VX, VY, X, Y
-from dem_server.step.compiled_laws import bending_stiffness, bond_radius, effective_radius, rolling_stiffness
+from dem_server.step.compiled_laws import (
+    bending_stiffness,
+    bond_radius,
+    clipped,
+    effective_radius,
+    rolling_stiffness,
+    slip_limit,
+    viscous_force,
+)
 from dem_server.step.contact_law import NOWHERE
 
 
@@ -83,6 +101,7 @@ def copy_springs(history, before):
     copy_of(history.shear, before.shear)
     copy_of(history.rolled, before.rolled)
     copy_of(history.bond_state, before.bond_state)
+    copy_of(history.root_mass, before.root_mass)
     copy_of_parallel_bonds(history.parallel, before.parallel)
 
 
@@ -113,3 +132,79 @@ def pair_losses(disc, listed, dt, before, after, spring, parallel_bond):
             friction += tangential
         bonds += lost_with_parallel_bond(p, k, min(ri, rj), (stretch, slip, turn), before.parallel, after.parallel, parallel_bond)
     return friction, bonds
+
+
+class Viscous(NamedTuple):
+    """Dashpots by kind of pair (kinds,): of `DashpotTable`; friction coefficient, None without friction."""
+
+    normal: NDArray[np.float64]
+    shear: NDArray[np.float64]
+    tension: NDArray[np.bool_]
+    friction: NDArray[np.float64] | None
+
+
+def viscous_of(law):
+    """The Viscous of a Law; None without dashpots."""
+    if law.dashpot is None:
+        return None
+    return Viscous(*law.dashpot, None if law.friction is None else law.friction.coefficient)
+
+
+@jit
+def dashpot_losses(disc, listed, dt, old, kick, before, after, viscous):
+    """Loss [J] in the dashpots of all pairs in a step; old (n,3): velocities and spins before it, extrapolated if kick != dt."""
+    total, back = 0.0, kick / dt
+    if viscous is not None:
+        for p in range(len(listed.first)):
+            i, j, k = listed.first[p], listed.second[p], listed.kind[p]
+            ri, rj = disc[i, RADIUS], disc[j, RADIUS]
+            dx, dy = disc[j, X] - disc[i, X], disc[j, Y] - disc[i, Y]
+            du, dv, wi, wj = disc[j, VX] - disc[i, VX], disc[j, VY] - disc[i, VY], disc[i, SPIN], disc[j, SPIN]
+            stretch, slip, _ = ways(i, j, disc, dt)
+            Dn, Ds = extra_force(p, k, rates(dx, dy, du, dv, wi, wj, ri, rj), after, viscous)
+            dx, dy = dx - du * dt, dy - dv * dt
+            du, dv = du - (du - (old[j, 0] - old[i, 0])) * back, dv - (dv - (old[j, 1] - old[i, 1])) * back
+            wi, wj = wi - (wi - old[i, 2]) * back, wj - (wj - old[j, 2]) * back
+            En, Es = extra_force(p, k, rates(dx, dy, du, dv, wi, wj, ri, rj), before, viscous)
+            total -= 0.5 * ((Dn + En) * stretch + (Ds + Es) * slip)
+    return total
+
+
+@jit
+def rates(dx, dy, du, dv, wi, wj, ri, rj):
+    """(gap [m], its rate, rate of slip [m/s]) of two discs at a distance (dx, dy) with a relative velocity (du, dv)."""
+    d = sqrt(dx * dx + dy * dy)
+    inv = 1.0 / max(d, NOWHERE)
+    nx, ny, half = dx * inv, dy * inv, 0.5 * (d - ri - rj)
+    return d - ri - rj, du * nx + dv * ny, dv * nx - du * ny - wi * (ri + half) - wj * (rj + half)
+
+
+@jit
+def extra_force(p, k, motion, history, viscous):
+    """(Dn, Ds) [N]: what the dashpots of pair p add to its springs; motion: of `rates`."""
+    gap, rate, slip_rate = motion
+    Fn, Fs, root = history.normal[p], history.shear[p], history.root_mass[p]
+    Dn = Fn + viscous_force(viscous.normal[k], root, rate)
+    Ds = Fs + viscous_force(viscous.shear[k], root, slip_rate)
+    if holds(p, history.bond_state):
+        return Dn - Fn, Ds - Fs
+    if gap - value_at(p, history.reference_gap) < 0.0:
+        limit = slip_limit(value_at(k, viscous.friction), Fn)
+        return (Dn if viscous.tension[k] else max(Dn, 0.0)) - Fn, clipped(Ds, limit) - Fs
+    return 0.0, 0.0
+
+
+@jit
+def holds(p, bond_state):
+    """Whether the contact bond of pair p holds; False without contact bonds."""
+    if bond_state is None:
+        return False
+    return bond_state[p] == BONDED
+
+
+@jit
+def value_at(p, values):
+    """A value of an array; 0 without the array."""
+    if values is None:
+        return 0.0
+    return values[p]

@@ -90,10 +90,37 @@ def _on_windows(scene, grid, holes):
             acting.append((("stage", i, "surcharge"), surface[(x > stage.surcharge.x[0]) & (x < stage.surcharge.x[1])]))
     for i, hole in holes.items():
         above = np.setdiff1d(hole.outline, hole.nodes)
+        told = set()
         for path, points in acting:
             if len(np.intersect1d(points, above)):
+                told.add(path)
                 what = f"this acts on the ground surface of window {scene.window[i].name!r}, which is open to its discs"
                 yield path, what, "end it beside the window: x = [first, last]"
+        if len(above):
+            yield from (found for found in _beside_window(scene, grid, scene.window[i].name, hole) if found[0] not in told)
+
+
+def _beside_window(scene, grid, name, hole):
+    """Yields loads on the sides of zones that end at an open rim: the forces of the discs replace theirs at its ends."""
+    edges = surface_edges(grid, grid.zones)
+    at_end = np.isin(edges, hole.nodes[[0, -1]]).any(axis=1) & ~np.isin(edges, hole.outline).all(axis=1)
+    low, high = np.sort(grid.xy[edges[at_end]], axis=1).transpose(1, 0, 2)
+    loads = [(("boundary", k), b) for k, b in enumerate(scene.boundary) if b.loads]
+    for i, stage in enumerate(scene.stage):
+        loads += [(("stage", i, "boundary", k), b) for k, b in enumerate(stage.boundary) if b.loads]
+        if stage.surcharge is not None:
+            loads.append((("stage", i, "surcharge"), stage.surcharge))
+    for path, load in loads:
+        there = np.ones(len(low), dtype=np.bool_)
+        if hasattr(load, "on"):
+            there &= np.isin(edges[at_end], edges_of(grid, load.on)).all(axis=1)
+        for axis, span in enumerate((load.x, getattr(load, "y", None))):
+            if span is not None:
+                wide = high[:, axis] > low[:, axis]
+                there &= ~wide | ((low[:, axis] < span[1]) & (high[:, axis] > span[0]))
+        if there.any():
+            what = f"this loads a zone at the end of the rim of window {name!r}, whose discs move that gridpoint"
+            yield path, what, "leave one zone between the load and the window: x = [first, last]"
 
 
 def _touching(grid, hole, other):

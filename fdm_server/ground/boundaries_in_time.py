@@ -19,8 +19,8 @@ from coupler_protocol.compiled.jit import jit
 from coupler_protocol.scene.schedule import acting_boundaries, new_boundaries
 from fdm_server.ground.even_loads import forces_of_even_loads
 from fdm_server.ground.load_steps import Ramp, ramp_of
-from fdm_server.ground.quiet_sides import Dashpots, dashpots, keep_reaction
-from fdm_server.ground.shaking import Shaken, shaken
+from fdm_server.ground.quiet_sides import WAVES, Dashpots, all_dashpots, keep_reaction
+from fdm_server.ground.shaking import ARRIVING, Shaken, shaken
 from fdm_server.mesh.grid_sides import edges_of, fixed_components, motion_of, points_in, sides_of
 from fdm_server.mesh.zone_sides import boundary_edges
 from fdm_server.step import present_shape
@@ -75,8 +75,14 @@ class Load(NamedTuple):
         return cls(**(saved | {"ramp": Ramp.of(saved["ramp"])}))
 
 
+def wave_forces(state, nodes):
+    """Forces (n,2) [N] of dashpots and arriving waves on gridpoints, which change in every step; None without any."""
+    parts = [force[nodes] for place, force in state.loads.items() if place.endswith((WAVES, ARRIVING))]
+    return np.sum(parts, axis=0) if parts else None
+
+
 class Push(NamedTuple):
-    """Loads on n gridpoints, in addition to the constant forces `others`."""
+    """Loads on n gridpoints, in addition to the constant forces `others` and to those of waves."""
 
     nodes: NDArray[np.int64]  # (n,)
     others: NDArray[np.float64]  # (n,2) [N]
@@ -91,18 +97,28 @@ class Push(NamedTuple):
                 if load.place:
                     state.loads[load.place][self.nodes] = force
                 total += force
-            state.applied[self.nodes] = total
+            waves = wave_forces(state, self.nodes)
+            state.applied[self.nodes] = total if waves is None else total + waves
 
-    def with_ramp(self, change, applied):
-        """The Push with the ForceRamp `change` of an excavation or surcharge as one more load; applied (N,2): present forces."""
+    def with_ramp(self, change, state):
+        """The Push with the ForceRamp `change` of an excavation or surcharge as one more load, from the present forces on."""
         nodes = np.union1d(self.nodes, change.nodes)
-        own, others = np.searchsorted(nodes, self.nodes), applied[nodes]
+        own, others = np.searchsorted(nodes, self.nodes), constant_forces(state, nodes)
         others[own] = self.others
         spread = [
             Load(load.place, *(_on(nodes, own, force) for force in (load.start, load.end)), load.ramp) for load in self.loads
         ]
         ramp = _on(nodes, np.searchsorted(nodes, change.nodes), change.end - change.start)
         return Push(nodes, others, (*spread, Load("", np.zeros_like(ramp), ramp, change.ramp)))
+
+
+NO_PUSH = Push(np.zeros(0, dtype=np.int64), np.zeros((0, 2)), ())
+
+
+def constant_forces(state, nodes):
+    """Applied forces (n,2) [N] on gridpoints without those of waves."""
+    waves = wave_forces(state, nodes)
+    return state.applied[nodes] if waves is None else state.applied[nodes] - waves
 
 
 def _on(nodes, own, force):
@@ -156,14 +172,14 @@ def begin_stage(scene, index, model, state, gravity=0.0):
     drive = _drive(model, state, boundaries, _motions(earlier), _motions(own))
     ramps = [ramp_of(scene, index, model.law, b.over, b.ratio, index > 0 and b in own) for b in _loads(new)]
     push = _push(model, state, _loads(earlier), _loads(own), ramps)
-    damped = tuple(dashpots(model, b) for b in boundaries if b.is_quiet)
+    damped = all_dashpots(model, boundaries)
     return model, Sides(drive, push, damped, shaken(model, new, damped, state), holders(model.grid, boundaries))
 
 
 def continued(scene, index, model, saved):
     """The Sides of a stage that `Sides.saved` describes; model: with the components held in the stage."""
     boundaries, push = acting_boundaries(scene, index), saved["push"]
-    damped = tuple(dashpots(model, b) for b in boundaries if b.is_quiet)
+    damped = all_dashpots(model, boundaries)
     return Sides(
         drive=saved["drive"] and Drive(**saved["drive"]),
         push=push and Push(**(push | {"loads": tuple(Load.of(load) for load in push["loads"])})),
@@ -231,7 +247,7 @@ def _push(model, state, earlier, own, ramps):
     touched = [np.any((after[place] != 0.0) | (state.loads[place] != 0.0), axis=1) for place in last]
     nodes = np.flatnonzero(np.any(touched, axis=0))
     loads = tuple(Load(place, state.loads[place][nodes].copy(), after[place][nodes], ramp[place]) for place in last)
-    others = state.applied[nodes]
+    others = constant_forces(state, nodes)
     for load in loads:
         others = others - load.start
     return Push(nodes, others, loads)

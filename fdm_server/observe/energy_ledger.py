@@ -10,6 +10,8 @@ rule, (X_n + X_n+1)/2 . du:
 
     gravity    of the weights
     external   of applied forces, and of the reactions at held or driven gridpoints
+    dashpots   of quiet sides: minus that of the dashpots' forces (ground/quiet_sides.py)
+    arriving   of the forces of waves that arrive at compliant sides (ground/shaking.py)
     damping    of damping: - (M (v+ - v-)/dt - zones - applied - weight) on free components
     masses     change of T with variable masses (scaled masses in large strain, masses that discs add to a rim):
                sum (M' - M) v-^2 / 2
@@ -20,7 +22,7 @@ rule, (X_n + X_n+1)/2 . du:
 
 The discrete leap-frog conserves T + U exactly without damping (T is the kinetic energy for which it does), so
 
-    error = T - T0 + U - U0 + plastic + averaging + damping - masses - gravity - external
+    error = T - T0 + U - U0 + plastic + averaging + damping + dashpots - masses - gravity - external - arriving
 
 is round-off in small strain, also with yield: gridpoints and zones are booked separately. The stiffness part of Rayleigh damping
 is the difference of both, so there the error detects less.
@@ -33,6 +35,8 @@ from numpy.typing import NDArray
 
 from coupler_protocol.compiled.jit import jit
 from coupler_protocol.files.kept import Kept, like, value_of
+from fdm_server.ground.quiet_sides import WAVES
+from fdm_server.ground.shaking import ARRIVING
 from fdm_server.observe.energy import strain_energy
 from fdm_server.step.blocks import LANES
 from fdm_server.step.clock import seconds
@@ -41,7 +45,7 @@ from fdm_server.step.present_shape import masses
 from fdm_server.step.strain import DIFFERENCE, DILATION, GAMMA, STRAIN_ROWS, T0, T1, T2, T3, gather_increments, strain_increments
 from fdm_server.step.stress import SD, SM, XY, ZZ
 
-GRAVITY, EXTERNAL, DAMPING, ZONES = range(4)  # work on gridpoints; ZONES: that of the zones' forces
+GRAVITY, EXTERNAL, DAMPING, ZONES, OF_DASHPOTS, OF_WAVES, WORKS = range(7)  # work on gridpoints; ZONES: of the zones' forces
 KINETIC, STRAIN, PLASTIC, OF_ZONES, AVERAGING, MASSES, POWER, OF_DISCS, BEGIN, SUMS = range(10)  # of Book.sums, and their number
 NAMES = ("kinetic", "strain", "plastic", "damping", "external", "gravity", "masses", "error")
 
@@ -49,10 +53,12 @@ NAMES = ("kinetic", "strain", "plastic", "damping", "external", "gravity", "mass
 class Book(NamedTuple):
     """What a Ledger keeps, for compiled code.
 
-    old (N,2), stress (B,R): velocities and stresses before a step; mass (N,) [kg] in the last step; work (4,) [J]: GRAVITY,
-    EXTERNAL, DAMPING, ZONES up to half a step ahead of the last whole step; half_old, half_new (4,): of the halves of the last
-    step. sums (9,): T, U, plastic work, work of the zones' stresses, averaging, masses [J]; power [W] of the discs' forces on the
-    rims, their work [J]; T0 + U0, NaN before the first step. rows (n,14), noted (1,): see `note_energies`.
+    old (N,2), stress (B,R): velocities and stresses before a step; mass (N,) [kg] in the last step; work (6,) [J]: GRAVITY,
+    EXTERNAL, DAMPING, ZONES, OF_DASHPOTS, OF_WAVES up to half a step ahead of the last whole step; half_old, half_new (6,): of
+    the halves of the last step. sums (9,): T, U, plastic work, work of the zones' stresses, averaging, masses [J]; power [W] of
+    the discs' forces on the rims, their work [J]; T0 + U0, NaN before the first step. rows (n,16), noted (1,): see
+    `note_energies`.
+    dashpots, arriving: tuples of the forces (N,2) [N] of quiet sides and of waves that arrive, or None.
     """
 
     old: NDArray[np.float64]
@@ -64,6 +70,8 @@ class Book(NamedTuple):
     sums: NDArray[np.float64]
     rows: NDArray[np.float64]
     noted: NDArray[np.int64]
+    dashpots: tuple[NDArray[np.float64], ...] | None
+    arriving: tuple[NDArray[np.float64], ...] | None
 
 
 @jit
@@ -97,6 +105,8 @@ def book_points(force, applied, weight_mass, mass, added_mass, fixed, gravity, d
     sums[KINETIC] = point_work(
         force, applied, weight_mass, mass, added_mass, fixed, gravity, dt, old, velocity, book.half_old, book.half_new
     )
+    wave_work(book.dashpots, OF_DASHPOTS, dt, old, velocity, book.half_old, book.half_new)
+    wave_work(book.arriving, OF_WAVES, dt, old, velocity, book.half_old, book.half_new)
     for name in range(len(book.work)):
         book.work[name] += book.half_old[name] + book.half_new[name]
     power = 0.0
@@ -130,6 +140,20 @@ def point_work(force, applied, weight_mass, mass, added_mass, fixed, gravity, dt
             half_old[ZONES] += force[n, k] * before
             half_new[ZONES] += force[n, k] * after
     return kinetic
+
+
+@jit
+def wave_work(parts, name, dt, old, new, half_old, half_new):
+    """Books the works of parts (N,2) of the applied forces, a tuple or None, under a name of their own instead of EXTERNAL."""
+    if parts is not None:
+        for forces in parts:
+            for n in range(new.shape[0]):
+                for k in range(2):
+                    before, after = 0.5 * dt * old[n, k] * forces[n, k], 0.5 * dt * new[n, k] * forces[n, k]
+                    half_old[name] += before
+                    half_new[name] += after
+                    half_old[EXTERNAL] -= before
+                    half_new[EXTERNAL] -= after
 
 
 @jit
@@ -188,7 +212,7 @@ def book_zones(geometry, stiffness, velocity, dt, stress, excess, book):
 def note_energies(done, strain, book):
     """Notes the ledger of the last whole step, the `done`-th of the run, with `strain` energy [J].
 
-    A row of the step, `sums` and the four works.
+    A row of the step, `sums` and the works.
     """
     book.sums[STRAIN] = strain
     row = book.rows[book.noted[0]]
@@ -215,8 +239,9 @@ class Ledger(Kept):
         sums = np.zeros(SUMS)
         sums[BEGIN] = np.nan
         self.book = Book(
-            state.velocity.copy(), np.empty_like(state.stress), masses(model, state) + state.added_mass, np.zeros(4), np.zeros(4),
-            np.zeros(4), sums, np.zeros((1, 1 + SUMS + 4)), np.zeros(1, dtype=np.int64),
+            state.velocity.copy(), np.empty_like(state.stress), masses(model, state) + state.added_mass, np.zeros(WORKS),
+            np.zeros(WORKS), np.zeros(WORKS), sums, np.zeros((1, 1 + SUMS + WORKS)), np.zeros(1, dtype=np.int64),
+            *(tuple(f for place, f in state.loads.items() if place.endswith(end)) or None for end in (WAVES, ARRIVING)),
         )  # fmt: skip
 
     def saved(self):
@@ -280,7 +305,7 @@ class Ledger(Kept):
         note_energies(done, strain_energy(model, state), self.book)
 
     def values(self, model, state):
-        """Energies {name: [J]} of the last whole step: NAMES; `averaging` also with nodal mixed discretisation."""
+        """Energies {name: [J]} of the last whole step: NAMES; `averaging`, `dashpots`, `arriving` where there are such."""
         self.note(0, model, state)
         return {name: column[0] for name, column in self.columns(self.book.rows).items()}
 
@@ -298,13 +323,18 @@ class Ledger(Kept):
         return taken[:, 0].astype(int).tolist(), found
 
     def columns(self, rows):
-        """Energies {name: list [J]} of rows (n,14) of a Book."""
+        """Energies {name: list [J]} of rows (n,16) of a Book."""
         sums, work = rows[:, 1 : 1 + SUMS].T, rows[:, 1 + SUMS :].T
         damping = -work[DAMPING]
         if self.with_zones:
             damping = damping + (-work[ZONES] - sums[OF_ZONES])
         gained = sums[KINETIC] + sums[STRAIN] - sums[BEGIN]
         error = gained + sums[PLASTIC] + sums[AVERAGING] + damping - sums[MASSES] - work[GRAVITY] - work[EXTERNAL]
+        error = error - work[OF_DASHPOTS] - work[OF_WAVES]
         values = sums[KINETIC], sums[STRAIN], sums[PLASTIC], damping, work[EXTERNAL], work[GRAVITY], sums[MASSES], error
         found = dict(zip(NAMES, values, strict=True)) | ({"averaging": sums[AVERAGING]} if self.averages else {})
+        if self.book.dashpots is not None:
+            found["dashpots"] = -work[OF_DASHPOTS]
+        if self.book.arriving is not None:
+            found["arriving"] = work[OF_WAVES]
         return {name: column.tolist() for name, column in found.items()}

@@ -17,7 +17,7 @@ from coupler_protocol.wire import messages
 from fdm_server.coupling import common_step
 from fdm_server.coupling.band_reached import BandWatch
 from fdm_server.coupling.exchange_pauses import Pace
-from fdm_server.ground.boundaries_in_time import NOTHING, begin_stage, continued
+from fdm_server.ground.boundaries_in_time import NO_PUSH, NOTHING, begin_stage, continued
 from fdm_server.ground.load_ramps import ForceRamp
 from fdm_server.ground.load_steps import LOOK, Momentum
 from fdm_server.ground.reactions import reactions
@@ -298,8 +298,9 @@ class StageRun(Kept):
         if self.load is not None:
             self.load.begin(side.state)
         side.model, self.sides = begin_stage(side.scene, self.index, side.model, side.state, self.gravity)
-        if self.load is not None and self.sides.push is not None:
-            self.sides = self.sides._replace(push=self.sides.push.with_ramp(self.load, side.state.applied))
+        if self.load is not None and (self.sides.push is not None or self.sides.dashpots):
+            push = self.sides.push or NO_PUSH
+            self.sides = self.sides._replace(push=push.with_ramp(self.load, side.state))
             self.load = None
 
     def set_loads(self):

@@ -121,3 +121,35 @@ def test_an_excavation_beside_the_window_leaves_a_zone():
     )
     with pytest.raises(SceneError, match="'dig' touches a window"):
         build_scene(data)
+
+
+@pytest.mark.parametrize(
+    ("load", "words"),
+    [
+        ({"boundary": [{"on": "top", "x": [4.0, 5.0], "pressure": 1e4}]}, "at the end of the rim"),
+        ({"boundary": [{"on": "top", "x": [0.5, 1.7], "shear": 1e3}]}, "at the end of the rim"),
+        ({"kind": "surcharge", "surcharge": {"pressure": 1e4, "x": [4.0, 5.0]}}, "at the end of the rim"),
+        ({"boundary": [{"on": "top", "x": [3.0, 5.0], "pressure": 1e4}]}, "open to its discs"),
+    ],
+    ids=["beside", "on a part of the zone beside", "surcharge", "on it"],
+)
+def test_loads_at_the_end_of_an_open_rim_are_refused(load, words):
+    """The gridpoint there has the forces of the discs alone: it would carry no part of the load."""
+    data = tables()
+    data["stage"].append({"name": "load", "kind": "load", "until": {"steps": 5}} | load)
+    with pytest.raises(SceneError, match=words) as found:
+        build_scene(data)
+    assert len(found.value.problems) == 1
+
+
+@pytest.mark.long
+def test_a_load_one_zone_beside_the_window_reaches_the_bottom(tmp_path):
+    data = tables()
+    load = {"on": "top", "x": [4.5, 5.5], "pressure": 1e4, "over": 100}
+    data["stage"].append({"name": "load", "kind": "load", "boundary": [load], "until": {"ratio": 1e-4, "steps": 4000}})
+    threads.run(build_scene(data), tmp_path)
+    with open_run(tmp_path) as run:
+        couple, loaded = run.info["stages"][-2:]
+    assert loaded["ended_by"].startswith("ratio")
+    more = loaded["reactions"]["bottom"]["y"] - couple["reactions"]["bottom"]["y"]
+    assert more == pytest.approx(1e4, rel=2e-3)

@@ -8,6 +8,8 @@ from verification.coupling.block import R, block
 from window_case import stone_grain
 
 from dem_server.effects.bond import BROKEN_TENSION
+from dem_server.effects.dashpot import Dashpot, restitution_of
+from dem_server.effects.friction import Friction
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
 from dem_server.observe.energy_ledger import Ledger as DiscLedger
@@ -183,3 +185,34 @@ def test_three_discs_that_slip_and_roll_or_are_cemented_explain_their_energy(law
         assert np.ptp(found["stored"]) > 0.01 * whole
     assert errors[0] < most
     assert errors[1] < errors[0] / falls
+
+
+def collision(fraction, tension, spin=0.0, **laws):
+    """Rows of the ledger of two discs, one of which hits the other at 23 deg, spinning; steps of `fraction`."""
+    n = np.array([np.cos(0.4), np.sin(0.4)])
+    dashpot = Dashpot(normal=0.3, shear=0.2, tension=tension)
+    model, state = loose_discs(np.array([[0.0, 0.0], 0.0601 * n]), np.full(2, 0.03), dashpot=dashpot, **laws)
+    model = clock.begin(model, state, None, fraction)
+    state.v[1], state.spin[1] = -0.2 * n, spin
+    contact_forces(model, state)
+    return ledger_rows(model, state, round(60 / fraction))
+
+
+@pytest.mark.parametrize("tension", [False, True])
+def test_dashpots_take_what_a_head_on_collision_loses(tension):
+    """1 - e^2 of the energy of the approach, which is half of the kinetic energy of one disc that hits an equal one."""
+    rows = collision(0.01, tension)
+    approach, e = 0.5 * rows["kinetic"][0], restitution_of(0.3, tension)
+    assert rows["dashpots"][-1] == pytest.approx((1.0 - e * e) * approach, rel=5e-3)
+    assert np.abs(rows["error"]).max() < 2e-3 * approach
+
+
+@pytest.mark.parametrize("laws", [{}, {"friction": Friction(coefficient=0.3)}], ids=["smooth", "rough"])
+def test_the_error_of_an_oblique_collision_with_dashpots_falls_with_the_step(laws):
+    errors = []
+    for fraction in (0.04, 0.01):
+        rows = collision(fraction, False, 2.0, **laws)
+        errors.append(np.abs(rows["error"]).max() / rows["kinetic"][0])
+        assert rows["dashpots"][-1] > 0.1 * rows["kinetic"][0]
+    assert errors[1] < 2e-3
+    assert errors[1] < 0.5 * errors[0]
