@@ -76,6 +76,7 @@ def _one_step(side, index):
         with np.errstate(all="ignore"):
             work(side, stage)
         yield
+    stage.end_motions()
     side.gravity = stage.leg.gravity, stage.leg.end
 
 

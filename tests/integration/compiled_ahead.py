@@ -41,7 +41,7 @@ def main(folder, name):
     from coupler_protocol.wire.lockstep import Conversation
     from dem_server.procedure import compile_ahead as of_discs
     from fdm_server.procedure import compile_ahead as of_grid
-    from tests.integration.test_plain_steps import CASES, scene
+    from tests.integration.test_plain_steps import CASES, scene, with_motion
 
     rows, texts, receive_next = Rows(), set(), Conversation._next
 
@@ -65,7 +65,7 @@ def main(folder, name):
 
     lanes.EARLIEST = 100  # the last stage is a long one
     Conversation._next = patient
-    data = scene(**CASES[name])
+    data = with_motion(scene(**CASES[name]), folder)
     for part in ("ahead", "apart"):
         (folder / part).mkdir()
         with event.install_listener("numba:compile", Listener()):

@@ -189,6 +189,15 @@ LONG = [case for case in CASES if case not in (SHORT, SIDES, SHAKEN)]
 MOST_PLAIN = 0.8  # share of plain steps: a compiled call also ends by the clock, more often on a busy machine
 
 
+def with_motion(data, folder):
+    """A scene whose sides shake by a file in the folder, if they shake."""
+    for boundary in data["stage"][3].get("boundary", []):
+        if "shaking" in boundary:
+            boundary["shaking"] |= {"file": str(folder / "base.csv")}
+            (folder / "base.csv").write_text("time,x,y\n0,0,0\n0.002,1,-1\n0.006,-1,1\n0.01,0,0\n")
+    return data
+
+
 @pytest.mark.parametrize(
     "case",
     [
@@ -198,11 +207,7 @@ MOST_PLAIN = 0.8  # share of plain steps: a compiled call also ends by the clock
     ],
 )
 def test_the_bits_are_those_of_the_loop_step_by_step(tmp_path, case):
-    data = scene(**CASES[case])
-    for boundary in data["stage"][3].get("boundary", []):
-        if "shaking" in boundary:
-            boundary["shaking"] |= {"file": str(tmp_path / "base.csv")}
-            (tmp_path / "base.csv").write_text("time,x,y\n0,0,0\n0.002,1,-1\n0.006,-1,1\n0.01,0,0\n")
+    data = with_motion(scene(**CASES[case]), tmp_path)
     rows = both_ways(tmp_path, data)
     assert same_files(tmp_path) == []
     history = CASES[case].get("record__history", 10)

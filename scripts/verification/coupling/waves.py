@@ -2,7 +2,7 @@
 
 A displacement wave u(x - c t) that meets a change of impedance from Z1 to Z2 is reflected with the factor
 
-    (Z1 - Z2) / (Z1 + Z2):    -0.6 for Z2 = 4 Z1,  +0.6 for Z2 = Z1 / 4,  0 for equal ones.
+    (Z1 - Z2) / (Z1 + Z2):    -1/3 for Z2 = 2 Z1,  -0.6 for Z2 = 4 Z1,  +0.6 for Z2 = Z1 / 4,  0 for equal ones.
 
 The chain has the bar's wave speed, its masses and stiffnesses are those of the bar times Z2/Z1 (spacing dx). The pulse, a
 Gaussian of standard deviation 12 dx, travels from the bar to the chain; amplitudes are the largest displacements of
@@ -40,9 +40,9 @@ def reflected(ratio, width=12.0, half_mass=True, share=0.5):
 
 
 def rows(fast):
-    """Both impedance ratios, equal impedances with and without the half disc's mass."""
+    """Three impedance ratios, equal impedances with and without the half disc's mass."""
     source = "closed form; Achenbach (1973), Wave Propagation in Elastic Solids, section 3.3"
-    for ratio, words in ((4.0, "4 times"), (0.25, "a quarter of")):
+    for ratio, words in ((2.0, "twice"), (4.0, "4 times"), (0.25, "a quarter of")):
         back, on, _ = reflected(ratio)
         yield row(f"discs {words} the impedance: what comes back", back, (1.0 - ratio) / (1.0 + ratio), 0.01, source)
         yield row(f"discs {words} the impedance: transmitted wave", on, 2.0 / (1.0 + ratio), 0.01, source)
