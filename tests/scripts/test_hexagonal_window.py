@@ -33,5 +33,8 @@ def test_the_scene_is_one(tmp_path):
     assert hexagonal_window.main(["--out", str(tmp_path)]) == 0
     scene = read_scene(tmp_path / "hexagonal_slope.toml")
     assert scene.stones is None
+    couple = next(stage for stage in scene.stage if stage.name == "couple")
+    radius = scene.discs.radius
+    assert 0.0 < couple.discs.bond_gap < (2.0 * sqrt(3.0) - 2.0) * radius  # neighbours of the lattice, not the next ones
     assert scene.discs.file == str(tmp_path / "hexagonal.csv")
     assert len((tmp_path / "hexagonal.csv").read_text().splitlines()) == 5110
