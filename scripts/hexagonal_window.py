@@ -9,9 +9,10 @@ Equal discs in rows, each with six neighbours: the moduli in the plane are close
 
 so kn follows from the E2 of the zones. nu2 is at most 1/3 (ks = 0): the 0.57 of the paper's Table 1 is out of reach, and ks/kn is
 `RATIO`. Contacts are bonded so that none breaks: only stiffness is matched, not strength. The slope is that of
-configs/calibrated_slope.toml. The ring of control discs has another spacing than the lattice and presses it out of shape as the
-window is brought to the slope's stress: without more, four in ten contacts of the lattice are open afterwards. So contacts with a
-gap of up to `GAP` radii, which only neighbours of the lattice have, are bonded when the discs take over. Writes DIR/hexagonal_slope.toml and DIR/hexagonal.csv (default runs/hexagonal), for
+configs/calibrated_slope.toml. The ring of control discs has another spacing than the lattice and presses it out of shape as
+the window is brought to the slope's stress: four in ten contacts of the lattice would be open afterwards. So contacts with a gap
+of up to `GAP` radii, which only neighbours of the lattice have, are bonded when the discs take over. Writes
+DIR/hexagonal_slope.toml and DIR/hexagonal.csv (default runs/hexagonal), for
 
     python scripts/window_felt.py DIR/hexagonal_slope.toml configs/calibrated_slope.toml configs/paper_slope.toml --last 3
 """

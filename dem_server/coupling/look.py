@@ -79,7 +79,7 @@ def look(done, disc, load, weight, listed, past, clumps, ring, gravity, counters
         disc, listed.first, listed.second, listed.kind, past.normal, past.shear, past.rolled, past.parallel,
         sight.spring, sight.parallel_bond,
     )  # fmt: skip
-    answer[POWER], answer[HEIGHT] = sight.power[0], weight_height_kernel(disc, weight, ring)
+    answer[POWER], answer[HEIGHT] = sight.power[0], weight_height_kernel(disc, weight, clumps, ring)
     answer[BROKEN], answer[WARNINGS] = counters[TENSION_BREAKS] + counters[SHEAR_BREAKS], counters[CAPS]
     note_cracks(
         done, disc, listed, past.bond_state, past.bond_reported, past.parallel, counters,

@@ -78,19 +78,36 @@ def stored(model, state):
 
 
 @jit
-def weight_height_kernel(disc, weight, first):
+def weight_of_clump(c, clumps, weight):
+    """Mass [kg] of clump c that gravity acts on, at its centroid."""
+    total = 0.0
+    for q in range(clumps.start[c], clumps.start[c + 1]):
+        total += weight[clumps.member[q]]
+    return total
+
+
+@jit
+def weight_height_kernel(disc, weight, clumps, first):
     """Kernel of `weight_height`."""
     total = 0.0
     for i in range(first, disc.shape[0]):
+        if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
+            if clumps.body[i] >= 0:
+                continue
         total += weight[i] * disc[i, Y]
+    if clumps is not None:
+        for c in range(len(clumps.motion)):
+            total += weight_of_clump(c, clumps, weight) * clumps.motion[c, Y]
     return total
 
 
 def weight_height(model, state):
-    """Sum [kg m] over the free discs of the mass that gravity acts on times y."""
-    return weight_height_kernel(state.disc, state.weight, model.ring)
+    """Sum [kg m] over the free discs and clumps of the mass that gravity acts on times y; of a clump, that of its centroid."""
+    return weight_height_kernel(state.disc, state.weight, state.clumps, model.ring)
 
 
 def potential(state, gravity):
-    """Energy of the discs' weight above y = 0 under `gravity` [m/s2] (J)."""
+    """Energy of the weight of all discs and clumps above y = 0 under `gravity` [m/s2] (J)."""
+    if state.clumps is not None:
+        return gravity * weight_height_kernel(state.disc, state.weight, state.clumps, 0)
     return gravity * float(state.weight @ state.x[:, 1])

@@ -88,11 +88,11 @@ def body_work(disc, load, weight, clumps, ring, gravity, dt, old, old_body, on_b
                 half_old[RING] -= 0.5 * dt * load[i, k] * old[i, k]
                 half_new[RING] -= 0.5 * dt * load[i, k] * disc[i, VX + k]
             continue
-        half_old[GRAVITY] -= 0.5 * dt * gravity * weight[i] * old[i, 1]
-        half_new[GRAVITY] -= 0.5 * dt * gravity * weight[i] * disc[i, VY]
         if clumps is not None:  # noqa: SIM102 (numba prunes this line only if it stands alone)
             if clumps.body[i] >= 0:
                 continue
+        half_old[GRAVITY] -= 0.5 * dt * gravity * weight[i] * old[i, 1]
+        half_new[GRAVITY] -= 0.5 * dt * gravity * weight[i] * disc[i, VY]
         for k in range(3):
             m = disc[i, INERTIA] if k == 2 else disc[i, MASS]
             force = load[i, k] - (weight[i] * gravity if k == 1 else 0.0)
@@ -105,6 +105,9 @@ def body_work(disc, load, weight, clumps, ring, gravity, dt, old, old_body, on_b
         for c in range(len(body)):
             if clumps.start[c] == clumps.start[c + 1]:
                 continue
+            pull = gravity * energy.weight_of_clump(c, clumps, weight)
+            half_old[GRAVITY] -= 0.5 * dt * pull * old_body[c, 1]
+            half_new[GRAVITY] -= 0.5 * dt * pull * body[c, VY]
             for k in range(3):
                 m = body[c, INERTIA] if k == 2 else body[c, MASS]
                 rest = m * (body[c, VX + k] - old_body[c, k]) / dt - on_body[c, k]

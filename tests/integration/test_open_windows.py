@@ -3,11 +3,15 @@
 import numpy as np
 import pytest
 
-from colluvium import open_run
+from colluvium import open_run, resume
+from colluvium.forecast import check
 from colluvium.results.window_fields import outline_of
 from colluvium.running import processes, threads
+from coupler_protocol.exits import PHYSICS, RunEnded
+from coupler_protocol.files import checkpoint
 from coupler_protocol.geometry import polygon_area
 from coupler_protocol.problems import SceneError
+from coupler_protocol.process.plugin import from_functions
 from coupler_protocol.scene.reader import build_scene, read_scene
 from tests.integration.kills import goes_on, kill_at, killed_run
 from tests.integration.same_runs import assert_same_runs
@@ -153,3 +157,49 @@ def test_a_load_one_zone_beside_the_window_reaches_the_bottom(tmp_path):
     assert loaded["ended_by"].startswith("ratio")
     more = loaded["reactions"]["bottom"]["y"] - couple["reactions"]["bottom"]["y"]
     assert more == pytest.approx(1e4, rel=2e-3)
+
+
+@pytest.mark.parametrize(("gap", "refused"), [(0.0, True), (0.5, False)])
+def test_windows_at_the_surface_leave_a_zone_between(gap, refused):
+    data = tables()
+    first = [[1.0, 1.5], [2.5, 1.5], [2.5, 3.6], [1.0, 3.6]]
+    second = [[2.5 + gap, 1.5], [4.5, 1.5], [4.5, 3.6], [2.5 + gap, 3.6]]
+    data["window"] = [{"name": "left", "polygon": first}, {"name": "right", "polygon": second}]
+    if refused:
+        with pytest.raises(SceneError, match=r"'right' touches window 'left' in 5 gridpoints.*\n.*leave at least one zone"):
+            build_scene(data)
+    else:
+        build_scene(data)
+
+
+def test_check_describes_a_window_at_the_surface(tmp_path):
+    """Area, discs, stiffness beside that of the zones, and the doubt about one that is too soft."""
+    found = check.describe(build_scene(tables()))
+    (window,) = found["windows"]
+    assert window["area"] == pytest.approx(4.0)
+    assert window["segments"] == 12
+    assert window["young"] < 0.5 * window["young_zones"]
+    assert any("softer" in str(doubt) for doubt in found["doubts"])
+
+
+@pytest.mark.long
+def test_a_disc_that_leaves_over_the_surface_ends_the_run_and_the_last_good_state_goes_on(tmp_path, straight):
+    """It flies over the end of the rim: no zone carries it there. Both sides say so and save; the stage before it is whole."""
+
+    seen = []
+
+    def throw(moment):
+        if moment.rank == 1 and moment.stage == "couple":
+            seen.append(moment.step)
+            if len(seen) == 5:
+                disc = moment.model.ring + int(moment.state.x[moment.model.ring :, 1].argmax())
+                moment.state.x[disc] = [4.6, HEIGHT + 0.2]
+
+    (tmp_path / "run").mkdir()
+    with pytest.raises(RunEnded, match="crossed the ground surface beside the window, at") as caught:
+        threads.run(build_scene(tables()), tmp_path / "run", plugin=from_functions(None, (20, throw)))
+    assert caught.value.code == PHYSICS
+    for side in ("fdm.rank0", "dem.rank1"):
+        assert checkpoint.load(tmp_path / "run" / f"{side}.stopped.h5")
+    resume(tmp_path / "run").close()
+    assert_same_runs(straight, tmp_path / "run")

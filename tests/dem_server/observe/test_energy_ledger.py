@@ -12,6 +12,7 @@ from dem_server.effects.dashpot import Dashpot, restitution_of
 from dem_server.effects.friction import Friction
 from dem_server.effects.parallel_bond import ParallelBond
 from dem_server.effects.rolling import Rolling
+from dem_server.observe import energy
 from dem_server.observe.energy_ledger import Ledger as DiscLedger
 from dem_server.step import clock, neighbours
 from dem_server.step.bonds_made import add_parallel_bonds
@@ -155,6 +156,27 @@ def test_a_clump_that_is_hit_and_turns_loses_nothing_to_damping_that_is_not_ther
     found = ledger_rows(model, state, 4000, 9.81, lambda: spins.append(state.clumps.motion[0, 4]))
     assert (np.abs(found["damping"]) < 1e-12 * found["kinetic"]).all()
     assert np.ptp(spins) > 1e-3 * abs(spins[0]), np.ptp(spins)  # it was hit off its centre
+
+
+def test_the_weight_of_a_clump_acts_at_its_centroid():
+    """Its discs lie to one side of its polygon, which turns as it falls: T and the height of the centroid explain each other."""
+    xy = np.array([[0.0, 0.0], [0.06, 0.0], [0.0, 0.06], [0.06, 0.06]])
+    model, state = loose_discs(xy, np.full(4, 0.03), stone=stone_grain())
+    outline = np.array([[-0.01, -0.01], [0.2, -0.01], [0.07, 0.07], [-0.01, 0.07]])
+    bodies.assign_discs(model, state, [outline], 2700.0)
+    model = bodies.form_stones(model, state, [outline], "clump")
+    neighbours.rebuild(model, state)
+    model = clock.begin(model, state, None, 0.05)
+    assert abs(state.clumps.motion[0, 0] - 0.03) > 0.01
+    state.clumps.motion[0, 2:5] = 0.2, 0.5, 8.0
+    contact_forces(model, state)
+    heights = []
+    rows = ledger_rows(model, state, 4000, 9.81, lambda: heights.append(energy.potential(state, 9.81)))
+    whole = rows["kinetic"].max()
+    assert np.ptp(rows["kinetic"]) > 0.01 * whole
+    assert np.abs(rows["error"]).max() < 1e-11 * whole
+    np.testing.assert_allclose(rows["kinetic"][1:] + heights[:-1], rows["kinetic"][1] + heights[0], atol=1e-11 * whole)
+    assert energy.potential(state, 9.81) == pytest.approx(9.81 * energy.weight_height(model, state))
 
 
 CEMENT = ParallelBond(normal_stiffness=1e9, shear_stiffness=5e8, tension=1e9, shear=1e9, radius=0.8)
