@@ -139,8 +139,12 @@ def test_a_window_may_reach_the_ground_surface():
     [
         ({"on": "top", "pressure": 1e4}, "boundary[3]: this acts on the ground surface of window 'hole'"),
         ({"on": "top", "fix": "y", "x": [4.0, 6.0]}, "boundary[3]: this acts on the ground surface of window 'hole'"),
-        ({"on": "top", "pressure": 1e4, "x": [5.0, 7.0]}, ""),
-        ({"on": "top", "pressure": 1e4, "x": [0.0, 2.5]}, ""),
+        (
+            {"on": "top", "pressure": 1e4, "x": [5.0, 7.0]},
+            "boundary[3]: this loads a zone at the end of the rim of window 'hole'",
+        ),
+        ({"on": "top", "pressure": 1e4, "x": [5.5, 7.0]}, ""),
+        ({"on": "top", "pressure": 1e4, "x": [0.0, 2.0]}, ""),
     ],
 )
 def test_nothing_acts_on_the_surface_of_a_window(table, words):
