@@ -14,7 +14,7 @@ import numpy as np
 from colluvium.ensemble.study import Found
 
 LEVEL = 0.95
-FEWEST = 4  # values of which a bootstrap says something
+FEWEST = 10  # values of fewer are too few for a bootstrap, whose intervals are then too narrow
 RESAMPLES = 9999
 
 
@@ -103,6 +103,18 @@ def by_number_of_seeds(numbers: Sequence[float]) -> list[tuple[int, float, float
         low, high = interval_of_mean(numbers[:n]) or (math.nan, math.nan)
         rows.append((n, float(np.mean(numbers[:n])), low, high))
     return rows
+
+
+def ended_early(found: Sequence[Found]) -> list[str]:
+    """What to say of runs that ended by a fault after the slope had failed: their failure gravity counts."""
+    early = [one for one in found if one.told.get("ended")]
+    if not early:
+        return []
+    first = early[0]
+    runs = "a run" if len(early) == 1 else f"{len(early)} runs"
+    return [
+        f"{runs} ended by a fault after the slope had failed, with its failure gravity: {first.point.name}: {first.told['ended']}"
+    ]
 
 
 def sentences(settings: Sequence[Setting], quantity: str, below: float | None = None) -> list[str]:

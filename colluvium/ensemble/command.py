@@ -81,7 +81,7 @@ def command(options: argparse.Namespace) -> int:
             found = sweep.compute(None, progress)
         write_table(found, options.of, out / TABLE)
         settings = answer.settings_of(found, options.of[0], options.below)
-        said = answer.sentences(settings, options.of[0], options.below)
+        said = [*answer.sentences(settings, options.of[0], options.below), *answer.ended_early(found)]
         content = {"scene": options.scene, "of": options.of, "settings": answer.as_dict(settings), "said": said}
         (out / ANSWER).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
         if not options.no_pictures:
@@ -106,7 +106,8 @@ class Progress:
         done = self.total - left
         values = ", ".join(f"{name} {value[0]:.4g}" for name, value in found.told["values"].items())
         lacking = "; ".join(f"no {name}: {why}" for name, why in found.told.get("lacking", {}).items())
-        text = (found.failed and f"failed: {found.failed}") or "; ".join(part for part in (values, lacking) if part)
+        ended = f"then ended: {found.told['ended']}" if found.told.get("ended") else ""
+        text = (found.failed and f"failed: {found.failed}") or "; ".join(part for part in (values, lacking, ended) if part)
         each = (time.monotonic() - self._begin) / max(1, done - self._known)
         _say(f"{done} of {self.total}: {found.point.name}: {text}" + (f" (about {_duration(each * left)} left)" if left else ""))
 

@@ -1,7 +1,9 @@
 """One point of a sweep, computed by a worker: a run in the folder of its scene, and the quantities read from it.
 
-A point that is done is not computed again. One that was interrupted, or whose worker was killed, goes on from its last
-checkpoint; one that failed is tried once more, from its last checkpoint too if it has one.
+A run that ended by a fault of physics after the slope had failed (discs that left the ring, inverted zones) has its failure
+gravity all the same, which its frames show; `ended` says how it ended. A point that is done is not computed again. One that was
+interrupted, or whose worker was killed, goes on from its last checkpoint; one that failed is tried once more, from its last
+checkpoint too if it has one.
 """
 
 import contextlib
@@ -61,10 +63,12 @@ def compute(job: Job) -> Told:
     found: Told = {"scene": digest, "tries": 0, "values": {}, "lacking": {}, "failed": "", "code": exits.DONE}
     runs = tuple(text for text in job.quantities if text != FACTOR)
     if runs:
-        _tried(job, found, lambda: _is_done(folder, digest), lambda: _run(job, scene, folder))
-        if _is_done(folder, digest):
+        _tried(job, found, lambda: _is_known(folder, digest, runs), lambda: _run(job, scene, folder))
+        if _is_known(folder, digest, runs):
             found |= _cost(folder)
             _read(folder, scene, runs, found)
+            if not _is_done(folder, digest):
+                found["ended"] = _why(folder, found["code"])
         else:
             found["failed"] = _why(folder, found["code"])
     if FACTOR in job.quantities and not found["failed"]:
@@ -157,6 +161,20 @@ def _is_done(folder: Path, digest: str) -> bool:
     with contextlib.suppress(OSError, ValueError, exits.RunEnded):
         info = run_json.read(folder / run_json.NAME)
         return bool(info.get("scene_hash") == digest and info.get("exit_code") == exits.DONE)
+    return False
+
+
+def _is_known(folder: Path, digest: str, runs: tuple[str, ...]) -> bool:
+    """Whether a run has the quantities: at its end, or after the slope had failed if only that is asked."""
+    return _is_done(folder, digest) or (runs == (FAILURE,) and _had_failed(folder, digest))
+
+
+def _had_failed(folder: Path, digest: str) -> bool:
+    """Whether a run ended by a fault of physics after a frame in which the slope had failed."""
+    with contextlib.suppress(OSError, ValueError, LookupError, exits.RunEnded):
+        info = run_json.read(folder / run_json.NAME)
+        if info.get("scene_hash") == digest and info.get("exit_code") == exits.PHYSICS:
+            return _failure(folder)[0] > 0.0
     return False
 
 

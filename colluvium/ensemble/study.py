@@ -192,5 +192,9 @@ def _row(one: Found, quantities: Sequence[str], root: Path) -> dict[str, Any]:
         value, half_width = one.told["values"].get(text, (None, None))
         row |= {text: value, f"{text}_half_width": half_width}
     row |= {key: one.told.get(key) for key in ("steps", "seconds", "tries")}
-    why = one.failed or "; ".join(f"{text}: {words}" for text, words in one.told.get("lacking", {}).items())
+    why = (
+        one.failed
+        or one.told.get("ended")
+        or "; ".join(f"{text}: {words}" for text, words in one.told.get("lacking", {}).items())
+    )
     return row | {"folder": str(one.folder.relative_to(root.resolve())), "why_not": why}

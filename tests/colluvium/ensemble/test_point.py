@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from colluvium.ensemble import cluster, plan, point, study
+from colluvium.ensemble import answer, cluster, plan, point, study
 from colluvium.ensemble.scenes import Scenes
 from colluvium.running import processes
 from coupler_protocol import exits
@@ -123,3 +123,37 @@ def test_a_cluster_that_is_not_there_is_named(where, words, monkeypatch):
     monkeypatch.setattr(cluster, "ARRIVAL", 0.3)
     with pytest.raises(exits.EnvironmentFailed, match=words), cluster.client_of(where, 1):
         pass
+
+
+def test_a_run_that_ends_after_the_slope_has_failed_has_its_failure_gravity(sweep, monkeypatch):
+    """It is not tried again; how it ended is kept. Other quantities need the end of the run."""
+    calls, job = run_that_ends(monkeypatch, exits.PHYSICS, "1 disc has left the ring"), sweep._jobs[0]
+    monkeypatch.setattr(point, "_failure", lambda folder: (8.25, 0.05))
+    with_hash(monkeypatch, sweep._digests[0])
+    told = point.compute(job._replace(quantities=(point.FAILURE,)))
+    assert len(calls) == 1
+    assert (told["values"], told["failed"], told["ended"]) == ({point.FAILURE: [8.25, 0.05]}, "", "1 disc has left the ring")
+    (found,) = [study.Found(sweep.points[0], sweep.folder(0), told)]
+    assert "a run ended by a fault after the slope had failed" in answer.ended_early([found])[0]
+    both = point.compute(job._replace(quantities=(point.FAILURE, "max_displacement")))
+    assert both["failed"] == "1 disc has left the ring"
+    assert both["tries"] == 2
+
+
+def test_a_run_that_ends_before_the_slope_has_failed_has_no_failure_gravity(sweep, monkeypatch):
+    calls, job = run_that_ends(monkeypatch, exits.PHYSICS, "1 disc has left the ring"), sweep._jobs[0]
+    with_hash(monkeypatch, sweep._digests[0])
+
+    def none(folder):
+        raise LookupError("not failed up to 5 g")
+
+    monkeypatch.setattr(point, "_failure", none)
+    told = point.compute(job._replace(quantities=(point.FAILURE,)))
+    assert len(calls) == 2
+    assert (told["values"], told["failed"]) == ({}, "1 disc has left the ring")
+
+
+def with_hash(monkeypatch, digest):
+    """run.json of the runs above says that they are of this scene."""
+    read = run_json.read
+    monkeypatch.setattr(run_json, "read", lambda path: read(path) | {"scene_hash": digest})
