@@ -11,10 +11,11 @@ import colluvium
 from colluvium.closing import sentences
 from coupler_protocol.exits import PeerLost
 from coupler_protocol.files import checkpoint
-from coupler_protocol.wire import messages
+from coupler_protocol.wire import lanes, messages
 from dem_server.coupling.grid_talk import steps_between
 from dem_server.procedure.window_side import DiscreteSide
 from tests.commands import run_colluvium
+from tests.integration.test_plain_steps import both_ways, same_files
 from tests.same_bits import differing
 
 SIDES = ("fdm.rank0", "dem.rank1")
@@ -64,6 +65,20 @@ def test_fewer_exchanges_give_the_same_rest(straight, every_step):
         one, other = (getattr(getattr(run, fields)(run.last_frame("overload")), name) for run in (every_step, straight))
         assert np.abs(other - one).max() < 2e-3 * np.abs(one).max()
         assert np.any(other != one)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("every", [3, 10])
+def test_lists_made_between_exchanges_give_the_same_bits_over_a_lane_and_without(tables, tmp_path, monkeypatch, every):
+    """Discs move far under growing gravity: the sums of the mass rule belong to the places for which a list was made."""
+    monkeypatch.setattr(lanes, "EARLIEST", 0)
+    data = copy.deepcopy(tables) | {"coupling": {"exchange_every": every}, "record": {"every": 100, "history": 7}}
+    data["discs"]["soil"]["bond"] = {"tension": 1.5e3, "shear": 3.5e3}
+    data["stage"][3] |= {"gravity_factor": {"to": 6.0, "over": 500}, "until": {"steps": 500}}
+    rows = both_ways(tmp_path, data)
+    assert rows[-1]["plain_steps"] > 400
+    assert rows[-1]["exchanges"] < 400
+    assert same_files(tmp_path) == []
 
 
 def test_places_of_the_rim_agree_where_forces_are_exchanged(straight):
