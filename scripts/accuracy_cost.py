@@ -1,8 +1,9 @@
 """What accuracy costs: error against wall time of known problems; writes docs/accuracy.md and its pictures.
 
-    python scripts/accuracy_cost.py W1|W2|W3|W5 [--fast] [--json FILE] [--page FILE]
+    python scripts/accuracy_cost.py W1|W2|W3|W4|W5|all [--fast] [--json FILE] [--page FILE]
 
---fast: coarse meshes only, in seconds; the page says so. Only the section of the workload is rewritten.
+--fast: coarse meshes only, in seconds; the page says so. Only the section of the workload is rewritten. all: one
+after the other; FILE of --json then holds {workload: rows}.
 """
 
 import argparse
@@ -30,7 +31,7 @@ def workloads():
 def parser():
     """Options of the command line."""
     p = argparse.ArgumentParser(description=__doc__.partition(":")[0])
-    p.add_argument("workload", choices=workloads())
+    p.add_argument("workload", choices=[*workloads(), "all"])
     p.add_argument("--fast", action="store_true", help="coarse meshes only")
     p.add_argument("--json", metavar="FILE", type=Path, help="write the rows to FILE")
     p.add_argument("--page", metavar="FILE", type=Path, default=PAGE, help="page to write; pictures/ is beside it")
@@ -38,23 +39,32 @@ def parser():
 
 
 def main(argv=None):
-    """Compute one workload, print its table, draw it, write its section."""
+    """Compute one workload, or all; returns their rows by name."""
     options = parser().parse_args(argv)
-    workload = importlib.import_module(f"accuracy.{workloads()[options.workload]}")
+    names = list(workloads()) if options.workload == "all" else [options.workload]
+    found = {name: compute(name, options) for name in names}
+    if options.json:
+        content = found if options.workload == "all" else found[options.workload]
+        options.json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    return found
+
+
+def compute(name, options):
+    """Compute a workload, print its table, draw it, write its section; returns its rows."""
+    workload = importlib.import_module(f"accuracy.{workloads()[name]}")
     rows = workload.run(options.fast)
     print(pages.plain(rows, workload.COLUMNS))
-    if options.json:
-        options.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     picture = options.page.parent / "pictures" / workload.PICTURE
     picture.parent.mkdir(parents=True, exist_ok=True)
     workload.draw(rows, picture)
-    pages.write_section(options.page, options.workload, section(options, workload, rows), HEAD)
+    pages.write_section(options.page, name, section(name, options.fast, workload, rows), HEAD)
+    return rows
 
 
-def section(options, workload, rows):
+def section(name, fast, workload, rows):
     """Markdown of one workload."""
-    mode = f"python scripts/accuracy_cost.py {options.workload}{' --fast' if options.fast else ''}"
-    parts = [f"## {options.workload}: {workload.TITLE}", f"`{mode}`", f"![{workload.TITLE}](pictures/{workload.PICTURE})"]
+    mode = f"python scripts/accuracy_cost.py {name}{' --fast' if fast else ''}"
+    parts = [f"## {name}: {workload.TITLE}", f"`{mode}`", f"![{workload.TITLE}](pictures/{workload.PICTURE})"]
     return "\n\n".join([*parts, workload.READ.strip(), pages.folded(rows, workload.COLUMNS)])
 
 
