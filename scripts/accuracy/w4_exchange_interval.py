@@ -31,10 +31,10 @@ from fdm_server.mesh.window_zones import rim_of, window_zones
 ROOT = Path(__file__).resolve().parents[2]
 TITLE = "pauses between exchanges"
 PICTURE = "accuracy_w4.png"
-READ = """Fewer exchanges save time where messages are slow: at 1 ms one way, k = 20 takes a fifth of the time of k = 1, at an error
-of some 1e-4. On one machine the gain ends at k of about 10, because the steps themselves remain. The larger k, the more energy the
-held forces gain or lose (gap). Contacts stiffer than the zones beside them would make pauses unstable (shaded): there the watch
-goes back to an exchange in every step, and nothing is saved."""
+READ = """Fewer exchanges save time where messages are slow: at 1 ms one way, k = 20 takes a fifth of the time of k = 1, at an
+error of some 1e-4. On one machine the gain ends at k of about 10, because the steps themselves remain. The larger k, the more
+energy the held forces gain or lose (gap). Contacts stiffer than the zones beside them would make pauses unstable (shaded): there
+the watch goes back to an exchange in every step, and nothing is saved."""
 COLUMNS = {
     "case": "case",
     "every": "k",
