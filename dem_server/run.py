@@ -13,7 +13,8 @@ def lockstep(side):
     Forces are sent as soon as the contacts are computed. Observation, recording and the motion of the free discs follow while
     the continuum computes the rim's velocities. After the last step of a stage observation and recording come first, because
     FORCE contains the longest step of the next stage; in its first step the free discs wait for the agreed step. A VELOCITY may
-    be for several steps: it contains the rim's mean velocities in them. Steps that nobody has to see are taken in one compiled
+    be for several steps: it contains the rim's mean velocities in them. The sums of the mass rule always belong to the step after
+    which the list of pairs was new, whether or not an exchange follows it. Steps that nobody has to see are taken in one compiled
     call (dem_server/coupling/plain_steps.py), which ends inside of a step.
     """
     order = None
@@ -46,6 +47,7 @@ def lockstep(side):
             side.rim.stiffness_sums(side.model, side.state)  # of a new list, with the places it was made for, as plain steps do
             finish_step(side, between)
             side.answer = side.looked
+            side.rim.stiffness_sums(side.model, side.state)
             gravity = between.gravity
             move_discs(side, gravity)
         complete_step(side, gravity, order)
