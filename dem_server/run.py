@@ -44,7 +44,6 @@ def lockstep(side):
             move_discs(side, gravity)
         for between in steps_between(order, gravity, side.gravity_in(order)):
             complete_step(side, gravity, between)
-            side.rim.stiffness_sums(side.model, side.state)  # of a new list, with the places it was made for, as plain steps do
             finish_step(side, between)
             side.answer = side.looked
             side.rim.stiffness_sums(side.model, side.state)

@@ -1,9 +1,9 @@
 """What accuracy costs: error against wall time of known problems; writes docs/accuracy.md and its pictures.
 
-    python scripts/accuracy_cost.py W1|W2|W3|W4|W5|all [--fast] [--json FILE] [--page FILE]
+    python scripts/accuracy_cost.py W1|..|W6|all [--fast] [--json FILE] [--page FILE] [--out DIR]
 
 --fast: coarse meshes only, in seconds; the page says so. Only the section of the workload is rewritten. all: one
-after the other; FILE of --json then holds {workload: rows}.
+after the other; FILE of --json then holds {workload: rows}. W6 keeps its runs in DIR and continues there.
 """
 
 import argparse
@@ -35,6 +35,8 @@ def parser():
     p.add_argument("--fast", action="store_true", help="coarse meshes only")
     p.add_argument("--json", metavar="FILE", type=Path, help="write the rows to FILE")
     p.add_argument("--page", metavar="FILE", type=Path, default=PAGE, help="page to write; pictures/ is beside it")
+    p.add_argument("--out", metavar="DIR", type=Path, help="W6: keep every run here, and continue")
+    p.add_argument("--at-once", metavar="N", type=int, default=2, help="W6: runs of further seeds side by side (default 2)")
     return p
 
 
@@ -52,7 +54,8 @@ def main(argv=None):
 def compute(name, options):
     """Compute a workload, print its table, draw it, write its section; returns its rows."""
     workload = importlib.import_module(f"accuracy.{workloads()[name]}")
-    rows = workload.run(options.fast)
+    kept = (options.out, options.at_once) if hasattr(workload, "said") else ()
+    rows = workload.run(options.fast, *kept)
     print(pages.plain(rows, workload.COLUMNS))
     picture = options.page.parent / "pictures" / workload.PICTURE
     picture.parent.mkdir(parents=True, exist_ok=True)
@@ -65,7 +68,8 @@ def section(name, fast, workload, rows):
     """Markdown of one workload."""
     mode = f"python scripts/accuracy_cost.py {name}{' --fast' if fast else ''}"
     parts = [f"## {name}: {workload.TITLE}", f"`{mode}`", f"![{workload.TITLE}](pictures/{workload.PICTURE})"]
-    return "\n\n".join([*parts, workload.READ.strip(), pages.folded(rows, workload.COLUMNS)])
+    said = workload.said(rows) if hasattr(workload, "said") else []
+    return "\n\n".join([*parts, workload.READ.strip(), *said, pages.folded(rows, workload.COLUMNS)])
 
 
 if __name__ == "__main__":

@@ -1,9 +1,15 @@
 """The quantity whose error is studied: a factor of safety, a history, or a field at a place.
 
-    fos                         the factor that `colluvium fos` finds, on the scene's first mesh
+    fos                         the factor that `colluvium fos` finds, of grid and discs where they are coupled, on the first mesh
     max_displacement@overload   the last value of a history, or the last one in a stage
     1:porosity                  a history of the discs of rank 1
     displacement_y(12.5, 9)     a field of the grid at a place, in the last frame (of a stage: @NAME behind it)
+    stress_xx(0, 0, 2, 0, 1, 3) mean stress in a polygon: of the grid, of the discs with their rank before it
+    1:stress_xx(1, 2, 0.5)      mean stress of the discs in a circle (x, y, radius)
+    fabric_a@couple             anisotropy of the contacts, of rank 1 unless another one is named; also fabric_a_n, and the
+                                directions fabric_theta_a and fabric_theta_n [deg]
+    failure_gravity             gravity over that of the first stage at which a band joins toe and crest
+    energy.error                largest energy_error of a side over the largest energy of its ledger (record.energy)
 
 At a place, a field of gridpoints is linear in the triangle of a zone's corners, and a field of zones is that of the plane through
 its values at the NEAREST centres, by least squares: both are exact for linear fields, also at the boundary.
@@ -15,8 +21,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from colluvium.accuracy import measured
 from colluvium.results.run import Run, open_run
-from coupler_protocol.files import run_json
+from colluvium.running import searches
 from coupler_protocol.problems import Problem, SceneError
 
 FACTOR = "fos"
@@ -26,12 +33,15 @@ _PARTS = {"x": 0, "y": 1, "xx": 0, "yy": 1, "zz": 2, "xy": 3}  # columns of disp
 
 
 class Quantity(NamedTuple):
-    """A quantity as the user wrote it: name, rank or None, place (x, y) [m] or None, stage or None."""
+    """A quantity as the user wrote it: name, rank or None, place [m] or None, stage or None.
+
+    place: (x, y), a circle (x, y, radius), or the corners of a polygon (x1, y1, x2, y2, ..).
+    """
 
     text: str
     name: str
     rank: int | None
-    place: tuple[float, float] | None
+    place: tuple[float, ...] | None
     stage: str | None
 
     @property
@@ -54,10 +64,11 @@ def quantity_of(text: str, scene: Any) -> Quantity:
     point = None
     if place is not None:
         try:
-            x, y = map(float, place.split(","))
+            point = tuple(map(float, place.split(",")))
         except ValueError:
-            raise SceneError([Problem("--of", None, text, f"({place}) is no place", remedy)]) from None
-        point = (x, y)
+            point = ()
+        if why := measured.fault_of_place(name, point, None if rank is None else int(rank)):
+            raise SceneError([Problem("--of", None, text, f"({place}) is no place: {why}", remedy)])
     return Quantity(text, name, None if rank is None else int(rank), point, stage)
 
 
@@ -67,9 +78,10 @@ def value_of(quantity: Quantity, folder: Path) -> tuple[float, float]:
     Raises LookupError if the run did not record it, or the place is not in the ground.
     """
     if quantity.is_factor:
-        mesh = run_json.read_search(folder / "fos.json")["meshes"][0]
-        return float(mesh["value"]), 0.5 * (float(mesh["high"]) - float(mesh["low"]))
+        return searches.value_of(folder)
     with open_run(folder) as run:
+        if measured.knows(quantity):
+            return measured.value_of(quantity, run)
         return (_of_history if quantity.place is None else _of_field)(quantity, run), 0.0
 
 

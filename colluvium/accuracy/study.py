@@ -13,14 +13,16 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from colluvium.accuracy import measured
 from colluvium.accuracy.knobs import Setting
 from colluvium.accuracy.quantity import Quantity, value_of
 from colluvium.forecast.factor_of_safety import zone_size_of
-from colluvium.running import processes
+from colluvium.running import processes, searches
 from coupler_protocol import exits
 from coupler_protocol.files import run_json
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.reader import read_scene
+from coupler_protocol.scene.stage_kinds import number_of
 
 RESULTS = "results.json"
 SIDES = ("continuum", "waiting", "recording")
@@ -112,7 +114,7 @@ class Study:
             code = self._run(scene, folder)
             if code == exits.INTERRUPTED:
                 raise exits.Interrupted("interrupted: the same command continues")
-            if code != exits.DONE:
+            if code != exits.DONE and not (code == exits.PHYSICS and self.quantity.name == measured.FAILURE):
                 return replace(plain, failed=f"exit code {code}: {exits.MEANING.get(code, '?')}")
         try:
             value, half_width = value_of(self.quantity, folder)
@@ -126,6 +128,8 @@ class Study:
         path = folder / "setting.toml"
         path.write_text(processes.as_toml(scene.model_dump(mode="json", exclude_none=True)), encoding="utf-8")
         if self.quantity.is_factor:
+            if number_of(scene.stage, couples=True) is not None:  # goes on with a search that was interrupted
+                return searches.run(path, folder, self.stop.is_set)
             words: list[str | Path] = ["fdm_server.fos", path, "--out", folder, "--force"]
             words.append(f"--set=fos.zone_sizes=[{zone_size_of(scene.grid)}]")
             return processes.run_alone("fdm_server.fos", words, asked=self.stop.is_set)
@@ -166,8 +170,10 @@ def _is_done(folder: Path, scene: Any, is_factor: bool) -> bool:
 def _cost(folder: Path, is_factor: bool) -> dict[str, Any]:
     """Steps and seconds of a finished computation."""
     if is_factor:
-        mesh = run_json.read_search(folder / "fos.json")["meshes"][0]
-        return {"steps": sum(int(trial.get("steps", 0)) for trial in mesh["trials"]), "seconds": float(mesh["seconds"])}
+        found = run_json.read_search(folder / "fos.json")
+        parts = [found["meshes"][0], *([found["coupled"]] if "coupled" in found else [])]
+        steps = sum(int(trial.get("steps", 0)) for part in parts for trial in part["trials"])
+        return {"steps": steps, "seconds": sum(float(part["seconds"]) for part in parts)}
     stages = run_json.read(folder / run_json.NAME)["stages"]
     seconds = [max(sum(stage["seconds"][key] for key in keys) for keys in (SIDES, DISCS)) for stage in stages]
     return {"steps": sum(stage["steps"] for stage in stages), "seconds": float(sum(seconds))}

@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from colluvium.accuracy.quantity import FACTOR, quantity_of, value_of
-from colluvium.ensemble import search
-from colluvium.running import processes
+from colluvium.running import processes, searches
 from coupler_protocol import exits
 from coupler_protocol.files import locks, run_json
 from coupler_protocol.scene.reader import build_scene, read_scene
@@ -105,12 +104,12 @@ def _search(job: Job, folder: Path, found: Told) -> None:
     out, code = folder / SEARCH, [exits.RunEnded.code]
 
     def work() -> int:
-        code[0] = search.run(folder / SCENE, out, lambda: _stopped(job))
+        code[0] = searches.run(folder / SCENE, out, lambda: _stopped(job))
         return code[0]
 
     _tried(job, found, lambda: code[0] == exits.DONE, work)
     if code[0] == exits.DONE:
-        found["values"][FACTOR] = list(search.value_of(out))
+        found["values"][FACTOR] = list(searches.value_of(out))
     else:
         found["failed"] = f"the search for the factor ended with code {code[0]}: {exits.MEANING.get(code[0], '?')}"
 
@@ -144,17 +143,11 @@ def _read(folder: Path, scene: Any, quantities: tuple[str, ...], found: Told) ->
 
 def _failure(folder: Path) -> tuple[float, float]:
     """(gravity factor at which the slope fails, half the distance of the frames it lies between); raises LookupError."""
-    from colluvium.results import failure
+    from colluvium.accuracy.measured import failure_gravity
     from colluvium.results.run import open_run
 
     with open_run(folder) as run:
-        found = failure.summary(run)
-    if found is None:
-        raise LookupError("the scene has no stage of kind overload with frames")
-    if found["failed_at"] is None:
-        raise LookupError(f"not failed up to {found['not_failed_at']:.4g} g")
-    low = found["not_failed_at"] if found["not_failed_at"] is not None else found["failed_at"]
-    return 0.5 * (low + found["failed_at"]), 0.5 * (found["failed_at"] - low)
+        return failure_gravity(run)
 
 
 def _is_done(folder: Path, digest: str) -> bool:

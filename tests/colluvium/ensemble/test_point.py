@@ -53,7 +53,7 @@ def test_a_factor_needs_a_search_and_no_run(sweep, monkeypatch):
         run_json.write_json(out / "fos.json", found)
         return exits.DONE if len(searches) > 1 else exits.PEER
 
-    monkeypatch.setattr(point.search, "run", ended)
+    monkeypatch.setattr(point.searches, "run", ended)
     told = point.compute(sweep._jobs[0]._replace(quantities=("fos",)))
     assert told["values"]["fos"] == pytest.approx([1.3, 0.01])
     assert (runs, told["failed"], told["tries"]) == ([], "", 2)
