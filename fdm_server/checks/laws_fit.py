@@ -2,7 +2,7 @@
 
 from coupler_protocol.scene.changes import in_stage
 from coupler_protocol.scene.scene import distribution_of
-from coupler_protocol.scene.schedule import large_strain
+from coupler_protocol.scene.schedule import acting_boundaries, large_strain
 from coupler_protocol.scene.stage_kinds import of
 from fdm_server.effects import added_laws
 from fdm_server.effects.softening import curves
@@ -43,14 +43,22 @@ def _laws_fit(scene):
 
 
 def time_fits_the_stages(scene):
-    """Seconds and Rayleigh damping belong to real time."""
+    """Seconds and Rayleigh damping belong to real time, kinetic damping to static stages."""
     for i, stage in enumerate(scene.stage):
         at = ("stage", i)
         damping = scene.damping if stage.damping is None else stage.damping
         if not of(stage).computes and (stage.in_real_time or stage.damping is not None):
             yield at, f"a stage of kind {stage.kind} computes no steps", "remove time and damping here"
+        if of(stage).computes and stage.in_real_time and damping is not None and damping.kind == "kinetic":
+            why = "kinetic damping stops all motion at its peaks, which is none in seconds"
+            yield (*at, "damping"), why, "give the stage damping = { local = 0.0 }, or { rayleigh = { .. } }"
         if not of(stage).computes or stage.in_real_time:
             continue
+        if damping is not None and damping.kind == "kinetic" and any(moves(b) for b in acting_boundaries(scene, i)):
+            why = (
+                "kinetic damping needs ground that comes to rest, and a side is driven: its load would scatter by several percent"
+            )
+            yield (*at, "damping"), why, "give the stage damping = { local = 0.8 }"
         if stage.until is not None and stage.until.time is not None:
             yield (*at, "until", "time"), "a static stage has no seconds", 'use steps or ratio, or time = "real"'
         if stage.step_factor is not None:
@@ -58,6 +66,11 @@ def time_fits_the_stages(scene):
         if damping is not None and damping.rayleigh is not None:
             why = "Rayleigh damping needs a frequency, which a static stage does not have"
             yield (*at, "damping"), why, "give the stage damping = { local = 0.8 }"
+
+
+def moves(boundary):
+    """Whether a boundary drives its side in static steps."""
+    return boundary.velocity is not None and any((boundary.velocity.x, boundary.velocity.y))
 
 
 def ledger_is_for_small_strain(scene):

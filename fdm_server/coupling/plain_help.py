@@ -12,7 +12,7 @@ VELOCITIES, ZONES = 0.0, 1.0  # phases of work: `velocity_kernel` with gravity; 
 def help_grid(crew, points, resistance, always, effects):
     """Takes a share of all phases that the first thread orders; arguments as for `plain_loop`."""
     applied, added_mass, mass, weight_mass, fixed, _ = points
-    damping, half_combined, previous, half_drag = resistance
+    damping, half_combined, previous, half_drag, _ = resistance
     geometry, gather, stiffness, arrays = always
     velocity, displacement, _, _, force = arrays
     mohr_coulomb, tension, softening, plastic, plastic_shear, added, memory, viscosity, dt, xy = effects

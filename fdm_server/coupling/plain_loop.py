@@ -27,6 +27,7 @@ from fdm_server.observe.energy_ledger import book_points, book_zones, copy_befor
 from fdm_server.step.forces import sum_at_gridpoints
 from fdm_server.step.gridpoint_pass import velocity_kernel
 from fdm_server.step.masses import add_static_masses
+from fdm_server.step.momentum import take_momentum_of
 from fdm_server.step.nodal_pass import Averages, average_changes, average_strains
 from fdm_server.step.zone_pass import move_kernel, zones_kernel
 
@@ -210,8 +211,9 @@ def plain_loop(
     """Takes the steps of `course`; returns (steps completed, rims heard in the step that is not, why it ended).
 
     points: applied, added_mass, mass, weight_mass, fixed, static_mass (None in static mode); resistance: damping, half_combined,
-    previous, half_drag of `velocity_kernel`; always, effects: of fdm_server.step.zone_pass.zone_arguments; renewal: a Renewal in
-    static large strain, else None; nodal: (Nodal, Averages, its `trial`) as plain tuples if volumetric strain is averaged at
+    previous, half_drag of `velocity_kernel`, and `before` of `take_momentum_of`; always, effects: of
+    fdm_server.step.zone_pass.zone_arguments; renewal: a Renewal in static large strain, else None; nodal: (Nodal, Averages, its
+    `trial`) as plain tuples if volumetric strain is averaged at
     gridpoints, else None; sides: the arguments of `drive_sides`, `absorb_all` and `shake_velocities`, and the Moved of histories,
     each may be None; sight: the Sight of the stage; ledger: the Book of its energies, or None. pauses: (Pauses of its Pace, path
     (K,2) [m] of the rims since the last exchange), None with an exchange in every step. midway: the first step has sent its
@@ -219,7 +221,7 @@ def plain_loop(
     Crew whose other threads run `help_grid`, None for one thread.
     """
     applied, added_mass, mass, weight_mass, fixed, static_mass = points
-    damping, half_combined, previous, half_drag = resistance
+    damping, half_combined, previous, half_drag, before_peak = resistance
     geometry, gather, stiffness, arrays = always
     velocity, displacement, stress, corner_force, force = arrays
     drive, quiet, shaken, moved = sides
@@ -265,6 +267,7 @@ def plain_loop(
             )  # fmt: skip
             if crew is not None:
                 meet(crew)
+            take_momentum_of(mass, added_mass, velocity, before_peak)
             drive_sides(drive, course.done + step, velocity)
             shake_velocities(shaken, course.seconds, velocity)
             if pauses is None:

@@ -193,7 +193,8 @@ class PlainSteps:
         if self.renewal is not None:
             self.renewal.age[0] = state.mass_age
         points = (state.applied, state.added_mass, shape.masses(model, state), model.weight_mass, model.fixed, static_mass)
-        drag, (always, effects) = resistance(model, state, state.dt), zone_arguments(model, state)
+        momentum = self.stage.momentum and self.stage.momentum.before
+        drag, (always, effects) = (*resistance(model, state, state.dt), momentum), zone_arguments(model, state)
         nodal = self.averages and (tuple(model.nodal), tuple(self.averages), self.averages.trial)
         sides = *self.stage.sides.arguments(state, self.stage.time), self.moved
         return (

@@ -2,27 +2,34 @@
 
     F_d = F - alpha |F| sign(v)         component by component
 
+or kinetic damping, without any such force: all velocities begin again from zero at every peak of the kinetic energy
+(fdm_server/step/momentum.py).
+
 There is no damping force in equilibrium, body forces are not changed, and the damping does not depend on frequency: a vibration
 loses the share 1 - (1 - alpha)/(1 + alpha) of its squared amplitude in every half period.
 """
 
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
 from coupler_protocol.scene.declare import Effect, quantity
 from fdm_server.effects.rayleigh import RayleighTable
 
-KINDS = ("local", "combined", "rayleigh")
+KINDS = ("local", "combined", "rayleigh", "kind")
 
 
 class Damping(Effect):
-    """Damping of gridpoints: local, combined or Rayleigh (an empty table: local = 0.8; local = 0: none)"""
+    """Damping of gridpoints: local, combined, Rayleigh or kinetic (an empty table: local = 0.8; local = 0: none)"""
 
     source: ClassVar[str] = "Cundall, P. A. (1987), Distinct element models of rock and soil structure"
     local: float | None = quantity(None, meaning="local damping coefficient alpha", ge=0, lt=1)
     combined: float | None = quantity(None, meaning="coefficient alpha of combined damping, for steady motion", gt=0, lt=1)
     rayleigh: RayleighTable | None = quantity(None, meaning="Rayleigh damping (stages in real time)")
+
+    kind: Literal["kinetic"] | None = quantity(
+        None, meaning="kinetic: all velocities begin again from zero at every peak of the kinetic energy (static stages)"
+    )
 
     @model_validator(mode="before")
     @classmethod

@@ -136,7 +136,7 @@ def weighted_length(model, motion):
 def damping_of(scene):
     """The damping of trials: the scene's, or local damping where that is none for static steps."""
     table = scene.damping
-    return table if table is not None and (table.local or table.combined) else declared_effects()["damping"]()
+    return table if table is not None and (table.local or table.combined or table.kind) else declared_effects()["damping"]()
 
 
 def _model(scene, materials):
@@ -146,17 +146,18 @@ def _model(scene, materials):
     for mask in excavations(scene, grid, lambda _: fixed, ()).values():
         dug |= mask
     density = np.array([m.density for m in materials], dtype=np.float64)
-    return model_of(grid, np.flatnonzero(~dug), density, _law(scene, materials), fixed)
+    settling = damping_of(scene) if damping_of(scene).kind is None else declared_effects()["damping"]()
+    return model_of(grid, np.flatnonzero(~dug), density, _law(scene, materials, settling), fixed)
 
 
 def _with_law(model, scene, materials):
     """The model with other strengths of its materials; stiffness, and masses with it, are the same."""
-    fresh = model_of(model.grid, model.zone, model.density, _law(scene, materials), model.fixed)
+    fresh = model_of(model.grid, model.zone, model.density, _law(scene, materials, damping_of(scene)), model.fixed)
     return replace(fresh, geometry=model.geometry, mass=model.mass)
 
 
-def _law(scene, materials):
-    return law_from(scene.model_copy(update={"material": materials, "damping": damping_of(scene)}))
+def _law(scene, materials, damping):
+    return law_from(scene.model_copy(update={"material": materials, "damping": damping}))
 
 
 def _elastic(materials):

@@ -126,7 +126,9 @@ class Study:
             return self.scene
         if any(s.excavate is not None and s.excavate.columns is not None for s in self.scene.stage):
             raise unfit("fos.zone_sizes", "an excavation by columns and rows depends on the mesh", "give it as a polygon")
-        scene = with_zone_size(self.scene, size)
+        scene = with_zone_size(self.scene, size).model_copy(
+            update={"window": []}
+        )  # columns and rows of windows are of the own mesh
         try:
             build_grid(local(scene))
         except ValueError as error:

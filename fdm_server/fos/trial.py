@@ -11,10 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fdm_server.fos.ground import LOOK, begin_trial, weighted_length
+from fdm_server.fos.ground import LOOK, begin_trial, damping_of, weighted_length
 from fdm_server.fos.verdict import UNDECIDED, Span, verdict
 from fdm_server.model import Model, State
 from fdm_server.step.gridpoint_pass import farthest, unbalanced_ratio, update_velocities
+from fdm_server.step.momentum import Momentum
 from fdm_server.step.safety import check_motion
 from fdm_server.step.zone_pass import advance
 
@@ -48,13 +49,14 @@ class Trial(NamedTuple):
         }
 
 
-def run_trial(scene, ground, factor, stop=lambda: None, say=lambda steps, ratio: None, accelerate=update_velocities):
+def run_trial(scene, ground, factor, stop=lambda: None, say=lambda steps, ratio: None, accelerate=None):
     """Computes the Trial of a factor. Raises Unstable.
 
     stop() may end the work, say(steps, ratio) reports progress; accelerate(model, state, gravity) is the light half of a step
-    (scripts/studies/equilibrium_study.py puts others in its place).
+    (scripts/studies/equilibrium_study.py puts others in its place; None: by the damping of the scene).
     """
     begin = time.perf_counter()
+    accelerate = accelerate or accelerator(scene)
     model, state = begin_trial(scene, ground, factor)
     spans, steps, before, found = [], 0, None, None
     gravity = ground.gravity
@@ -78,6 +80,19 @@ def run_trial(scene, ground, factor, stop=lambda: None, say=lambda steps, ratio:
         before = moved
     seconds = time.perf_counter() - begin
     return Trial(factor, found or UNDECIDED, steps, spans, farthest(state.displacement), seconds, model, state)
+
+
+def accelerator(scene):
+    """The light half of a step under the damping of a scene's trials."""
+    if damping_of(scene).kind is None:
+        return update_velocities
+    momentum = Momentum()
+
+    def accelerate(model, state, gravity):
+        update_velocities(model, state, gravity)
+        momentum.take(model, state)
+
+    return accelerate
 
 
 def _steps(model, state, gravity, count, accelerate):

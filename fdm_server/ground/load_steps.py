@@ -10,9 +10,8 @@ linearly, over/K steps each (`over` is rounded up to a multiple of K):
 
     s = 1 - KEPT^k at the end of part k < K,    1 at the end of part K, where KEPT^(K - 1) < LAST
 
-Where the grid is alone, its momentum goes as well: in every step in which the kinetic energy has fallen, all velocities begin
-again from zero (kinetic damping: Cundall 1976; Barnes 1999, Int. J. Space Struct. 14). At its peak the kinetic energy says that
-the ground passes an equilibrium. Discs keep theirs, which their own damping takes.
+Where the grid is alone, its momentum goes as well, by kinetic damping (fdm_server/step/momentum.py). Discs keep theirs, which
+their own damping takes.
 
 If the ground does not come to rest under a part, the load stays there: it is what the ground bears, and the stage says so.
 """
@@ -22,7 +21,6 @@ from math import ceil, log
 from coupler_protocol.files.kept import Kept
 from coupler_protocol.scene.schedule import acting_boundaries
 from coupler_protocol.scene.stage_kinds import of
-from fdm_server.step.gridpoint_pass import kinetic_energy
 
 KEPT = 0.7
 LAST = 1e-3
@@ -86,23 +84,6 @@ class Ramp(Kept):
     def see(self, ratio):
         """Take note of the unbalanced ratio of all codes while the ramp waits."""
         self._calm = self._calm + 1 if ratio <= self.ratio else 0
-
-
-class Momentum(Kept):
-    """Kinetic damping of a grid: it stops wherever its kinetic energy has a peak."""
-
-    KEPT = ("before",)
-
-    def __init__(self):
-        self.before = 0.0  # [J] kinetic energy of the step before
-
-    def take(self, model, state):
-        """Stop all gridpoints if the kinetic energy has fallen in this step."""
-        energy = kinetic_energy(model, state)
-        if energy < self.before:
-            state.velocity[:] = 0.0
-            energy = 0.0
-        self.before = energy
 
 
 def waits_for_rest(stage):

@@ -19,12 +19,13 @@ from fdm_server.coupling.band_reached import BandWatch
 from fdm_server.coupling.exchange_pauses import Pace
 from fdm_server.ground.boundaries_in_time import NO_PUSH, NOTHING, begin_stage, continued
 from fdm_server.ground.load_ramps import ForceRamp
-from fdm_server.ground.load_steps import LOOK, Momentum
+from fdm_server.ground.load_steps import LOOK
 from fdm_server.ground.reactions import reactions
 from fdm_server.model import State, with_materials
 from fdm_server.observe.energy import strain_energy
 from fdm_server.step import clock
 from fdm_server.step.gridpoint_pass import farthest, unbalanced_ratio
+from fdm_server.step.momentum import Momentum
 from fdm_server.step.present_shape import masses
 from fdm_server.step.safety import check_motion
 
@@ -53,7 +54,7 @@ class StageRun(Kept):
         self.before = copy.deepcopy(side.state) if stage.discard else None  # State for the stage after a discarded one
         self._warned = set()
         self.ended = False
-        self._momentum = None  # a Momentum if a load of a grid alone waits for rest
+        self.momentum = None  # a Momentum with kinetic damping, or if a load of a grid alone waits for rest
         self.kick = None  # [s] time over which forces act in the first step of a coupled real-time stage; None: the whole step
         self._step = self._step_before = 0.0  # [s] agreed with the discs; of the previous real-time stage
         self.ratio = ([1.0] + [row["ratio_continuum"] for row in side.earlier + side.results])[-1]
@@ -74,7 +75,7 @@ class StageRun(Kept):
         """What changes in the stage beside the State of the side, for a checkpoint inside of it."""
         found = super().saved() | {"changes": json.dumps(self.changes), "step_factor": self.side.model.step_factor}
         found |= {"before": self.before, "load": self.load and self.load.saved(), "sides": self.sides.saved()}
-        found |= {"ending": self._ending.saved(), "momentum": self._momentum and self._momentum.saved()}
+        found |= {"ending": self._ending.saved(), "momentum": self.momentum and self.momentum.saved()}
         found |= {name: part.saved() for name, part in self._parts().items()}
         found |= {"rims": [rim.saved() for rim in self.rims], "interface": [watch.saved() for watch in self.interface]}
         return found | {"plain_steps": self.plain.taken if self.plain else 0}
@@ -90,8 +91,8 @@ class StageRun(Kept):
         self.sides = continued(self.side.scene, self.index, self.side.model, value_of(saved, "sides"))
         self._ending.restore(value_of(saved, "ending"))
         if momentum is not None:
-            self._momentum = Momentum()
-            self._momentum.restore(momentum)
+            self.momentum = Momentum()
+            self.momentum.restore(momentum)
         for name, part in self._parts().items():
             if name in saved or name != "ledger":  # energies may be recorded from now on
                 part.restore(value_of(saved, name))
@@ -269,6 +270,7 @@ class StageRun(Kept):
         side, stage = self.side, self.stage
         damping = side.scene.damping if stage.damping is None else stage.damping
         factor = (stage.step_factor or clock.STEP_FACTOR) if stage.in_real_time else None
+        self.momentum = Momentum() if damping is not None and damping.kind == "kinetic" else None
         self._step_before = side.state.dt or 0.0
         side.model = clock.begin(side.model, side.state, damping, factor)
 
@@ -316,10 +318,10 @@ class StageRun(Kept):
 
     def set_velocities(self, state):
         """Takes the momentum of a staged relaxation, then sets the velocities that boundaries prescribe in the present step."""
-        if self._momentum is None and not self.rims and any(ramp.ratio for ramp in self.ramps):
-            self._momentum = Momentum()
-        if self._momentum is not None:
-            self._momentum.take(self.side.model, state)
+        if self.momentum is None and not self.rims and any(ramp.ratio for ramp in self.ramps):
+            self.momentum = Momentum()
+        if self.momentum is not None:
+            self.momentum.take(self.side.model, state)
         if self.sides.drive is not None:
             self.sides.drive.apply(state, self.done)
         if self.sides.shaken is not None:

@@ -57,3 +57,11 @@ def test_the_paper_slope_under_growing_gravity(configs, tmp_path):
     assert found["meshes"][0]["value"] == pytest.approx(8.0, abs=0.15)
     assert found["quantity"] == "gravity factor at collapse"
     assert "safety" not in printed
+
+
+def test_other_meshes_of_a_scene_with_a_window_have_no_window(configs, tmp_path):
+    """Columns and rows of a window are of its own mesh; the grid alone is searched, which has no part of it."""
+    words = ("--grid", "--no-pictures", "--set", "fos.bracket=[2.3,2.8]", "--set", "fos.resolution=0.2")
+    found, _ = fos(configs / "paper_slope.toml", tmp_path / "out", *words, "--set", f"fos.zone_sizes=[{2 / 3}]")
+    (mesh,) = found["meshes"]
+    assert mesh["low"] < 2.55 < mesh["high"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from coupler_protocol.scene.tables.boundary import Boundary
-from fdm_server.ground.load_steps import KEPT, LAST, PARTS, SUSTAINED, Momentum, Ramp, ramp_of
+from fdm_server.ground.load_steps import KEPT, LAST, PARTS, SUSTAINED, Ramp, ramp_of
 
 YIELDING, ELASTIC = SimpleNamespace(path_dependent=True), SimpleNamespace(path_dependent=False)
 
@@ -111,14 +111,3 @@ def test_which_loads_wait(given, law, over, ratio, found):
 def test_steps_of_loads_that_give_none(until, gradual, ratio, over):
     of = scene(until=until)
     assert ramp_of(of, 0, YIELDING, None, ratio, gradual).over == over
-
-
-def test_momentum_is_taken_at_peaks():
-    model = SimpleNamespace(mass=np.ones(1))
-    state = SimpleNamespace(added_mass=np.zeros(1), velocity=np.zeros((1, 2)), mass=None, dt=None, in_real_time=False)
-    momentum, seen = Momentum(), []
-    for speed in (1.0, 2.0, 1.5, 1.0, 0.5):
-        state.velocity[:] = speed
-        momentum.take(model, state)
-        seen.append(float(state.velocity[0, 0]))
-    assert seen == [1.0, 2.0, 0.0, 1.0, 0.0]
