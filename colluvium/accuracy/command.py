@@ -97,9 +97,14 @@ def command(options: argparse.Namespace) -> int:
 
 def closed_form(options: argparse.Namespace, scene: Any) -> tuple[float | None, str]:
     """(value, source) of the reference of the command line, else of the scene; (None, "") for none."""
+    from colluvium.accuracy.measured import ENERGY
+    from colluvium.accuracy.quantity import quantity_of
+
     if options.reference is not None:
         return options.reference, options.source
     named = None if scene.accuracy is None else scene.accuracy.reference_of(options.of)
+    if named is None and quantity_of(options.of, scene).name == ENERGY:
+        return 0.0, "energy is conserved"
     if named is None:
         return None, options.source
     changed = [text for text in options.set if not text.startswith("accuracy.")]

@@ -2,7 +2,7 @@
 
     zone_size=0.5,0.25      the values
     zone_size=/1,/2,/4      the scene's value, divided
-    zone_size               the scene's value times 2, 1, 1/2, .. as far as the budget goes
+    zone_size               the scene's value times 2, 1, 1/2, .. as far as the budget goes; exchange_every: 50, 20, .. 1
 
 Keys are those of `--set`, or one of the short names below.
 """
@@ -19,10 +19,11 @@ SHORT = {
     "radius": "discs.radius",
     "exchange_every": "coupling.exchange_every",
 }
-STAGES = {"ratio": "until.ratio", "dt": "step_factor"}  # keys of every stage that gives them a value
+STAGES = {"ratio": "until.ratio", "dt": "step_factor"}  # keys of every stage that gives them a value; dt: in real time
 TO_ZERO = (".zone_size", ".radius", ".ratio", ".step_factor")  # ends of keys whose value 0 would have no error
 SECOND_ORDER = (".zone_size", ".step_factor", ".around")  # formal order of smooth quantities; 1 for the others
 COUNTS = (".around",)  # ends of keys that count zones: their reciprocal is a size
+INTERVAL, INTERVALS = "coupling.exchange_every", (50, 20, 10, 5, 2, 1)  # more steps between exchanges are coarser
 SEED = "seed"
 COARSEST, FINEST = 1, 6  # the scene's value of a knob without values: times 2^1, down to times 2^-6
 
@@ -103,13 +104,18 @@ def _knob(text: str, scene: Any) -> Knob:
         raise ValueError("has no name")
     keys = _keys(name, scene)
     if not equals:
+        if keys == (INTERVAL,):
+            return Knob(name, keys, INTERVALS, True)
         base, finer = _base(scene, keys[0]), 0.5 if keys[0].endswith(COUNTS) else 2.0
-        return Knob(name, keys, tuple(_divided(base, finer**k) for k in range(-COARSEST, FINEST + 1)), True)
+        values = [_divided(base, finer**k) for k in range(-COARSEST, FINEST + 1)]
+        return Knob(name, keys, tuple({_toml(value): value for value in values}.values()), True)
     values = [_value(part, scene, keys[0]) for part in _parts(given)]
     if len(values) < 2:
         raise ValueError("has fewer than two values")
     if len({_toml(value) for value in values}) < len(values):
         raise ValueError("has a value twice")
+    if keys == (INTERVAL,) and all(isinstance(value, int) for value in values):
+        values.sort(reverse=True)
     return Knob(name, keys, tuple(values), False)
 
 
@@ -119,8 +125,11 @@ def _keys(name: str, scene: Any) -> tuple[str, ...]:
     table, _, key = STAGES[name].rpartition(".")
     holders = [(stage.name, getattr(stage, table) if table else stage) for stage in scene.stage]
     keys = [f"stage.{stage}.{STAGES[name]}" for stage, holder in holders if getattr(holder, key, None) is not None]
+    if name == "dt":  # the default of a stage in real time is not written
+        keys = [f"stage.{stage.name}.{STAGES[name]}" for stage in scene.stage if stage.in_real_time]
     if not keys:
-        raise ValueError(f"no stage of the scene has {STAGES[name]}")
+        why = ": static stages have no time step to choose" if name == "dt" else ""
+        raise ValueError(f"no stage of the scene has {STAGES[name]}{why}")
     return tuple(keys)
 
 

@@ -68,3 +68,19 @@ def test_all_problems_of_knobs_are_reported_at_once(scene):
 def test_zones_and_steps_have_the_formal_order_two_radii_and_ratios_one(scene):
     knobs = knobs_of(["zone_size=/1,/2", "radius=0.2,0.1", "ratio=1e-3,1e-4"], scene)
     assert [knob.formal_order for knob in knobs] == [2.0, 1.0, 1.0]
+
+
+def test_more_steps_between_exchanges_are_coarser_in_whatever_order_they_are_given(scene):
+    given, opened = knobs_of(["exchange_every=1,10,5"], scene), knobs_of(["coupling.exchange_every"], scene)
+    assert given[0].values == (10, 5, 1)
+    assert opened[0].values == (50, 20, 10, 5, 2, 1)
+    assert opened[0].open_ended
+    assert not opened[0].to_zero
+
+
+def test_time_steps_are_those_of_stages_in_real_time_with_or_without_a_factor_of_their_own(configs):
+    (knob,) = knobs_of(["dt=0.8,0.4"], read_scene(configs / "quick_shaking.toml"))
+    assert knob.keys == ("stage.shake.step_factor",)
+    assert knob.formal_order == 2.0
+    with pytest.raises(SceneError, match="static stages have no time step to choose"):
+        knobs_of(["dt=0.8,0.4"], read_scene(configs / "quick_slope.toml"))

@@ -7,6 +7,7 @@ import pytest
 
 from colluvium import api
 from colluvium.accuracy import measured
+from colluvium.accuracy.command import closed_form
 from colluvium.accuracy.quantity import quantity_of, value_of
 from coupler_protocol.problems import SceneError
 from coupler_protocol.scene.reader import build_scene
@@ -32,6 +33,13 @@ def test_the_mean_stress_of_a_polygon_of_zones_is_that_of_its_middle(scene, fold
     """Ground under its weight: stress_yy = -rho g (H - y) is linear, so its mean is its value at the centroid."""
     value, half = value_of(quantity_of("stress_yy(0, 1, 4, 1, 4, 3, 0, 3)", scene), folder)
     assert (value, half) == (pytest.approx(-2000.0 * 9.81 * 2.0, rel=1e-3), 0.0)
+
+
+def test_energy_that_is_conserved_is_the_reference_of_its_error(scene):
+    asked = SimpleNamespace(reference=None, source="", of="energy.error", set=[])
+    assert closed_form(asked, scene) == (0.0, "energy is conserved")
+    asked.of = "max_displacement"
+    assert closed_form(asked, scene) == (None, "")
 
 
 def test_the_error_of_the_energies_is_round_off(scene, folder):
