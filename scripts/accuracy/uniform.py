@@ -109,7 +109,7 @@ def stress_of(strain, bulk, shear):
 
 def of_stress(joined, wanted):
     """Errors of the stress of the zones beside the rim, over it, and of P/l over sigma n (rms)."""
-    rim = SimpleNamespace(nodes=joined.nodes, force=joined.rim.nodal_forces(joined.discs))
+    rim = SimpleNamespace(surface=None, nodes=joined.nodes, force=joined.rim.nodal_forces(joined.discs))
     found = fields.stress(joined.grid_model, joined.grid)[zones_behind(joined.grid_model, rim)]
     weight = np.array([1.0, 1.0, 0.0, 2.0])  # components of the tensor in the plane
     zones = np.sqrt(np.mean((found - wanted) ** 2 @ weight) / (wanted**2 @ weight))

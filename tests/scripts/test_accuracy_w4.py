@@ -1,10 +1,10 @@
-"""scripts/accuracy_cost.py W4: fewer messages, the same rest, and what a line's latency costs at least."""
+"""scripts/accuracy_cost.py W4: fewer messages, the same rest."""
 
 import pytest
 
 from tests.scripts.workload import computed
 
-pytestmark = [pytest.mark.long, pytest.mark.trial]
+pytestmark = pytest.mark.long
 
 
 def test_the_column_rests_at_the_same_place_with_fewer_messages(tmp_path):
@@ -18,6 +18,4 @@ def test_the_column_rests_at_the_same_place_with_fewer_messages(tmp_path):
     assert 0.0 < ten["traction_error"] < 1e-4
     assert one["gap"] < 1e-9 < ten["gap"] < 0.1
     assert one["broken"] == ten["broken"] == 0
-    for row in (one, ten):  # the first FORCE of the first stage came before its time began
-        assert row["seconds"] >= 1e-3 * (row["messages"] - 2)
     assert "## W4: " in page

@@ -4,7 +4,7 @@ import pytest
 
 from tests.scripts.workload import computed
 
-pytestmark = [pytest.mark.long, pytest.mark.trial]
+pytestmark = pytest.mark.long
 
 
 @pytest.fixture(scope="module")

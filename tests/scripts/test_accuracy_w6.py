@@ -47,7 +47,6 @@ def test_every_study_is_a_workload():
     assert list(accuracy_cost.workloads()) == ["W1", "W2", "W3", "W4", "W5", "W6"]
 
 
-@pytest.mark.trial
 @pytest.mark.long
 def test_the_slope_has_its_numbers_and_a_second_study_computes_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr(w6, "FAST_RADII", {140: 0.09})
