@@ -83,7 +83,7 @@ def _slurm(workers: int) -> Any:
     except ModuleNotFoundError as error:
         raise exits.EnvironmentFailed(f"{error.name} is missing: {INSTALL}") from None
     try:
-        cluster = SLURMCluster()
+        cluster = SLURMCluster(scheduler_options={"dashboard": False, "dashboard_address": None})  # no port for a page of Dask
         cluster.scale(jobs=workers)
     except (ValueError, TypeError, OSError) as error:
         raise exits.EnvironmentFailed(
