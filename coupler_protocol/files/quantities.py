@@ -101,6 +101,7 @@ HISTORIES = {
     "energy_external": Quantity("J", "work of applied forces and driven gridpoints since the stage began"),
     "energy_dashpots": Quantity("J", "work of the dashpots of quiet sides, or of contacts, lost since the stage began"),
     "energy_arriving": Quantity("J", "work of waves that arrive at compliant sides since the stage began"),
+    "energy_shape": Quantity("J", "work of stresses on the change of areas in large strain since the stage began"),
     "energy_gravity": Quantity("J", "work of weights since the stage began"),
     "energy_error": Quantity("J", "what the ledger of energies does not explain"),
     "energy_stored": Quantity("J", "energy stored in the contacts of a window's discs"),

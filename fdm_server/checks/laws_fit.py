@@ -2,7 +2,7 @@
 
 from coupler_protocol.scene.changes import in_stage
 from coupler_protocol.scene.scene import distribution_of
-from coupler_protocol.scene.schedule import acting_boundaries, large_strain
+from coupler_protocol.scene.schedule import acting_boundaries
 from coupler_protocol.scene.stage_kinds import of
 from fdm_server.effects import added_laws
 from fdm_server.effects.softening import curves
@@ -71,12 +71,3 @@ def time_fits_the_stages(scene):
 def moves(boundary):
     """Whether a boundary drives its side in static steps."""
     return boundary.velocity is not None and any((boundary.velocity.x, boundary.velocity.y))
-
-
-def ledger_is_for_small_strain(scene):
-    """The energy ledger is for small strain only."""
-    for stage in scene.stage if scene.record.energy else ():
-        if large_strain(scene, stage):
-            why = f"the energy ledger is not built yet for large strain, in which stage {stage.name!r} computes"
-            yield ("record", "energy"), why, "remove the key, or large_strain"
-            return

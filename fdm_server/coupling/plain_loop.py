@@ -196,12 +196,12 @@ def count_step(renewal, displacement, mass):
 
 
 @jit
-def book_all_zones(geometry, stiffness, velocity, seconds, stress, nodal, ledger):
+def book_all_zones(geometry, stiffness, velocity, seconds, stress, nodal, xy, displacement, ledger):
     """Books the works of stresses in the step; nodal: of `plain_loop`, with the averages of the step, or None."""
     if nodal is None:
-        book_zones(geometry, stiffness, velocity, seconds, stress, None, ledger)
+        book_zones(geometry, stiffness, velocity, seconds, stress, None, xy, displacement, ledger)
     else:
-        book_zones(geometry, stiffness, velocity, seconds, stress, nodal[1][EXCESS], ledger)
+        book_zones(geometry, stiffness, velocity, seconds, stress, nodal[1][EXCESS], xy, displacement, ledger)
 
 
 @jit
@@ -324,7 +324,7 @@ def plain_loop(
         if inverted > 0:
             return step, windows, INVERTED
         if ledger is not None:
-            book_all_zones(geometry, stiffness, velocity, course.seconds, stress, nodal, ledger)
+            book_all_zones(geometry, stiffness, velocity, course.seconds, stress, nodal, xy, displacement, ledger)
         if renewal is not None:
             count_step(renewal, displacement, mass)
         absorb_all(quiet, velocity, applied)

@@ -17,15 +17,18 @@ rule, (X_n + X_n+1)/2 . du:
                sum (M' - M) v-^2 / 2
     plastic    of stresses on plastic strain, for each zone and triangle; plastic strain: strain increment minus the elastic
                strain of the stress increment
+    shape      in large strain: of the change of areas A, u dA, with u the elastic energy per area; the law relates rates of
+               stress to strains, so that ground that swells under stress stores more
     averaging  with nodal mixed discretisation: of sm on the difference between a zone's volumetric strain, on which forces do
                work, and the averaged one, to which laws apply (effects/nodal_mixing.py); a stored energy in elastic ground
 
 The discrete leap-frog conserves T + U exactly without damping (T is the kinetic energy for which it does), so
 
-    error = T - T0 + U - U0 + plastic + averaging + damping + dashpots - masses - gravity - external - arriving
+    error = T - T0 + U - U0 + plastic + averaging + damping + dashpots - masses - gravity - external - arriving - shape
 
-is round-off in small strain, also with yield: gridpoints and zones are booked separately. The stiffness part of Rayleigh damping
-is the difference of both, so there the error detects less.
+is round-off in small strain, also with yield: gridpoints and zones are booked separately. In large strain it is of second order
+in the step, of first where steps in real time become shorter: strains and areas are those of mid-step, stresses are turned there
+(effects/large_strain.py). The stiffness part of Rayleigh damping is the difference of both, so there the error detects less.
 """
 
 from typing import NamedTuple
@@ -38,15 +41,26 @@ from coupler_protocol.files.kept import Kept, like, value_of
 from fdm_server.ground.quiet_sides import WAVES
 from fdm_server.ground.shaking import ARRIVING
 from fdm_server.observe.energy import strain_energy
+from fdm_server.step import present_shape as shape
 from fdm_server.step.blocks import LANES
 from fdm_server.step.clock import seconds
+from fdm_server.step.large_strain import (
+    COSINE,
+    SINE,
+    TURN_ROWS,
+    double_areas,
+    half_turns,
+    middle_shape,
+    present_shape,
+    turned,
+)
 from fdm_server.step.nodal_pass import NodalPass
 from fdm_server.step.present_shape import masses
 from fdm_server.step.strain import DIFFERENCE, DILATION, GAMMA, STRAIN_ROWS, T0, T1, T2, T3, gather_increments, strain_increments
 from fdm_server.step.stress import SD, SM, XY, ZZ
 
 GRAVITY, EXTERNAL, DAMPING, ZONES, OF_DASHPOTS, OF_WAVES, WORKS = range(7)  # work on gridpoints; ZONES: of the zones' forces
-KINETIC, STRAIN, PLASTIC, OF_ZONES, AVERAGING, MASSES, POWER, OF_DISCS, BEGIN, SUMS = range(10)  # of Book.sums, and their number
+KINETIC, STRAIN, PLASTIC, OF_ZONES, AVERAGING, MASSES, POWER, OF_DISCS, BEGIN, SHAPE, SUMS = range(11)  # of Book.sums
 NAMES = ("kinetic", "strain", "plastic", "damping", "external", "gravity", "masses", "error")
 
 
@@ -55,8 +69,8 @@ class Book(NamedTuple):
 
     old (N,2), stress (B,R): velocities and stresses before a step; mass (N,) [kg] in the last step; work (6,) [J]: GRAVITY,
     EXTERNAL, DAMPING, ZONES, OF_DASHPOTS, OF_WAVES up to half a step ahead of the last whole step; half_old, half_new (6,): of
-    the halves of the last step. sums (9,): T, U, plastic work, work of the zones' stresses, averaging, masses [J]; power [W] of
-    the discs' forces on the rims, their work [J]; T0 + U0, NaN before the first step. rows (n,16), noted (1,): see
+    the halves of the last step. sums (10,): T, U, plastic work, work of the zones' stresses, averaging, masses [J]; power [W] of
+    the discs' forces on the rims, their work [J]; T0 + U0, NaN before the first step; shape. rows (n,17), noted (1,): see
     `note_energies`.
     dashpots, arriving: tuples of the forces (N,2) [N] of quiet sides and of waves that arrive, or None.
     """
@@ -168,41 +182,106 @@ def zone_work(corner, x, y, inverse_double_area, share, pattern, elastic, veloci
     for b in range(corner.shape[0]):
         gather_increments(b, corner, velocity, dt, u)
         strain_increments(b, x, y, inverse_double_area, u, strain)
-        m = pattern[b]
-        for i in range(LANES):
-            inverse = inverse_double_area[b, 4 * LANES + i]
-            area = 0.5 / inverse if inverse > 0.0 else 0.0
-            G, lame = elastic[m, LANES + i], elastic[m, 2 * LANES + i]
-            K = elastic[m, i] - G / 3.0
-            e = strain[DILATION + i]
-            sm, zz = 0.5 * (before[b, SM + i] + stress[b, SM + i]), 0.5 * (before[b, ZZ + i] + stress[b, ZZ + i])
-            whole += area * sm * e
-            if excess is not None:
-                averaging -= area * sm * excess[b, i]
-                e += excess[b, i]
-            d_sm = elastic[m, i] * e - (stress[b, SM + i] - before[b, SM + i])
-            d_zz = lame * e - (stress[b, ZZ + i] - before[b, ZZ + i])
-            plastic += area * ((2.0 * sm + zz) * (2.0 * d_sm + d_zz) / (9.0 * K) + (sm - zz) * (d_sm - d_zz) / (3.0 * G))
-            for o in (T0, T1, T2, T3):
-                part = 0.5 * share[b, o + i] * area
-                difference, gamma = strain[DIFFERENCE + o + i], strain[GAMMA + o + i]
-                sd = 0.5 * (before[b, SD + o + i] + stress[b, SD + o + i])
-                xy = 0.5 * (before[b, XY + o + i] + stress[b, XY + o + i])
-                d_sd = G * difference - (stress[b, SD + o + i] - before[b, SD + o + i])
-                d_xy = G * gamma - (stress[b, XY + o + i] - before[b, XY + o + i])
-                whole += part * (sd * difference + xy * gamma)
-                plastic += part * (sd * d_sd + xy * d_xy) / G
+        found = block_work(b, pattern[b], b, inverse_double_area, share, elastic, strain, before, stress, excess)
+        whole, plastic, averaging = whole + found[0], plastic + found[1], averaging + found[2]
     return whole, plastic, averaging
 
 
 @jit
-def book_zones(geometry, stiffness, velocity, dt, stress, excess, book):
-    """Books the works of stresses, after stresses have changed; excess: of `zone_work`."""
+def block_work(b, m, s, inverse_double_area, share, elastic, strain, before, stress, excess):
+    """`zone_work` of block b of pattern m; `inverse_double_area`, `share`, `before` and `stress` have it as block s."""
+    whole = plastic = averaging = 0.0
+    for i in range(LANES):
+        inverse = inverse_double_area[s, 4 * LANES + i]
+        area = 0.5 / inverse if inverse > 0.0 else 0.0
+        G, lame = elastic[m, LANES + i], elastic[m, 2 * LANES + i]
+        K = elastic[m, i] - G / 3.0
+        e = strain[DILATION + i]
+        sm, zz = 0.5 * (before[s, SM + i] + stress[s, SM + i]), 0.5 * (before[s, ZZ + i] + stress[s, ZZ + i])
+        whole += area * sm * e
+        if excess is not None:
+            averaging -= area * sm * excess[b, i]
+            e += excess[b, i]
+        d_sm = elastic[m, i] * e - (stress[s, SM + i] - before[s, SM + i])
+        d_zz = lame * e - (stress[s, ZZ + i] - before[s, ZZ + i])
+        plastic += area * ((2.0 * sm + zz) * (2.0 * d_sm + d_zz) / (9.0 * K) + (sm - zz) * (d_sm - d_zz) / (3.0 * G))
+        for o in (T0, T1, T2, T3):
+            part = 0.5 * share[s, o + i] * area
+            difference, gamma = strain[DIFFERENCE + o + i], strain[GAMMA + o + i]
+            sd = 0.5 * (before[s, SD + o + i] + stress[s, SD + o + i])
+            xy = 0.5 * (before[s, XY + o + i] + stress[s, XY + o + i])
+            d_sd = G * difference - (stress[s, SD + o + i] - before[s, SD + o + i])
+            d_xy = G * gamma - (stress[s, XY + o + i] - before[s, XY + o + i])
+            whole += part * (sd * difference + xy * gamma)
+            plastic += part * (sd * d_sd + xy * d_xy) / G
+    return whole, plastic, averaging
+
+
+@jit
+def moving_zone_work(corner, grid_share, pattern, elastic, velocity, dt, before, stress, excess, xy, displacement):
+    """`zone_work` in large strain, and u dA [J]; xy (N,2): positions at zero displacement; displacement: at the step's end."""
+    u, strain, turn = np.empty(8 * LANES), np.empty(STRAIN_ROWS * LANES), np.empty(TURN_ROWS * LANES)
+    end_x, end_y, share = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES))
+    mid_x, mid_y, inverse = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES)), np.empty((1, 5 * LANES))
+    first, last = np.empty((1, stress.shape[1])), np.empty((1, stress.shape[1]))
+    whole = plastic = averaging = of_shape = 0.0
+    alone = np.int64(0)
+    for b in range(corner.shape[0]):
+        gather_increments(b, corner, velocity, dt, u)
+        present_shape(b, corner, grid_share, xy, displacement, end_x, end_y, share)
+        middle_shape(end_x, end_y, u, mid_x, mid_y, inverse)
+        strain_increments(alone, mid_x, mid_y, inverse, u, strain)
+        half_turns(mid_x, mid_y, inverse, u, turn)
+        for k in range(stress.shape[1]):
+            first[0, k], last[0, k] = before[b, k], stress[b, k]
+        for i in range(LANES):
+            for t in (T0, T1, T2, T3):
+                c, s = turn[COSINE + t + i], turn[SINE + t + i]
+                first[0, SD + t + i], first[0, XY + t + i] = turned(before[b, SD + t + i], before[b, XY + t + i], c, s)
+                last[0, SD + t + i], last[0, XY + t + i] = turned(stress[b, SD + t + i], stress[b, XY + t + i], c, -s)
+            if grid_share[b, T0 + i] + grid_share[b, T1 + i] <= 0.0:
+                inverse[0, 4 * LANES + i] = 0.0  # a lane without a zone
+            else:
+                of_shape += shape_work(i, pattern[b], end_x, end_y, u, elastic, first, last)
+        found = block_work(b, pattern[b], alone, inverse, share, elastic, strain, first, last, excess)
+        whole, plastic, averaging = whole + found[0], plastic + found[1], averaging + found[2]
+    return whole, plastic, averaging, of_shape
+
+
+@jit
+def shape_work(i, m, x, y, u, elastic, before, stress):
+    """u dA [J] of the zone in lane i, in a step with the displacements u that ends at corners x, y; stresses of both ends."""
+    begin_x, begin_y = np.empty((1, 4 * LANES)), np.empty((1, 4 * LANES))
+    for k in range(i, 4 * LANES, LANES):
+        begin_x[0, k], begin_y[0, k] = x[0, k] - u[k], y[0, k] - u[4 * LANES + k]
+    old, new = double_areas(begin_x, begin_y, i), double_areas(x, y, i)
+    G = elastic[m, LANES + i]
+    K = elastic[m, i] - G / 3.0
+    total = 0.0
+    for at in (before, stress):
+        sm, zz = at[0, SM + i], at[0, ZZ + i]
+        of_zone = (2.0 * sm + zz) ** 2 / (18.0 * K) + (sm - zz) ** 2 / (6.0 * G)
+        total += 0.25 * (new[0] + new[1] - old[0] - old[1]) * of_zone
+        for t in range(4):
+            sd, xy = at[0, SD + t * LANES + i], at[0, XY + t * LANES + i]
+            total += 0.125 * (new[t] - old[t]) * (sd * sd + xy * xy) / (2.0 * G)
+    return total
+
+
+@jit
+def book_zones(geometry, stiffness, velocity, dt, stress, excess, xy, displacement, book):
+    """Books the works of stresses, after stresses have changed; excess: of `zone_work`; xy: None in small strain."""
     corner, x, y, inverse_double_area, share = geometry
     pattern, elastic = stiffness
-    whole, plastic, averaging = zone_work(
-        corner, x, y, inverse_double_area, share, pattern, elastic, velocity, dt, book.stress, stress, excess
-    )
+    if xy is None:
+        whole, plastic, averaging = zone_work(
+            corner, x, y, inverse_double_area, share, pattern, elastic, velocity, dt, book.stress, stress, excess
+        )
+    else:
+        whole, plastic, averaging, of_shape = moving_zone_work(
+            corner, share, pattern, elastic, velocity, dt, book.stress, stress, excess, xy, displacement
+        )
+        book.sums[SHAPE] += of_shape
     book.sums[OF_ZONES] += whole
     book.sums[PLASTIC] += plastic
     book.sums[AVERAGING] += averaging
@@ -235,7 +314,7 @@ class Ledger(Kept):
     def __init__(self, model, state):
         rayleigh = model.law.rayleigh
         self.with_zones = rayleigh is not None and rayleigh.stiffness is not None  # a part of damping is in the zones' work
-        self.averages = model.nodal is not None
+        self.averages, self.moves = model.nodal is not None, shape.moving(model, state) is not None
         sums = np.zeros(SUMS)
         sums[BEGIN] = np.nan
         self.book = Book(
@@ -297,7 +376,18 @@ class Ledger(Kept):
             nodal.strains()
             excess = nodal.excess
         stiffness = model.pattern, model.law.elastic
-        book_zones(tuple(model.geometry), stiffness, state.velocity, seconds(state), state.stress, excess, self.book)
+        xy = shape.moving(model, state)
+        book_zones(
+            tuple(model.geometry),
+            stiffness,
+            state.velocity,
+            seconds(state),
+            state.stress,
+            excess,
+            xy,
+            state.displacement,
+            self.book,
+        )
 
     def note(self, done, model, state):
         """Notes the energies of the last whole step, the `done`-th of the run."""
@@ -323,16 +413,18 @@ class Ledger(Kept):
         return taken[:, 0].astype(int).tolist(), found
 
     def columns(self, rows):
-        """Energies {name: list [J]} of rows (n,16) of a Book."""
+        """Energies {name: list [J]} of rows (n,17) of a Book."""
         sums, work = rows[:, 1 : 1 + SUMS].T, rows[:, 1 + SUMS :].T
         damping = -work[DAMPING]
         if self.with_zones:
             damping = damping + (-work[ZONES] - sums[OF_ZONES])
         gained = sums[KINETIC] + sums[STRAIN] - sums[BEGIN]
         error = gained + sums[PLASTIC] + sums[AVERAGING] + damping - sums[MASSES] - work[GRAVITY] - work[EXTERNAL]
-        error = error - work[OF_DASHPOTS] - work[OF_WAVES]
+        error = error - work[OF_DASHPOTS] - work[OF_WAVES] - sums[SHAPE]
         values = sums[KINETIC], sums[STRAIN], sums[PLASTIC], damping, work[EXTERNAL], work[GRAVITY], sums[MASSES], error
         found = dict(zip(NAMES, values, strict=True)) | ({"averaging": sums[AVERAGING]} if self.averages else {})
+        if self.moves:
+            found["shape"] = sums[SHAPE]
         if self.book.dashpots is not None:
             found["dashpots"] = -work[OF_DASHPOTS]
         if self.book.arriving is not None:

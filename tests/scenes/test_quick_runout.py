@@ -51,3 +51,8 @@ def test_without_bonds_the_face_falls_and_gains_no_energy(run):
     dashpots, error = (run.history(f"energy_{name}", 1)[1][falling] for name in ("dashpots", "error"))
     assert dashpots[-1] > 0.05 * weight[-1]
     assert np.abs(error).max() < 1e-3 * weight[-1]  # the ledger closes
+    steps, grid = run.history("energy_error", 0)
+    moving = (steps > run.frames[run.last_frame("couple")].step) & (steps <= run.frames[last].step)
+    external, shape = (run.history(f"energy_{name}", 0)[1][moving[-len(steps) :]] for name in ("external", "strain"))
+    assert np.abs(grid[moving]).max() < 1e-3 * max(np.abs(external).max(), np.abs(shape).max())
+    assert run.has_history("energy_shape", 0)
